@@ -1,0 +1,459 @@
+"""The machine, as its owner writes it from the drawings: one TOML file, validated, in SI.
+
+A value is a number in SI, a text with a unit, or ``{ nominal = ..., tolerance = ... }`` where the owner does not know
+it exactly.  Unknown keys, impossible dimensions and positions outside the shaft are errors that say where and what to do.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.units import to_si
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+class Tolerant(BaseModel):
+    """A value that its owner knows within limits (SI); calibration moves it within them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    nominal: float
+    low: float
+    high: float
+
+    @property
+    def is_exact(self) -> bool:
+        """True where no tolerance was stated."""
+        return self.low == self.high
+
+
+def _quantity(si: str) -> BeforeValidator:
+    def parse(value: Any) -> float:
+        if isinstance(value, dict):
+            raise InputError(f"this value takes no tolerance; write a number in {si} or a text with a unit")
+        return to_si(value, si)
+
+    return BeforeValidator(parse)
+
+
+def _tolerant(si: str) -> BeforeValidator:
+    def parse(value: Any) -> Any:
+        if isinstance(value, Tolerant):
+            return value
+        if not isinstance(value, dict):
+            number = to_si(value, si)
+            return {"nominal": number, "low": number, "high": number}
+        unknown = set(value) - {"nominal", "tolerance"}
+        if unknown:
+            name = sorted(unknown)[0]
+            raise InputError(f"unknown key '{name}'{did_you_mean(name, ['nominal', 'tolerance'])}")
+        if "nominal" not in value:
+            raise InputError("a value with a tolerance needs 'nominal'")
+        nominal = to_si(value["nominal"], si)
+        tolerance = value.get("tolerance", 0)
+        if isinstance(tolerance, str) and tolerance.strip().endswith("%"):
+            width = abs(nominal) * to_si(tolerance, "1")
+        else:
+            width = to_si(tolerance, si)
+        if width < 0:
+            raise InputError(f"tolerance {tolerance!r} is negative; write its half-width as a positive value")
+        return {"nominal": nominal, "low": nominal - width, "high": nominal + width}
+
+    return BeforeValidator(parse)
+
+
+Length = Annotated[float, _quantity("m")]
+Mass = Annotated[float, _quantity("kg")]
+Inertia = Annotated[float, _quantity("kg m^2")]
+Pressure = Annotated[float, _quantity("Pa")]
+Density = Annotated[float, _quantity("kg/m^3")]
+Number = Annotated[float, _quantity("1")]
+Angle = Annotated[float, _quantity("rad")]
+Damping = Annotated[float, _quantity("N s/m")]
+Voltage = Annotated[float, _quantity("V")]
+Sensitivity = Annotated[float, _quantity("V/m")]
+Acceleration = Annotated[float, _quantity("m/s^2")]
+Moment = Annotated[float, _quantity("N m")]
+
+TolerantLength = Annotated[Tolerant, _tolerant("m")]
+TolerantNumber = Annotated[Tolerant, _tolerant("1")]
+TolerantStiffness = Annotated[Tolerant, _tolerant("N/m")]
+TolerantDamping = Annotated[Tolerant, _tolerant("N s/m")]
+TolerantTime = Annotated[Tolerant, _tolerant("s")]
+TolerantUnbalance = Annotated[Tolerant, _tolerant("kg m")]
+TolerantAngle = Annotated[Tolerant, _tolerant("rad")]
+TolerantMoment = Annotated[Tolerant, _tolerant("N m")]
+TolerantContactDamping = Annotated[Tolerant, _tolerant("s/m")]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Section(_Part):
+    """A cylindrical shaft section; sections follow each other from the non-drive end."""
+
+    length: Length = Field(gt=0)
+    outer_diameter: Length = Field(gt=0)
+    inner_diameter: Length = Field(0.0, ge=0)
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Section:
+        if self.inner_diameter >= self.outer_diameter:
+            raise InputError(
+                f"inner diameter {self.inner_diameter * 1e3:g} mm is not smaller than outer {self.outer_diameter * 1e3:g} mm"
+            )
+        return self
+
+
+class Disk(_Part):
+    """A wheel or disc: a point inertia on the shaft."""
+
+    name: str
+    position: Length
+    mass: Mass = Field(gt=0)
+    polar_inertia: Inertia = Field(ge=0)
+    diametral_inertia: Inertia = Field(ge=0)
+
+
+class Unbalance(_Part):
+    """An unbalance plane; the phase counts from the keyphasor mark."""
+
+    name: str
+    position: Length
+    amount: TolerantUnbalance
+    phase: TolerantAngle = Tolerant(nominal=0.0, low=0.0, high=0.0)
+
+
+class Rotor(_Part):
+    """The shaft with what sits on it."""
+
+    sections: tuple[Section, ...] = Field(min_length=1)
+    disks: tuple[Disk, ...] = ()
+    unbalance: tuple[Unbalance, ...] = ()
+    elastic_modulus: Pressure = Field(gt=0)
+    density: Density = Field(gt=0)
+    poisson_ratio: Number = Field(0.3, gt=0, lt=0.5)
+    modal_damping_ratio: Number = Field(0.0, ge=0, lt=1)
+    speed_decay_time: TolerantTime | None = None
+
+    @property
+    def length(self) -> float:
+        """Length of the shaft, m."""
+        return math.fsum(section.length for section in self.sections)
+
+
+class MagneticBearing(_Part):
+    """A radial magnetic bearing while it levitates: closed-loop spring and damper about the set-point."""
+
+    name: str
+    position: Length
+    stiffness: TolerantStiffness
+    damping: TolerantDamping
+
+
+class Balls(_Part):
+    """The balls of a deep-groove touchdown bearing."""
+
+    count: int = Field(ge=3)
+    diameter: Length = Field(gt=0)
+    pitch_diameter: Length = Field(gt=0)
+    diametral_clearance: TolerantLength
+    stiffness: Annotated[float, _quantity("N/m^1.5")] = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _fits(self) -> Balls:
+        if self.diameter * self.count > math.pi * self.pitch_diameter:
+            raise InputError(
+                f"{self.count} balls of {self.diameter * 1e3:g} mm do not fit on a pitch circle of {self.pitch_diameter * 1e3:g} mm"
+            )
+        return self
+
+
+class TouchdownBearing(_Part):
+    """A touchdown bearing with its support; its `name` is the name of the machine's end."""
+
+    name: str
+    position: Length
+    journal_radius: Length = Field(gt=0)
+    radial_gap: TolerantLength
+    contact_stiffness: Annotated[float, _quantity("N/m^(10/9)")] = Field(gt=0)
+    contact_damping: TolerantContactDamping
+    friction: TolerantNumber
+    inner_ring_mass: Mass = Field(gt=0)
+    inner_ring_inertia: Inertia = Field(gt=0)
+    inner_ring_drag: TolerantMoment
+    balls: Balls
+    ball_damping: Damping = Field(ge=0)
+    support_mass: Mass = Field(gt=0)
+    support_stiffness: TolerantStiffness
+    support_damping: TolerantDamping
+
+
+class Probe(_Part):
+    """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
+
+    Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.
+    """
+
+    name: str
+    end: str
+    position: Length
+    angle: Angle
+    sensitivity: Sensitivity | None = None
+    offset: Voltage = 0.0
+    range: tuple[Length, Length] | None = None
+
+    @model_validator(mode="after")
+    def _usable(self) -> Probe:
+        if self.sensitivity == 0:
+            raise InputError('sensitivity 0 V/m gives no displacement; write e.g. "7.87 mV/um"')
+        if self.range is not None and self.range[0] >= self.range[1]:
+            raise InputError("range must be [smallest, largest] displacement")
+        return self
+
+
+class SpeedSignal(_Part):
+    """The channel of the speed signal; `unit` where the file states none."""
+
+    channel: str
+    unit: str | None = None
+    sensitivity: Annotated[float, _quantity("V s")] | None = None  # volts per Hz
+
+
+class Keyphasor(_Part):
+    """The channel of one pulse a revolution; its edge marks shaft angle `angle`."""
+
+    channel: str
+    edge: Literal["rising", "falling"] = "rising"
+    angle: Angle = 0.0
+
+
+class EffectSetting(BaseModel):
+    """An effect that the machine carries: its identifier, its place, its parameters as written."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    name: str
+    where: str
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Parameters as written, by name."""
+        return dict(self.model_extra or {})
+
+
+class Machine(_Part):
+    """A rotor with its magnetic and touchdown bearings and its sensors."""
+
+    name: str
+    rotation: Literal["ccw", "cw"] = "ccw"
+    gravity: Acceleration = Field(STANDARD_GRAVITY, ge=0)
+    mains: Annotated[float, _quantity("Hz")] = 50.0
+    rotor: Rotor
+    magnetic_bearings: tuple[MagneticBearing, ...] = Field((), alias="magnetic_bearing")
+    touchdown_bearings: tuple[TouchdownBearing, ...] = Field(alias="touchdown_bearing")
+    probes: tuple[Probe, ...] = Field((), alias="probe")
+    speed: SpeedSignal | None = None
+    keyphasor: Keyphasor | None = None
+    channels: dict[str, str] = Field(default_factory=dict)
+    effects: tuple[EffectSetting, ...] = Field((), alias="effect")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Machine:
+        if len(self.touchdown_bearings) != 2:
+            raise InputError(
+                f"{len(self.touchdown_bearings)} [[touchdown_bearing]] given; a rotor drops onto two, one at each end"
+            )
+        for kind, parts in (
+            ("magnetic_bearing", self.magnetic_bearings),
+            ("touchdown_bearing", self.touchdown_bearings),
+            ("probe", self.probes),
+            ("disks", self.rotor.disks),
+            ("unbalance", self.rotor.unbalance),
+        ):
+            names = [part.name for part in parts]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise InputError(f"{kind} '{twice[0]}' is given twice; names must differ")
+            for part in parts:
+                if not 0 <= part.position <= self.rotor.length:
+                    raise InputError(
+                        f"{kind} '{part.name}': position {part.position * 1e3:g} mm lies outside the shaft"
+                        f" (0 to {self.rotor.length * 1e3:g} mm); check its unit"
+                    )
+        if self.touchdown_bearings[0].position == self.touchdown_bearings[1].position:
+            raise InputError("both touchdown bearings have the same position")
+        for bearing in self.touchdown_bearings:
+            _plausible(bearing)
+        self._check_probes()
+        known = self.channel_names()
+        for name in self.channels:
+            if name not in known:
+                raise InputError(f"[channels] '{name}' is no probe, 'speed' or 'keyphasor'{did_you_mean(name, known)}")
+        return self
+
+    def _check_probes(self) -> None:
+        for probe in self.probes:
+            if probe.end not in self.ends:
+                raise InputError(
+                    f"probe '{probe.name}': end '{probe.end}' is no touchdown bearing{did_you_mean(probe.end, self.ends)}"
+                )
+        for end in self.ends:
+            angles = [probe.angle for probe in self.probes if probe.end == end]
+            if len(angles) >= 2 and max(abs(math.sin(a - angles[0])) for a in angles[1:]) < math.sin(math.radians(10)):
+                raise InputError(
+                    f"probes of end '{end}' are less than 10 deg from one line; two directions are needed to see the orbit: check their angles"
+                )
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Names of the touchdown bearings, as in the file."""
+        return tuple(bearing.name for bearing in self.touchdown_bearings)
+
+    def bearing(self, end: str) -> TouchdownBearing:
+        """Return the touchdown bearing of an end."""
+        for bearing in self.touchdown_bearings:
+            if bearing.name == end:
+                return bearing
+        raise InputError(f"'{end}' is no touchdown bearing{did_you_mean(end, self.ends)}")
+
+    def probes_at(self, end: str) -> tuple[Probe, ...]:
+        """Return the probes of an end."""
+        return tuple(probe for probe in self.probes if probe.end == end)
+
+    def channel_names(self) -> tuple[str, ...]:
+        """Names that the [channels] table may map."""
+        extra = (["speed"] if self.speed else []) + (["keyphasor"] if self.keyphasor else [])
+        return (*(probe.name for probe in self.probes), *extra)
+
+    def channel_in_file(self, name: str) -> str:
+        """Return the file's name of a probe, of ``speed`` or of ``keyphasor``."""
+        if name in self.channels:
+            return self.channels[name]
+        if name == "speed" and self.speed:
+            return self.speed.channel
+        if name == "keyphasor" and self.keyphasor:
+            return self.keyphasor.channel
+        return name
+
+    @property
+    def sense(self) -> int:
+        """+1 where the rotor turns counter-clockwise (from +x towards +y), -1 where clockwise."""
+        return 1 if self.rotation == "ccw" else -1
+
+
+def _plausible(bearing: TouchdownBearing) -> None:
+    gap = bearing.radial_gap
+    if gap.low <= 0:
+        raise InputError(f"touchdown_bearing '{bearing.name}': radial_gap {gap.low * 1e6:g} um is not positive")
+    if gap.nominal > 0.1 * bearing.journal_radius:
+        raise InputError(
+            f"touchdown_bearing '{bearing.name}': radial_gap {gap.nominal * 1e6:g} um is more than a tenth of the journal radius"
+            f" ({bearing.journal_radius * 1e3:g} mm); check its unit"
+        )
+    for name in ("support_stiffness", "support_damping", "friction", "contact_damping", "inner_ring_drag"):
+        value: Tolerant = getattr(bearing, name)
+        if value.low < 0 or (name == "support_stiffness" and value.low <= 0):
+            raise InputError(
+                f"touchdown_bearing '{bearing.name}': {name} reaches down to {value.low:g}; it must stay positive"
+            )
+    if bearing.friction.high > 2:
+        raise InputError(
+            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.high:g} is no friction coefficient; 0.05 to 0.5 is usual"
+        )
+
+
+def load_machine(path: str | Path) -> Machine:
+    """Read and validate a machine file.
+
+    Raises
+    ------
+    InputError
+        With the file, the place in it, what is wrong and what to do.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the machine's TOML file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder; give the machine's TOML file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a text file; give the machine's TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: is not valid TOML: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    return parse_machine(data, str(path))
+
+
+def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
+    """Validate a machine given as the dictionary that its TOML file holds (see `load_machine`)."""
+    try:
+        return Machine.model_validate(data)
+    except ValidationError as error:
+        raise InputError(f"{source}: {_explain(error, data)}") from None
+
+
+def _explain(error: ValidationError, data: dict[str, Any]) -> str:
+    """Turn the first finding of a validation into one line: place, what, cure."""
+    findings = error.errors()
+    finding = min(findings, key=lambda f: f["type"] != "extra_forbidden")  # a misspelt key explains the missing one
+    place = _place(finding["loc"], data)
+    more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
+    if finding["type"] == "extra_forbidden":
+        name = str(finding["loc"][-1])
+        return f"{place}unknown key '{name}'{did_you_mean(name, _known_keys(finding['loc'][:-1]))}{more}"
+    if finding["type"] == "missing":
+        return f"{place}'{finding['loc'][-1]}' is missing{more}"
+    message = finding["msg"].removeprefix("Value error, ")
+    where = f"{place}{finding['loc'][-1]}: " if finding["loc"] and isinstance(finding["loc"][-1], str) else place
+    if finding["type"] != "value_error":
+        message += f", not {finding['input']!r}"
+    return f"{where}{message}{more}"
+
+
+def _place(loc: tuple[int | str, ...], data: Any) -> str:
+    words: list[str] = []
+    node = data
+    for key in loc[:-1]:
+        try:
+            node = node[key]
+        except (KeyError, IndexError, TypeError):
+            break
+        if isinstance(key, int):
+            label = node.get("name") if isinstance(node, dict) else None
+            words.append(f"'{label}'" if label else f"number {key + 1}")
+        else:
+            words.append(f"[{key}]")
+    return " ".join(words) + ": " if words else ""
+
+
+def _known_keys(loc: tuple[int | str, ...]) -> list[str]:
+    model: Any = Machine
+    for key in loc:
+        if isinstance(key, int):
+            continue
+        for name, field in model.model_fields.items():
+            if key in (name, field.alias):
+                model = _model_in(field.annotation)
+                break
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _model_in(annotation: Any) -> Any:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for argument in getattr(annotation, "__args__", ()):
+        found = _model_in(argument)
+        if found is not None:
+            return found
+    return None

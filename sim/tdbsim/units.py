@@ -1,0 +1,129 @@
+"""Units at the edges: text with a unit in, SI numbers out.  Nothing behind this module sees a unit.
+
+Three traps of general unit libraries are closed here.  In this field ``mil`` is a thousandth of an inch, never an
+angle.  Speeds and frequencies are counted in cycles per second: ``rpm`` is divided by 60 and ``rad/s`` by 2 pi.
+``pk-pk`` and ``0-pk`` are no units; they are split off (`split_kind`) and kept as what they are.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import Any
+
+from tdbsim.errors import InputError
+
+_KINDS = {"pp": "pk-pk", "p-p": "pk-pk", "pkpk": "pk-pk", "pk-pk": "pk-pk", "pk": "0-pk", "0-pk": "0-pk", "rms": "rms"}
+
+# what data acquisition systems write, and what it means
+_VENDOR = {
+    "mil": "thou", "mils": "thou", "volts": "volt", "volt": "volt", "micron": "micrometer", "microns": "micrometer",
+    "mue": "micrometer", "seconds": "second", "sec": "second", "secs": "second", "hertz": "hertz",
+    "rev/min": "rpm", "r/min": "rpm", "1/min": "rpm", "min^-1": "rpm", "u/min": "rpm", "rps": "hertz",
+    "rev/s": "hertz", "rev": "turn", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
+}  # fmt: skip
+
+_NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+def split_kind(unit: str) -> tuple[str, str | None]:
+    """Split ``"um pp"`` into ``("um", "pk-pk")``; the kind is None where the text names none."""
+    words = unit.split()
+    if len(words) > 1 and words[-1].lower() in _KINDS:
+        return " ".join(words[:-1]), _KINDS[words[-1].lower()]
+    return unit.strip(), None
+
+
+def _spelling(unit: str) -> str:
+    text = unit.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("²", "^2").replace("³", "^3")
+    return _VENDOR.get(text.lower(), text)
+
+
+@cache
+def scale(unit: str, si: str) -> float:
+    """Return the factor from `unit` to the SI unit `si`.
+
+    Parameters
+    ----------
+    unit : str
+        As a person or an instrument writes it: ``"um"``, ``"mil"``, ``"rpm"``, ``"g mm"``.
+    si : str
+        The SI unit wanted, e.g. ``"m"``, ``"Hz"``, ``"rad"``, ``"V/m"``, ``"1"``.
+
+    Raises
+    ------
+    InputError
+        If the unit is unknown or of another dimension.
+    """
+    spelled, kind = split_kind(unit)
+    if kind is not None:
+        raise InputError(
+            f"'{unit}' is a {kind} amplitude, not an instantaneous value; give the unit alone: '{spelled}'"
+        )
+    spelled = _spelling(spelled)
+    registry = _registry()
+    try:
+        parsed = registry.Quantity(1.0, spelled)
+        if si == "Hz":
+            if parsed.dimensionality != {"[time]": -1.0}:
+                raise InputError(f"'{unit}' is not a frequency or a speed; write Hz, rpm or rad/s")
+            cycles = 2 * math.pi if re.search(r"rpm|rad|rev|turn|deg|rotation", spelled) else 1.0
+            return float(parsed.to_base_units().magnitude) / cycles
+        factor = parsed.to("dimensionless" if si == "1" else si)
+        zero = registry.Quantity(0.0, spelled).to("dimensionless" if si == "1" else si)
+        if zero.magnitude != 0.0:
+            raise InputError(f"'{unit}' has an offset against {si}; write the value in {si}")
+        return float(factor.magnitude)
+    except InputError:
+        raise
+    except Exception as error:  # pint raises many kinds, several of them not its own
+        cure = "a number" if si == "1" else f"a unit like {si}"
+        raise InputError(f"'{unit}' is not a unit that can be turned into {cure}") from error
+
+
+def to_si(value: Any, si: str) -> float:
+    """Turn a number (already SI) or a text such as ``"250 um"`` into SI.
+
+    Raises
+    ------
+    InputError
+        If it is neither, is not finite, or its unit is unknown or of another dimension.
+    """
+    if isinstance(value, bool) or value is None:
+        raise InputError(f"{value!r} is not a quantity; write a number in {si} or a text with a unit")
+    if isinstance(value, (int, float)):
+        number = float(value)
+    elif isinstance(value, str):
+        found = _NUMBER.match(value)
+        if not found:
+            raise InputError(f"'{value}' is not a quantity; write a number and a unit, e.g. \"1.5 {si}\"")
+        number = float(found.group(1))
+        if found.group(2):
+            number *= scale(found.group(2), si)
+    else:
+        raise InputError(f"{value!r} is not a quantity; write a number in {si} or a text with a unit")
+    if not math.isfinite(number):
+        raise InputError(f"{value!r} is not a finite number")
+    return number
+
+
+def si_unit_of(unit: str) -> tuple[str, float] | None:
+    """Return the SI unit and factor of a channel's unit, or None where the unit is unknown.
+
+    Displacements become m, speeds and frequencies Hz, voltages V, times s, angles rad, accelerations m/s^2,
+    forces N, temperatures stay unconverted (None) since they carry an offset.
+    """
+    for si in ("m", "Hz", "V", "s", "rad", "m/s", "m/s^2", "N", "A", "1"):
+        try:
+            return si, scale(unit, si)
+        except InputError:
+            continue
+    return None

@@ -1,0 +1,102 @@
+"""A value with its 95 % interval: the one type that carries every number from analysis to figure, JSON and report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+# unit outside: (name in JSON and reports, factor from SI)
+OUTSIDE = {
+    "um": 1e6, "mm": 1e3, "m": 1.0, "s": 1.0, "ms": 1e3, "Hz": 1.0, "N": 1.0, "N/m": 1.0, "N s/m": 1.0, "kg": 1.0,
+    "mm/s": 1e3, "MPa": 1e-6, "N m": 1.0, "1": 1.0, "deg": 180 / math.pi, "%": 100.0, "1/s": 1.0, "g mm": 1e6, "1/m": 1.0,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A quantity in SI with a 95 % interval.
+
+    Attributes
+    ----------
+    value, low, high : float or None
+        In SI.  All None where the quantity could not be estimated; `why` then says why.
+        `low` and `high` alone are None where a value is stated without an interval; `why` says why.
+    unit : str
+        The unit outside (JSON, figures, reports), one of `OUTSIDE`.
+    method : str
+        How it was obtained, in a few words.
+    why : str
+        Why it, or its interval, is missing.
+    kind : str
+        ``"0-pk"``, ``"pk-pk"``, ``"rms"`` for amplitudes; empty otherwise.
+    """
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+    unit: str = "1"
+    method: str = ""
+    why: str = ""
+    kind: str = ""
+
+    def __post_init__(self) -> None:
+        if self.unit not in OUTSIDE:
+            raise ValueError(f"unit '{self.unit}' has no factor in OUTSIDE; add it there")
+        numbers = [x for x in (self.value, self.low, self.high) if x is not None]
+        if any(not math.isfinite(x) for x in numbers):
+            raise ValueError(f"an estimate must be finite, not {self.value}, {self.low}, {self.high} ({self.method})")
+        if self.value is None and not self.why:
+            raise ValueError("an estimate without a value must say why")
+
+    @classmethod
+    def missing(cls, unit: str, why: str) -> Estimate:
+        """A quantity that could not be estimated, with the reason."""
+        return cls(None, unit=unit, why=why)
+
+    @classmethod
+    def from_sigma(
+        cls, value: float, sigma: float, unit: str, method: str, kind: str = "", quantile: float = 1.96
+    ) -> Estimate:
+        """A value with the interval ``value ± quantile * sigma`` (SI)."""
+        return cls(value, value - quantile * sigma, value + quantile * sigma, unit, method, "", kind)
+
+    @property
+    def known(self) -> bool:
+        """True where there is a value."""
+        return self.value is not None
+
+    @property
+    def outside(self) -> tuple[float | None, float | None, float | None]:
+        """Value, low and high in the unit outside."""
+        factor = OUTSIDE[self.unit]
+        value, low, high = (None if x is None else x * factor for x in (self.value, self.low, self.high))
+        return value, low, high
+
+    def to_json(self) -> dict[str, Any]:
+        """The quantity of the JSON contract."""
+        value, low, high = self.outside
+        out: dict[str, Any] = {"value": value, "low": low, "high": high, "unit": self.unit, "method": self.method}
+        if self.kind:
+            out["kind"] = self.kind
+        if self.why:
+            out["why"] = self.why
+        return out
+
+    def __str__(self) -> str:
+        value, low, high = self.outside
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        kind = f" {self.kind}" if self.kind else ""
+        if value is None:
+            return f"not estimated ({self.why})"
+        if low is None or high is None:
+            return f"{value:.4g}{unit}{kind}"
+        digits = _digits(high - low)
+        return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f}){unit}{kind}"
+
+
+def _digits(width: float) -> int:
+    """Decimals that show an interval of this width with two figures."""
+    if width <= 0:
+        return 3
+    return max(0, min(6, 1 - math.floor(math.log10(width))))

@@ -1,0 +1,14 @@
+"""Records: a file of channels becomes an `xarray.Dataset` at its native sampling.
+
+The form of a record as read (`read`)
+    One data variable a channel, named as in the file, float64, in SI where the file's unit is known.  A channel's
+    dimension is ``time``, or ``time_2``, ``time_3`` ... for channels on other time bases; every such dimension has a
+    coordinate of the same name in s, counted from the record's first sample (of any channel).
+    Channel attributes: ``units`` (SI: "m", "Hz", "V", "1", ... or the file's own text where it is not known),
+    ``source_units`` (as in the file), ``long_name``; ``full_scale`` ([low, high] in ``units``) where the file tells.
+    Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known).
+
+The form of a record that a machine has been laid over (`assign`)
+    Probes by their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;
+    other channels are left out.  What the machine expects and the file lacks is listed in the attribute ``missing``.
+"""

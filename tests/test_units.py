@@ -1,0 +1,64 @@
+"""Units at the edges: the traps of the trade, by hand-computed factors."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tdbsim.errors import InputError
+from tdbsim.units import scale, si_unit_of, split_kind, to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "expected"),
+    [
+        ("250 um", "m", 250e-6),
+        ("250 µm", "m", 250e-6),
+        ("1 mil", "m", 25.4e-6),
+        ("3000 rpm", "Hz", 50.0),
+        ("100 Hz", "Hz", 100.0),
+        (f"{2 * math.pi} rad/s", "Hz", 1.0),
+        ("40 g mm", "kg m", 40e-6),
+        ("15 mN m", "N m", 0.015),
+        ("0.08 kg m^2", "kg m^2", 0.08),
+        ("180 deg", "rad", math.pi),
+        ("7.87 mV/um", "V/m", 7870.0),
+        ("400 N s/m", "N s/m", 400.0),
+        ("20 %", "1", 0.2),
+        (0.3, "1", 0.3),
+        ("0.08 s/m", "s/m", 0.08),
+    ],
+)
+def test_text_to_si(text, si, expected):
+    assert to_si(text, si) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["250 kg", "um", "twelve um", "5 furlongs per fortnight", "nan", True, None, [1], "1 um pp"]
+)
+def test_nonsense_is_refused_with_the_text(text):
+    with pytest.raises(InputError, match="quantity|unit|finite|amplitude"):
+        to_si(text, "m")
+
+
+def test_frequency_refuses_a_length():
+    with pytest.raises(InputError, match="rpm"):
+        scale("um", "Hz")
+
+
+def test_peak_to_peak_is_a_kind_not_a_unit():
+    assert split_kind("um pp") == ("um", "pk-pk")
+    assert split_kind("mil pk-pk") == ("mil", "pk-pk")
+    assert split_kind("g mm") == ("g mm", None)
+
+
+def test_channel_units_of_instruments():
+    assert si_unit_of("Volts") == ("V", 1.0)
+    assert si_unit_of("mils") == ("m", pytest.approx(25.4e-6))
+    assert si_unit_of("rpm") == ("Hz", pytest.approx(1 / 60))
+    assert si_unit_of("bananas") is None
+
+
+@given(st.floats(-1e6, 1e6, allow_subnormal=False))
+def test_metres_and_micrometres_agree(value):
+    assert to_si(f"{value!r} um", "m") == pytest.approx(value * 1e-6, rel=1e-12, abs=1e-300)
