@@ -1,0 +1,417 @@
+"""The rotor as a finite element model: Timoshenko beams with gyroscopics, wheels as point inertias.
+
+Coordinates
+    Axes of the machine: x right, y up, z along the shaft from the non-drive end; right-handed, so that a positive speed
+    turns from +x towards +y.  Each node has (x, y, theta_x, theta_y); the angles are right-handed rotations of the
+    cross-section about +x and +y.  Without shear dx/dz = theta_y and dy/dz = -theta_x.
+
+One plane
+    The rotor is round, so both planes share their matrices.  They are kept for one plane, with (v, psi) per node: the
+    deflection and the rotation of the cross-section in the sense of dv/dz.  v = x, psi = theta_y in the x-z plane and
+    v = y, psi = -theta_x in the y-z plane.
+
+Equation of motion, with omega in rad/s:  M q'' + omega G q' + (K + omega' G_c) q = F.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+Array = NDArray[np.float64]
+
+_ELEMENTS_A_SHAFT = 24  # the fourth bending mode then has some ten elements a wave: within 0.1 % of its limit
+_SAME_NODE = 1e-4  # of the shaft's length; a named position nearer to a node than this is interpolated
+
+
+@dataclass(frozen=True, eq=False)
+class RotorModel:
+    """Matrices of a free rotor with m nodes.
+
+    Attributes
+    ----------
+    nodes : (m,) array
+        Axial positions, m.
+    shear : (m - 1,) array
+        Shear parameter 12 E I / (kappa G A l^2) of each element.
+    plane_mass, plane_stiffness : (2m, 2m) arrays
+        Of one plane, in (v, psi) per node.
+    plane_polar : (2m, 2m) array
+        Polar inertia weighed with the rotations; omega times it couples the two planes.
+    modal_damping_ratio : float
+        Of every bending mode.
+    """
+
+    nodes: Array
+    shear: Array
+    plane_mass: Array
+    plane_stiffness: Array
+    plane_polar: Array
+    modal_damping_ratio: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length of the shaft, m."""
+        return float(self.nodes[-1])
+
+    @cached_property
+    def _plane_x(self) -> NDArray[np.intp]:
+        return np.add.outer(4 * np.arange(len(self.nodes)), np.array([0, 3])).ravel()
+
+    @cached_property
+    def _plane_y(self) -> NDArray[np.intp]:
+        return np.add.outer(4 * np.arange(len(self.nodes)), np.array([1, 2])).ravel()
+
+    @cached_property
+    def _sign_y(self) -> Array:
+        return np.tile([1.0, -1.0], len(self.nodes))  # psi = -theta_x
+
+    def _both_planes(self, plane: Array) -> Array:
+        full = np.zeros((2 * len(plane), 2 * len(plane)))
+        full[np.ix_(self._plane_x, self._plane_x)] = plane
+        full[np.ix_(self._plane_y, self._plane_y)] = plane * np.outer(self._sign_y, self._sign_y)
+        return full
+
+    @cached_property
+    def mass(self) -> Array:
+        """Mass matrix (4m, 4m)."""
+        return self._both_planes(self.plane_mass)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Stiffness matrix (4m, 4m) of the free rotor."""
+        return self._both_planes(self.plane_stiffness)
+
+    @cached_property
+    def gyroscopic(self) -> Array:
+        """Gyroscopic matrix (4m, 4m), skew-symmetric; multiply by omega in rad/s."""
+        full = np.zeros((4 * len(self.nodes), 4 * len(self.nodes)))
+        full[np.ix_(self._plane_x, self._plane_y)] = self.plane_polar * self._sign_y
+        full[np.ix_(self._plane_y, self._plane_x)] = -(self.plane_polar * self._sign_y).T
+        return full
+
+    @property
+    def circulatory(self) -> Array:
+        """G_c (4m, 4m) of a changing speed; multiply by omega' in rad/s^2.
+
+        The rate of the spin's angular momentum omega I_p (theta_y, -theta_x, 1) has the part omega' I_p (theta_y,
+        -theta_x), so G_c = G where the torque that changes the speed keeps to the fixed z axis.  A torque that follows
+        the tilted shaft, as windage does, brings the same moment with it, and then G_c = 0.
+        """
+        return self.gyroscopic
+
+    @cached_property
+    def _translation(self) -> Array:
+        return np.tile([1.0, 0.0], len(self.nodes))
+
+    def rigid_rotation(self, about: float) -> Array:
+        """Return the unit rotation (2m,) of one plane about an axial position."""
+        return np.column_stack([self.nodes - about, np.ones(len(self.nodes))]).ravel()
+
+    @cached_property
+    def total_mass(self) -> float:
+        """Mass, kg."""
+        return float(self._translation @ self.plane_mass @ self._translation)
+
+    @cached_property
+    def centre_of_mass(self) -> float:
+        """Axial position of the centre of mass, m."""
+        return float(self._translation @ self.plane_mass @ self.rigid_rotation(0.0)) / self.total_mass
+
+    @cached_property
+    def polar_inertia(self) -> float:
+        """Moment of inertia about the shaft's axis, kg m^2."""
+        rotation = self.rigid_rotation(0.0)
+        return float(rotation @ self.plane_polar @ rotation)
+
+    @cached_property
+    def diametral_inertia(self) -> float:
+        """Moment of inertia about a diameter through the centre of mass, kg m^2."""
+        rotation = self.rigid_rotation(self.centre_of_mass)
+        return float(rotation @ self.plane_mass @ rotation)
+
+    def plane_rows(self, positions: ArrayLike) -> tuple[Array, Array]:
+        """Return rows (k, 2m) that give deflection and cross-section rotation of one plane at k positions.
+
+        Raises
+        ------
+        InputError
+            If a position lies outside the shaft.
+        """
+        return _rows(self.nodes, self.shear, np.atleast_1d(np.asarray(positions, dtype=float)))
+
+    def in_plane_x(self, plane: Array) -> Array:
+        """Lay vectors or rows (..., 2m) of one plane into the x-z plane: (..., 4m)."""
+        full = np.zeros((*plane.shape[:-1], 4 * len(self.nodes)))
+        full[..., self._plane_x] = plane
+        return full
+
+    def in_plane_y(self, plane: Array) -> Array:
+        """Lay vectors or rows (..., 2m) of one plane into the y-z plane: (..., 4m)."""
+        full = np.zeros((*plane.shape[:-1], 4 * len(self.nodes)))
+        full[..., self._plane_y] = plane * self._sign_y
+        return full
+
+
+def shape_at(model: RotorModel, position: float) -> Array:
+    """Return rows (2, 4m) that give x and y of the shaft at an axial position, by the elements' shape functions."""
+    deflection, _ = model.plane_rows(position)
+    return np.vstack([model.in_plane_x(deflection), model.in_plane_y(deflection)])
+
+
+def slope_at(model: RotorModel, position: float) -> Array:
+    """Return rows (2, 4m) that give theta_x and theta_y of the cross-section at an axial position."""
+    _, rotation = model.plane_rows(position)
+    return np.vstack([-model.in_plane_y(rotation), model.in_plane_x(rotation)])
+
+
+def build_rotor(machine: Machine, max_element: float | None = None) -> RotorModel:
+    """Build the model of a machine's rotor.
+
+    Nodes stand at the ends of all sections and at all named positions (wheels, unbalance planes, bearings, probes).
+
+    Parameters
+    ----------
+    machine : Machine
+        Its `rotor` and the positions on it.
+    max_element : float, optional
+        Greatest length of an element, m; a 24th of the shaft where not given.
+
+    Raises
+    ------
+    InputError
+        If `max_element` is not positive.
+
+    References
+    ----------
+    H. D. Nelson, A finite rotating shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793-803.
+    """
+    rotor = machine.rotor
+    if max_element is None:
+        max_element = rotor.length / _ELEMENTS_A_SHAFT
+    if not max_element > 0:
+        raise InputError(f"max_element {max_element:g} m is not positive; give the greatest element length")
+    ends = np.concatenate([[0.0], np.cumsum([section.length for section in rotor.sections])])
+    nodes = _mesh(ends, _named_positions(machine), max_element)
+
+    section_of = np.searchsorted(ends[1:-1], (nodes[:-1] + nodes[1:]) / 2)
+    outer = np.array([section.outer_diameter for section in rotor.sections])[section_of]
+    inner = np.array([section.inner_diameter for section in rotor.sections])[section_of]
+    area = math.pi / 4 * (outer**2 - inner**2)
+    second_moment = math.pi / 64 * (outer**4 - inner**4)
+    length = np.diff(nodes)
+    shear_modulus = rotor.elastic_modulus / (2 * (1 + rotor.poisson_ratio))
+    kappa = shear_coefficient(inner / outer, rotor.poisson_ratio)
+    bending = rotor.elastic_modulus * second_moment
+    shear = 12 * bending / (kappa * shear_modulus * area * length**2)
+
+    mass, stiffness, polar = _element_matrices(
+        length, shear, bending, rotor.density * area, rotor.density * second_moment
+    )
+    size = 2 * len(nodes)
+    plane_mass, plane_stiffness, plane_polar = (_assembled(each, size) for each in (mass, stiffness, polar))
+    for disk in rotor.disks:
+        deflection, rotation = _rows(nodes, shear, np.array([disk.position]))
+        plane_mass += disk.mass * deflection.T @ deflection + disk.diametral_inertia * rotation.T @ rotation
+        plane_polar += disk.polar_inertia * rotation.T @ rotation
+    return RotorModel(nodes, shear, plane_mass, plane_stiffness, plane_polar, rotor.modal_damping_ratio)
+
+
+def shear_coefficient(bore_ratio: ArrayLike, poisson_ratio: float) -> Array:
+    """Return the shear coefficient of a hollow circular section (Cowper, J. Appl. Mech. 33, 1966).
+
+    Parameters
+    ----------
+    bore_ratio : array
+        Inner over outer diameter, 0 where solid.
+    poisson_ratio : float
+        Of the shaft's material.
+    """
+    m2 = np.square(bore_ratio)
+    square = (1 + m2) ** 2
+    return np.asarray(
+        6 * (1 + poisson_ratio) * square / ((7 + 6 * poisson_ratio) * square + (20 + 12 * poisson_ratio) * m2)
+    )
+
+
+def static_loads(machine: Machine, model: RotorModel) -> dict[str, float]:
+    """Return the weight that each touchdown bearing carries with the rotor at rest, N.
+
+    Raises
+    ------
+    InputError
+        If the centre of mass does not lie between the touchdown bearings: the rotor would tip.
+    """
+    return {end: mass * machine.gravity for end, mass in end_mass(machine, model).items()}
+
+
+def end_mass(machine: Machine, model: RotorModel) -> dict[str, float]:
+    """Return each end's share of the rotor's mass by the lever rule, kg (raises as `static_loads`)."""
+    first, second = machine.touchdown_bearings
+    share = (model.centre_of_mass - first.position) / (second.position - first.position)
+    if not 0 < share < 1:
+        raise InputError(
+            f"the rotor's centre of mass, at {model.centre_of_mass * 1e3:.1f} mm, does not lie between the touchdown"
+            f" bearings at {first.position * 1e3:g} and {second.position * 1e3:g} mm; check sections, disks, positions"
+        )
+    return {first.name: model.total_mass * (1 - share), second.name: model.total_mass * share}
+
+
+def static_deflection(machine: Machine, model: RotorModel, stiffness: Mapping[str, float]) -> Array:
+    """Return the coordinates (4m,) of the rotor at rest under its weight on springs at the touchdown bearings.
+
+    Parameters
+    ----------
+    machine : Machine
+        Gives gravity and the bearings' positions.
+    model : RotorModel
+        Of the same machine.
+    stiffness : mapping
+        End to N/m, positive, one for each end.
+
+    Raises
+    ------
+    InputError
+        If an end's stiffness is missing, unknown or not positive.
+    """
+    springs = spring_positions(machine, stiffness)
+    held = model.plane_stiffness.copy()
+    for position, value in springs:
+        row, _ = model.plane_rows(position)
+        held += value * row.T @ row
+    weight = -machine.gravity * model.plane_mass @ model._translation
+    deflection: Array = np.linalg.solve(held, weight)
+    return model.in_plane_y(deflection)
+
+
+def bending_sag(machine: Machine, model: RotorModel) -> dict[str, float]:
+    """Return how far each probe's plane lies above the straight line through the bearing planes at rest, m.
+
+    The bearings' reactions follow from statics alone, so their stiffness does not matter.  A probe at rest reads the
+    line through the bearing centres plus this sag (negative between the bearings).
+    """
+    first, second = machine.touchdown_bearings
+    rest = static_deflection(machine, model, dict.fromkeys(machine.ends, 1e9))
+    at = {place: float((shape_at(model, place) @ rest)[1]) for place in (first.position, second.position)}
+    slope = (at[second.position] - at[first.position]) / (second.position - first.position)
+    return {
+        probe.name: float((shape_at(model, probe.position) @ rest)[1])
+        - at[first.position]
+        - slope * (probe.position - first.position)
+        for probe in machine.probes
+    }
+
+
+def spring_positions(machine: Machine, stiffness: Mapping[str, Any]) -> list[tuple[float, Any]]:
+    """Return (position, value) of each touchdown bearing, after checking that every end has its value.
+
+    Raises
+    ------
+    InputError
+        If an end is missing or unknown, or a value is not positive.
+    """
+    for end in stiffness:
+        machine.bearing(end)
+    missing = [end for end in machine.ends if end not in stiffness]
+    if missing:
+        raise InputError(f"no stiffness given for end '{missing[0]}'; give one in N/m for each of {machine.ends}")
+    for end, value in stiffness.items():
+        if not np.all(np.asarray(value, dtype=float) > 0):
+            raise InputError(f"stiffness {value} N/m of end '{end}' is not positive")
+    return [(machine.bearing(end).position, stiffness[end]) for end in machine.ends]
+
+
+def _named_positions(machine: Machine) -> list[float]:
+    positions = {disk.position for disk in machine.rotor.disks}
+    positions |= {plane.position for plane in machine.rotor.unbalance}
+    positions |= {bearing.position for bearing in machine.magnetic_bearings}
+    positions |= {bearing.position for bearing in machine.touchdown_bearings}
+    positions |= {probe.position for probe in machine.probes}
+    return sorted(positions)
+
+
+def _mesh(ends: Array, named: list[float], max_element: float) -> Array:
+    same = _SAME_NODE * ends[-1]
+    fixed = list(ends)
+    for position in named:
+        if min(abs(position - node) for node in fixed) > same:
+            fixed.append(position)
+    fixed.sort()
+    parts = [
+        np.linspace(left, right, max(1, math.ceil((right - left) / max_element - 1e-9)), endpoint=False)
+        for left, right in pairwise(fixed)
+    ]
+    return np.concatenate([*parts, [fixed[-1]]])
+
+
+def _shape_functions(xi: Array, length: Array, shear: Array) -> tuple[Array, Array]:
+    """Return deflection and rotation (..., 4) of a Timoshenko element at xi = z/length (Nelson 1980)."""
+    over = 1 / (1 + shear)
+    deflection = [
+        over * (1 - 3 * xi**2 + 2 * xi**3 + shear * (1 - xi)),
+        over * length * (xi - 2 * xi**2 + xi**3 + shear / 2 * (xi - xi**2)),
+        over * (3 * xi**2 - 2 * xi**3 + shear * xi),
+        over * length * (-(xi**2) + xi**3 - shear / 2 * (xi - xi**2)),
+    ]
+    rotation = [
+        over * 6 / length * (xi**2 - xi),
+        over * (1 - 4 * xi + 3 * xi**2 + shear * (1 - xi)),
+        over * 6 / length * (xi - xi**2),
+        over * (-2 * xi + 3 * xi**2 + shear * xi),
+    ]
+    return np.stack(deflection, axis=-1), np.stack(rotation, axis=-1)
+
+
+def _element_matrices(
+    length: Array, shear: Array, bending: Array, line_mass: Array, line_inertia: Array
+) -> tuple[Array, Array, Array]:
+    """Return consistent mass, stiffness and polar matrices (elements, 4, 4) of one plane."""
+    points, weights = np.polynomial.legendre.leggauss(4)  # exact for the products of cubics
+    xi = (points[:, None] + 1) / 2
+    deflection, rotation = _shape_functions(xi, length, shear)
+    by_length = weights[:, None] / 2 * length
+    translatory = np.einsum("pe,pei,pej->eij", by_length * line_mass, deflection, deflection)
+    rotary = np.einsum("pe,pei,pej->eij", by_length * line_inertia, rotation, rotation)
+
+    zero, one = np.zeros_like(length), np.ones_like(length)
+    shearing = np.stack([2 / length, one, -2 / length, one], axis=-1)  # constant along the element
+    curving = np.stack([zero, one, zero, -one], axis=-1)
+    # exact for end loads: curvature is a constant and an antisymmetric part, the latter in series with the shear
+    stiffness = (bending / length)[:, None, None] * (
+        np.einsum("ei,ej->eij", curving, curving)
+        + (3 / (1 + shear))[:, None, None] * np.einsum("ei,ej->eij", shearing, shearing)
+    )
+    return translatory + rotary, stiffness, 2 * rotary  # polar inertia of a round section is twice the diametral
+
+
+def _assembled(elements: Array, size: int) -> Array:
+    matrix = np.zeros((size, size))
+    start = 2 * np.arange(len(elements))[:, None, None]
+    np.add.at(matrix, (start + np.arange(4)[:, None], start + np.arange(4)[None, :]), elements)
+    return matrix
+
+
+def _rows(nodes: Array, shear: Array, positions: Array) -> tuple[Array, Array]:
+    outside = ~((positions >= nodes[0] - 1e-9) & (positions <= nodes[-1] + 1e-9))
+    if outside.any():
+        raise InputError(
+            f"position {positions[outside][0] * 1e3:g} mm lies outside the shaft (0 to {nodes[-1] * 1e3:g} mm)"
+        )
+    element = np.clip(np.searchsorted(nodes, positions, side="right") - 1, 0, len(nodes) - 2)
+    length = np.diff(nodes)[element]
+    values = _shape_functions((positions - nodes[element]) / length, length, shear[element])
+    columns = 2 * element[:, None] + np.arange(4)
+    deflection, rotation = np.zeros((2, len(positions), 2 * len(nodes)))
+    for rows, value in zip((deflection, rotation), values, strict=True):
+        np.put_along_axis(rows, columns, value, axis=1)
+    return deflection, rotation
