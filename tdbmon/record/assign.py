@@ -1,0 +1,170 @@
+"""Lay a machine over a record: the file's channels become the machine's probes, speed and keyphasor."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.machine import Machine, Probe
+from tdbsim.units import scale
+
+_QUANTITIES = {
+    "m": "a displacement", "Hz": "a speed or frequency", "V": "a voltage", "s": "a time", "rad": "an angle",
+    "m/s": "a velocity", "m/s^2": "an acceleration", "N": "a force", "A": "a current", "1": "a plain number",
+}  # fmt: skip
+
+
+def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Name a record's channels as the machine does and turn volts into displacement and speed.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A record as `tdbmon.record.read.read` returns it.
+    machine : tdbsim.machine.Machine
+        Its probes, ``speed``, ``keyphasor`` and ``[channels]`` say which channel is which.
+
+    Returns
+    -------
+    xarray.Dataset
+        Probes in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded.  The attribute
+        ``missing`` lists machine names that the file lacks, ``unused`` the file's channels that were left out.
+
+    Raises
+    ------
+    InputError
+        If no channel of the machine is in the file, a channel is of the wrong quantity or without a usable unit, or
+        one channel of the file is asked for twice.
+    """
+    source = str(ds.attrs.get("source_file", "record"))
+    wanted = {name: machine.channel_in_file(name) for name in machine.channel_names()}
+    found = {name: channel for name, channel in wanted.items() if channel in ds.data_vars}
+    if not found:
+        raise InputError(_nothing_found(source, ds, wanted))
+    _once(source, found)
+    probes = {probe.name: probe for probe in machine.probes}
+    data: dict[str, xr.DataArray] = {}
+    for name, channel in found.items():
+        array = ds[channel]
+        place = f"{source}: channel '{channel}'" + (f" ({name})" if name != channel else "")
+        if name in probes:
+            data[name] = _displacement(array, probes[name], place)
+        elif name == "speed":
+            data[name] = _speed(array, machine, place)
+        else:
+            data[name] = array
+    return _collect(data, ds, wanted)
+
+
+def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
+    held = [str(name) for name in ds.data_vars]
+    shown = ", ".join(f"'{name}'" for name in held[:20]) + (f" and {len(held) - 20} more" if len(held) > 20 else "")
+    hints = {name: did_you_mean(name, held) for name in wanted.values()}
+    near = next((f" ('{name}' expected{hint})" for name, hint in hints.items() if "did you mean" in hint), "")
+    example = next(iter(wanted), "NDE_A")
+    return (
+        f"{source}: none of the machine's channels is in the file; it holds {shown}{near}; say in the machine file which"
+        f' channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
+    )
+
+
+def _once(source: str, found: dict[str, str]) -> None:
+    taken: dict[str, str] = {}
+    for name, channel in found.items():
+        if channel in taken:
+            raise InputError(
+                f"{source}: '{taken[channel]}' and '{name}' both ask for channel '{channel}'; correct [channels] in the machine file"
+            )
+        taken[channel] = name
+
+
+def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray:
+    units = array.attrs.get("units", "")
+    if units == "m":
+        return array
+    if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
+        if probe.sensitivity is None:
+            raise InputError(
+                f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file, e.g. sensitivity = \"7.87 mV/um\""
+            )
+        return _rescaled(array, 1.0 / probe.sensitivity, -probe.offset / probe.sensitivity, "m")
+    if units in ("", "1"):
+        raise InputError(
+            f"{place} has no unit; write one into the file (e.g. um), or give probe '{probe.name}' its sensitivity in the"
+            ' machine file if the channel is in volts, e.g. sensitivity = "7.87 mV/um"'
+        )
+    raise InputError(
+        f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {_wrong(units, 'm')}"
+    )
+
+
+def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
+    units = array.attrs.get("units", "")
+    signal = machine.speed
+    if units == "Hz":
+        return array
+    if units in ("", "1") and signal is not None and signal.unit is not None:
+        units = signal.unit
+        if not _is_voltage(units):
+            return _rescaled(array, scale(units, "Hz"), 0.0, "Hz")
+    if _is_voltage(units):
+        if signal is None or signal.sensitivity is None:
+            raise InputError(
+                f'{place} is in V; give its sensitivity in the machine file, e.g. [speed] sensitivity = "1 mV s" (volts a hertz)'
+            )
+        return _rescaled(array, scale(units, "V") / signal.sensitivity, 0.0, "Hz")
+    if units in ("", "1"):
+        raise InputError(
+            f'{place} has no unit; write one into the file or into the machine file, e.g. [speed] unit = "rpm"'
+        )
+    raise InputError(
+        f"{place} is {_quantity(array)}, where a speed in Hz, rpm, rad/s or V is needed; {_wrong(units, 'Hz')}"
+    )
+
+
+def _is_voltage(unit: str) -> bool:
+    try:
+        scale(unit, "V")
+    except InputError:
+        return False
+    return True
+
+
+def _quantity(array: xr.DataArray) -> str:
+    units = array.attrs.get("units", "")
+    name = _QUANTITIES.get(units)
+    return f"{name} ({array.attrs.get('source_units') or units})" if name else f"in '{units}'"
+
+
+def _wrong(units: str, si: str) -> str:
+    if units in _QUANTITIES:
+        return "is it the right channel? correct [channels] in the machine file, or the unit in the file"
+    try:
+        scale(units, si)
+    except InputError as error:
+        return str(error)
+    return "correct the unit in the file"
+
+
+def _rescaled(array: xr.DataArray, factor: float, offset: float, units: str) -> xr.DataArray:
+    """Return ``array * factor + offset`` in another unit, its full scale with it."""
+    out = xr.DataArray(array.values * factor + offset, dims=array.dims, attrs=dict(array.attrs))
+    out.attrs["units"] = units
+    if "full_scale" in out.attrs:
+        out.attrs["full_scale"] = sorted(float(limit * factor + offset) for limit in out.attrs["full_scale"])
+    return out
+
+
+def _collect(data: dict[str, xr.DataArray], ds: xr.Dataset, wanted: dict[str, str]) -> xr.Dataset:
+    """Put the channels together; the first one's time base becomes ``time``."""
+    dimensions = list(dict.fromkeys(array.dims[0] for array in data.values()))
+    names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
+    out = xr.Dataset(coords={names[old]: (names[old], ds[old].values, ds[old].attrs) for old in dimensions})
+    for name, array in data.items():
+        out[name] = (names[array.dims[0]], np.asarray(array.values), dict(array.attrs))
+        out[name].encoding = dict(array.encoding)
+    out.attrs = dict(ds.attrs)
+    out.attrs["missing"] = [name for name in wanted if name not in data]
+    used = {wanted[name] for name in data}
+    out.attrs["unused"] = [str(name) for name in ds.data_vars if name not in used]
+    return out

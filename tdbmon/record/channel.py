@@ -1,0 +1,261 @@
+"""Channels as a file holds them, and the one way from them to a record."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.units import si_unit_of
+
+_ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel, on its own time base, before any unit is converted.
+
+    Parameters
+    ----------
+    name : str
+        As in the file.
+    values : numpy.ndarray, shape (n,)
+        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.
+    unit : str
+        As in the file; "" where the file states none.
+    start, interval : float
+        First sample and sampling interval, s; used where `time` is None.
+    time : numpy.ndarray, shape (n,), optional
+        Time of every sample, s.
+    scale, offset : float
+        Of packed values; integers with a scale other than 1 have a full scale.
+    long_name : str
+        What the file says about the channel.
+    full_scale : tuple of float, optional
+        Smallest and largest value that the instrument can tell, in `unit`; from packed integers without being given.
+    """
+
+    name: str
+    values: np.ndarray
+    unit: str = ""
+    start: float = 0.0
+    interval: float | None = None
+    time: np.ndarray | None = None
+    scale: float = 1.0
+    offset: float = 0.0
+    long_name: str = ""
+    full_scale: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a format's reader found in a file.
+
+    `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
+    """
+
+    channels: tuple[Channel, ...]
+    title: str = ""
+    drop_time: str = ""
+    incomplete: str = ""
+
+
+def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
+    """Turn a file's channels into a record (its form: `tdbmon.record`).
+
+    Parameters
+    ----------
+    content : Content
+        The channels and what the file tells about the record.
+    path : pathlib.Path
+        The file; its name and SHA-256 become the record's provenance.
+    reader : str
+        Name of the format.
+
+    Returns
+    -------
+    xarray.Dataset
+        Channels in SI on dimensions ``time``, ``time_2`` ...; packed channels carry their packing in ``encoding``.
+
+    Raises
+    ------
+    InputError
+        If there is no channel, two channels bear one name, or a time base does not increase.
+    """
+    if not content.channels:
+        raise InputError(f"{path}: holds no channel along time; give a file with at least one numeric channel")
+    _unique(content.channels, path)
+    bases = _TimeBases(content.channels, path)
+    data: dict[str, xr.DataArray] = {}
+    for channel in content.channels:
+        data[_variable_name(channel.name)] = _variable(channel, bases.dimension_of(channel))
+    record = xr.Dataset(data, coords=bases.coordinates())
+    record.attrs = {
+        "source_file": path.name,
+        "sha256": sha256(path),
+        "reader": reader,
+        "title": content.title,
+        "drop_time": content.drop_time,
+    }
+    if content.incomplete:
+        record.attrs["incomplete"] = content.incomplete
+    return record
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file as hexadecimal text."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def si_unit(unit: str) -> tuple[str, float]:
+    """Return a channel's unit in SI and the factor to it; the text itself and 1 where it is not known or not stated."""
+    text = unit.strip()
+    if not text:
+        return "", 1.0
+    known = si_unit_of(text) or si_unit_of(text.lower())
+    if known is None:
+        return text, 1.0
+    if known[0] == "rad" and not re.search(r"rad|deg|°|rev|turn", text.lower()):
+        return "1", known[1]  # a plain number, which a unit library takes for an angle
+    return known
+
+
+def _variable(channel: Channel, dimension: str) -> xr.DataArray:
+    units, factor = si_unit(channel.unit)
+    scale, offset = (
+        channel.scale * factor,
+        channel.offset * factor,
+    )  # once, so that a packed record is written back exactly
+    values = np.asarray(channel.values)
+    packed = values.dtype.kind in "iu" and channel.scale != 1.0
+    physical = values.astype(np.float64)
+    if scale != 1.0:
+        physical *= scale
+    if offset != 0.0:
+        physical += offset
+    array = xr.DataArray(physical, dims=(dimension,))
+    array.attrs = {"units": units, "source_units": channel.unit, "long_name": channel.long_name}
+    if channel.full_scale is not None:
+        array.attrs["full_scale"] = [float(limit) * factor for limit in channel.full_scale]
+    elif packed:
+        codes = np.iinfo(values.dtype)
+        array.attrs["full_scale"] = sorted((codes.min * scale + offset, codes.max * scale + offset))
+    if packed:
+        array.encoding = {"dtype": values.dtype, "scale_factor": scale, "add_offset": offset}
+    return array
+
+
+def _variable_name(name: str) -> str:
+    return f"{name}_channel" if re.fullmatch(r"time(_\d+)?", name) else name
+
+
+def _unique(channels: Iterable[Channel], path: Path) -> None:
+    seen: set[str] = set()
+    for channel in channels:
+        if channel.name in seen:
+            raise InputError(f"{path}: channel '{channel.name}' occurs twice; give the channels different names")
+        seen.add(channel.name)
+
+
+class _TimeBases:
+    """The time bases of a record: channels that were sampled together share one."""
+
+    def __init__(self, channels: Iterable[Channel], path: Path) -> None:
+        self._times: list[np.ndarray] = []
+        self._dimensions: dict[str, int] = {}
+        regular: dict[tuple[float, float, int], int] = {}
+        given: dict[int, int] = {}
+        for channel in channels:
+            n = len(channel.values)
+            if channel.time is not None:
+                index = given.get(id(channel.time))
+                if index is None:
+                    index = self._add(_checked(channel, path))
+                    given[id(channel.time)] = index
+            else:
+                if channel.interval is None or not np.isfinite(channel.interval) or channel.interval <= 0:
+                    raise InputError(
+                        f"{path}: channel '{channel.name}' has no time base (interval {channel.interval} s); give the file"
+                        " a time channel in s or a sampling rate in Hz"
+                    )
+                if n == 0:
+                    raise InputError(f"{path}: channel '{channel.name}' has no samples")
+                if not np.isfinite(channel.start):
+                    raise InputError(
+                        f"{path}: channel '{channel.name}' starts at {channel.start} s; its time is damaged"
+                    )
+                key = (channel.start, channel.interval, n)
+                if key not in regular:
+                    regular[key] = self._add(channel.start + channel.interval * np.arange(n))
+                index = regular[key]
+            self._dimensions[channel.name] = index
+        self._first = min(time[0] for time in self._times)
+
+    def _add(self, time: np.ndarray) -> int:
+        for index, known in enumerate(self._times):
+            if known.size == time.size and np.array_equal(known, time):
+                return index
+        self._times.append(time)
+        return len(self._times) - 1
+
+    @staticmethod
+    def _name(index: int) -> str:
+        return "time" if index == 0 else f"time_{index + 1}"
+
+    def dimension_of(self, channel: Channel) -> str:
+        return self._name(self._dimensions[channel.name])
+
+    def coordinates(self) -> dict[str, xr.DataArray]:
+        return {
+            self._name(i): xr.DataArray(time - self._first, dims=(self._name(i),), attrs=_clock(time))
+            for i, time in enumerate(self._times)
+        }
+
+
+def _clock(time: np.ndarray) -> dict[str, Any]:
+    """Describe a time base: ``jitter`` is the standard deviation of its intervals in s, gaps left out."""
+    attributes: dict[str, Any] = {"units": "s", "long_name": "time"}
+    if time.size > 2:
+        intervals = np.diff(time)
+        typical = float(np.median(intervals))
+        jitter = float(np.std(intervals[intervals < 1.5 * typical]))
+        resolution = np.spacing(np.abs(time[[0, -1]]).max())
+        if jitter > max(_ROUNDING * typical, 4 * resolution):
+            attributes["jitter"] = jitter
+    return attributes
+
+
+def _checked(channel: Channel, path: Path) -> np.ndarray:
+    time = np.asarray(channel.time, dtype=np.float64)
+    if time.size != len(channel.values):
+        raise InputError(
+            f"{path}: channel '{channel.name}' has {len(channel.values)} samples but {time.size} times; the file is damaged or cut off"
+        )
+    if time.size == 0:
+        raise InputError(f"{path}: channel '{channel.name}' has no samples")
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        raise InputError(
+            f"{path}: the time of sample {bad[0] + 1} is no number; repair the time of channel '{channel.name}'"
+        )
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if back.size:
+        at = int(back[0])
+        step = time[at + 1] - time[at]
+        why = (
+            "it repeats: the time may have been written with too few digits"
+            if step == 0
+            else "it runs backwards: pieces may have been joined in the wrong order"
+        )
+        raise InputError(
+            f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s); {why};"
+            f" export it again (channel '{channel.name}')"
+        )
+    return time

@@ -1,0 +1,203 @@
+"""netCDF, classic and version 4: the project's own format."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Channel, Content
+from tdbmon.record.timebase import is_time_name, time_factor
+
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+
+
+class NetCDF:
+    """Variables along one dimension are channels; the dimension's coordinate variable is their time."""
+
+    name = "netCDF"
+    extra = None
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        if re.match(rb"CDF[\x01\x02\x05]", head):
+            return True
+        return head.startswith(HDF5_MAGIC) and _has_netcdf_marks(path)
+
+    def read(self, path: Path) -> Content:
+        with netCDF4.Dataset(path, "r") as file:
+            file.set_auto_maskandscale(False)
+            channels = tuple(_channels(file))
+            title = str(getattr(file, "title", ""))
+            dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
+            return Content(channels, title, next((str(date) for date in dates if date), ""))
+
+
+def write_netcdf(record: xr.Dataset, path: Path) -> None:
+    """Write a record so that reading it gives the identical values; the file appears whole or not at all."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with netCDF4.Dataset(part, "w") as file:
+            for dimension in record.sizes:
+                file.createDimension(str(dimension), record.sizes[dimension])
+            for name in record.variables:
+                _write_variable(file, str(name), record[name])
+            for name, value in record.attrs.items():
+                if isinstance(value, (str, int, float)) and value != "":
+                    file.setncattr(str(name), value)
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}; choose another place") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _has_netcdf_marks(path: Path) -> bool:
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            if "_NCProperties" in file.attrs:
+                return True
+            return any("_Netcdf4Dimid" in item.attrs for item in file.values())
+    except Exception:  # a damaged file: the first bytes alone decide, and reading it says what is wrong
+        return False
+
+
+def _channels(group: Any, prefix: str = "") -> list[Channel]:
+    channels = []
+    times: dict[str, np.ndarray] = {}
+    for name, variable in group.variables.items():
+        if len(variable.dimensions) != 1 or not _is_number(variable) or _is_time(group, name):
+            continue
+        dimension = variable.dimensions[0]
+        if dimension not in times:
+            found = _time_of(group, dimension)
+            if found is None:
+                continue
+            times[dimension] = found
+        channels.append(_channel(prefix + name, variable, times[dimension]))
+    for name, inner in group.groups.items():
+        channels += _channels(inner, f"{prefix}{name}/")
+    return channels
+
+
+def _is_number(variable: Any) -> bool:
+    return isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"
+
+
+def _is_time(group: Any, name: str) -> bool:
+    return name in group.variables[name].dimensions or (
+        is_time_name(name) and time_factor(getattr(group.variables[name], "units", "")) is not None
+    )
+
+
+def _time_of(group: Any, dimension: str) -> np.ndarray | None:
+    """Return the time along a dimension: its coordinate variable, or a variable along it whose name says time."""
+    node = group
+    while node is not None:
+        for name, variable in node.variables.items():
+            if variable.dimensions == (dimension,) and _is_number(variable) and _is_time(node, name):
+                factor = time_factor(getattr(variable, "units", "s"))
+                if factor is not None:
+                    return np.asarray(_physical(variable) * factor)
+        node = node.parent
+    return None
+
+
+def _physical(variable: Any) -> np.ndarray:
+    raw, scale, offset = _unpacked(variable)
+    return np.asarray(raw.astype(np.float64) * scale + offset)
+
+
+def _unpacked(variable: Any) -> tuple[np.ndarray, float, float]:
+    """Return stored values, scale and offset; values declared as missing become NaN.
+
+    The default fill value of integers is not taken for missing: -32767 is a code that a 16-bit converter gives.
+    """
+    raw = np.asarray(variable[...])
+    if getattr(variable, "_Unsigned", "") == "true" and raw.dtype.kind == "i":
+        raw = raw.view(raw.dtype.str.replace("i", "u"))
+    scale, offset = float(getattr(variable, "scale_factor", 1.0)), float(getattr(variable, "add_offset", 0.0))
+    codes = [code for name in ("_FillValue", "missing_value") for code in np.atleast_1d(getattr(variable, name, []))]
+    if raw.dtype.kind == "f":
+        codes.append(netCDF4.default_fillvals[raw.dtype.str[1:]])
+    missing = np.isin(raw, np.asarray(codes, dtype=raw.dtype)) if codes else np.zeros(raw.shape, dtype=bool)
+    if missing.any():
+        raw = raw.astype(np.float64)
+        raw[missing] = np.nan
+    return raw, scale, offset
+
+
+def _channel(name: str, variable: Any, time: np.ndarray) -> Channel:
+    raw, scale, offset = _unpacked(variable)
+    full_scale = np.asarray(getattr(variable, "full_scale", []), dtype=np.float64)
+    stored = variable.dtype
+    limits: tuple[float, float] | None = None
+    if full_scale.shape == (2,):
+        limits = (float(full_scale[0]), float(full_scale[1]))
+    elif stored.kind in "iu" and scale != 1.0:
+        codes = np.iinfo(raw.dtype if raw.dtype.kind in "iu" else stored)
+        low, high = sorted((codes.min * scale + offset, codes.max * scale + offset))
+        limits = (low, high)
+    return Channel(
+        name=name,
+        values=raw,
+        unit=str(getattr(variable, "units", "")),
+        time=time,
+        scale=scale,
+        offset=offset,
+        long_name=str(getattr(variable, "long_name", "")),
+        full_scale=limits,
+    )
+
+
+def _write_variable(file: Any, name: str, array: xr.DataArray) -> None:
+    values = np.asarray(array.values)
+    stored, packing = _smallest_exact(values, array.encoding)
+    # no fill value where the codes are integers: every code is a measured one
+    fill = False if stored.dtype.kind in "iu" else np.array(np.nan, dtype=stored.dtype)
+    variable = file.createVariable(
+        name, stored.dtype, array.dims, compression="zlib", complevel=4, shuffle=True, fill_value=fill
+    )
+    variable.set_auto_maskandscale(False)
+    for key, value in {**array.attrs, **packing}.items():
+        if isinstance(value, (str, int, float)) and value != "":
+            variable.setncattr(str(key), value)
+        elif key == "full_scale":
+            variable.setncattr(key, np.asarray(value, dtype=np.float64))
+    variable[...] = stored
+
+
+def _smallest_exact(values: np.ndarray, encoding: dict[Any, Any]) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the smallest form of the values that gives them back to the last bit, and its packing."""
+    if values.dtype.kind in "iu":
+        return values, {}
+    finite = np.isfinite(values)
+    trials: list[tuple[np.dtype[Any], float, float]] = []
+    if finite.all():
+        scale, offset = float(encoding.get("scale_factor", 1.0)), float(encoding.get("add_offset", 0.0))
+        if scale != 1.0:
+            trials.append((np.dtype(encoding.get("dtype", np.int16)), scale, offset))
+        trials.append((np.dtype(np.int8), 1.0, 0.0))
+    for dtype, scale, offset in trials:
+        if dtype.kind not in "iu":
+            continue
+        codes = np.rint((values - offset) / scale)
+        limits = np.iinfo(dtype)
+        if codes.size and limits.min <= codes.min() and codes.max() <= limits.max:
+            back = codes * scale if scale != 1.0 else codes
+            if np.array_equal(back + offset if offset else back, values):
+                packing = {"scale_factor": scale, "add_offset": offset} if scale != 1.0 else {}
+                return codes.astype(dtype), packing
+    with np.errstate(over="ignore"):
+        single = values.astype(np.float32)
+    exact = np.array_equal(single.astype(np.float64)[finite], values[finite]) and bool(
+        np.isfinite(single[finite]).all()
+    )
+    return (single if exact else values), {}

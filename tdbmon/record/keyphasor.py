@@ -1,0 +1,267 @@
+"""Keyphasor: one pulse a revolution, from which shaft angle and speed follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+_WINDOW = 9  # pulses around an interval that tell what is usual there
+_SHORT = 0.6  # of the usual interval: below, a pulse is one too many
+_LONG = 1.5  # times the usual interval: above, a pulse was missed
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """The keyphasor's pulses after the surplus ones were dropped.
+
+    Parameters
+    ----------
+    times : numpy.ndarray, shape (n,)
+        Time of the edge that marks the shaft angle, s.
+    turns : numpy.ndarray of int, shape (n,)
+        Revolutions since the first pulse; a missed pulse leaves a number out.
+    sigma : float
+        Standard deviation of a pulse's time, s.
+    missed, extra : int
+        Pulses that should have come and did not; pulses that came too many and were dropped.
+    quality : str
+        The same in words.
+    """
+
+    times: np.ndarray
+    turns: np.ndarray
+    sigma: float
+    missed: int
+    extra: int
+    quality: str
+
+
+def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
+    """Detect the keyphasor's pulses.
+
+    The two levels come from the signal itself; an edge counts once the signal has crossed a hysteresis around their
+    middle, and its time is where the straight line between the samples around the crossing meets the middle.  For a
+    signal of two levels that is half a sample before the first sample of the new level.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A record laid over a machine (`tdbmon.record.assign.assign`).
+    machine : tdbsim.machine.Machine
+        ``keyphasor.edge`` says which edge marks the angle.
+
+    Returns
+    -------
+    Pulses
+        Without any pulse where the signal has none; `Pulses.quality` then says why.
+
+    Raises
+    ------
+    InputError
+        If the record or the machine has no keyphasor.
+    """
+    if machine.keyphasor is None or "keyphasor" not in ds:
+        raise InputError(
+            f"{ds.attrs.get('source_file', 'record')}: no keyphasor; the machine file needs [keyphasor] channel, and the file that channel"
+        )
+    array = ds["keyphasor"]
+    time = ds[array.dims[0]].values
+    values = array.values
+    good = np.isfinite(values)
+    if not good.all():
+        time, values = time[good], values[good]
+    levels = _levels(values)
+    if levels is None:
+        return _none("the signal has one level only")
+    low, high = levels
+    edges, sigma = _edges(time, values, low, high, machine.keyphasor.edge == "rising")
+    if edges.size == 0:
+        return _none("no edge in the signal")
+    kept, extra = _without_extra(edges)
+    turns, missed = _turns(kept)
+    if sigma is None:
+        sigma = _scatter(kept, turns)
+    return Pulses(kept, turns, sigma, missed, extra, _in_words(kept, turns, sigma, missed, extra))
+
+
+def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarray:
+    """Return the shaft's angle, counted on over the revolutions.
+
+    Between pulses the angle follows a monotone cubic (PCHIP; F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput.
+    5, 1984, 300-304), so that it never runs backwards.
+
+    Parameters
+    ----------
+    pulses : Pulses
+        Of the record.
+    time : numpy.ndarray, shape (n,)
+        Where the angle is wanted, s.
+    machine : tdbsim.machine.Machine
+        ``keyphasor.angle`` is the angle at the pulses; the angle falls where the rotor turns clockwise.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
+        Angle from +x towards +y in rad; NaN before the first and after the last pulse.
+    """
+    out = np.full(np.shape(time), np.nan)
+    if pulses.times.size < 2:
+        return out
+    from scipy.interpolate import PchipInterpolator
+
+    mark = machine.keyphasor.angle if machine.keyphasor else 0.0
+    inside = (time >= pulses.times[0]) & (time <= pulses.times[-1])
+    out[inside] = PchipInterpolator(pulses.times, pulses.turns)(time[inside])
+    return mark + machine.sense * 2 * np.pi * out
+
+
+def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the mean speed between neighbouring pulses.
+
+    Returns
+    -------
+    time : numpy.ndarray, shape (n - 1,)
+        Middle of each interval, s.
+    hz : numpy.ndarray, shape (n - 1,)
+        Revolutions over time, Hz.
+    sigma : numpy.ndarray, shape (n - 1,)
+        Standard deviation of `hz` from that of the two edges, ``sqrt(2) sigma hz / interval``; neighbouring intervals
+        share an edge, so that their errors are correlated with -1/2.
+    """
+    if pulses.times.size < 2:
+        return np.empty(0), np.empty(0), np.empty(0)
+    interval = np.diff(pulses.times)
+    hz = np.diff(pulses.turns) / interval
+    return (pulses.times[1:] + pulses.times[:-1]) / 2, hz, np.sqrt(2) * pulses.sigma * hz / interval
+
+
+def _none(why: str) -> Pulses:
+    return Pulses(np.empty(0), np.empty(0, dtype=int), np.nan, 0, 0, f"no pulses: {why}")
+
+
+def _levels(values: np.ndarray) -> tuple[float, float] | None:
+    """Return the low and the high level: medians of the samples below and above the middle between them."""
+    if values.size < 2:
+        return None
+    smallest, largest = float(values.min()), float(values.max())
+    low, high = (float(q) for q in np.quantile(values, (0.001, 0.999)))
+    if high - low < 0.2 * (largest - smallest):  # pulses in less than a thousandth of the samples
+        low, high = smallest, largest
+    if not high > low:
+        return None
+    for _ in range(8):
+        above = values > (low + high) / 2
+        if above.all() or not above.any():
+            return None
+        low, high = float(np.median(values[~above])), float(np.median(values[above]))
+    return low, high
+
+
+def _edges(
+    time: np.ndarray, values: np.ndarray, low: float, high: float, rising: bool
+) -> tuple[np.ndarray, float | None]:
+    """Return the times of the wanted edges, and their standard deviation where sampling alone sets it."""
+    level = (values - low) / (high - low)
+    if not rising:
+        level = 1.0 - level
+    half = float(np.clip(4 * _noise(level), 0.1, 0.4))
+    state = np.where(level > 0.5 + half, 1, np.where(level < 0.5 - half, -1, 0))
+    known = np.flatnonzero(state)
+    rises = np.flatnonzero(np.diff(state[known]) > 0)
+    if rises.size == 0:
+        return np.empty(0), None
+    reached = known[rises + 1]
+    below = np.where(level < 0.5, np.arange(level.size), 0)
+    before = np.maximum.accumulate(below)[reached]
+    after = before + 1
+    share = (0.5 - level[before]) / (level[after] - level[before])
+    edges = time[before] + share * (time[after] - time[before])
+    analogue = (np.abs(level[before] - 0.5) < 0.4) | (np.abs(level[after] - 0.5) < 0.4)
+    sampled = float(np.median(time[after] - time[before])) / np.sqrt(12)
+    return edges, (None if np.mean(analogue) > 0.5 and edges.size >= 12 else sampled)
+
+
+def _noise(level: np.ndarray) -> float:
+    """Return the standard deviation around the two levels, robustly."""
+    away = np.abs(level - (level > 0.5))
+    return float(1.4826 * np.median(away))
+
+
+def _usual(intervals: np.ndarray) -> np.ndarray:
+    """Return the median of the intervals around each one."""
+    n = intervals.size
+    width = min(_WINDOW, n)
+    windows = np.lib.stride_tricks.sliding_window_view(intervals, width)
+    middle = np.median(windows, axis=1)
+    return middle[np.clip(np.arange(n) - width // 2, 0, middle.size - 1)]
+
+
+def _without_extra(edges: np.ndarray) -> tuple[np.ndarray, int]:
+    """Drop pulses that come much too early after the one before: bounces and double pulses."""
+    kept = edges
+    for _ in range(10):
+        if kept.size < 4:
+            break
+        intervals = np.diff(kept)
+        usual = _usual(intervals)
+        short = np.flatnonzero(intervals < _SHORT * usual)
+        # a rotor that slows has short intervals only against later ones: they must be short against earlier ones too
+        short = short[(short == 0) | (intervals[short] < _SHORT * np.maximum(intervals[short - 1], usual[short - 1]))]
+        short = short[np.diff(short, prepend=-2) > 1]
+        if short.size == 0:
+            break
+        drop = [_surplus(intervals, int(i), float(usual[i])) for i in short]
+        kept = np.delete(kept, drop)
+    return kept, int(edges.size - kept.size)
+
+
+def _surplus(intervals: np.ndarray, i: int, usual: float) -> int:
+    """Return which pulse of the short interval `i` to drop: the one that leaves the more usual interval."""
+    if i == 0:
+        return 1 if intervals.size > 1 and abs(intervals[0] + intervals[1] - usual) < abs(intervals[1] - usual) else 0
+    if i == intervals.size - 1:
+        return i + 1
+    without_first = abs(intervals[i - 1] + intervals[i] - usual)
+    without_second = abs(intervals[i] + intervals[i + 1] - usual)
+    return i if without_first < without_second else i + 1
+
+
+def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
+    """Count revolutions at the pulses; an interval of k times what both sides expect holds k - 1 missed pulses."""
+    n = times.size - 1
+    if n < 3:
+        return np.arange(times.size), 0
+    intervals = np.diff(times)
+    steps = np.ones(n, dtype=int)
+    # the last interval of a rotor that comes to rest has nothing after it and may be as long as it likes
+    for i in np.flatnonzero(intervals[:-1] > _LONG * _usual(intervals)[:-1]):
+        after = np.median(intervals[i + 1 : i + 4])
+        before = np.median(intervals[max(i - 3, 0) : i]) if i else after
+        expected = max(before, after)
+        if intervals[i] > _LONG * expected:
+            steps[i] = max(round(intervals[i] / expected), 1)
+    return np.concatenate(([0], np.cumsum(steps))), int((steps - 1).sum())
+
+
+def _scatter(times: np.ndarray, turns: np.ndarray) -> float:
+    """Return the standard deviation of the pulse times about a smooth course, from third differences.
+
+    White errors of variance s^2 give third differences of variance (1 + 9 + 9 + 1) s^2; the median makes it robust.
+    """
+    third = np.diff(times, 3)[np.diff(turns[1:-1]) == 1] if times.size > 4 else np.empty(0)
+    if third.size < 8:
+        return float(np.median(np.diff(times))) * 1e-3
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20))
+
+
+def _in_words(times: np.ndarray, turns: np.ndarray, sigma: float, missed: int, extra: int) -> str:
+    if times.size < 2:
+        return f"{times.size} pulse: too few for a speed"
+    hz = np.diff(turns) / np.diff(times)
+    faults = [f"{missed} missed" if missed else "", f"{extra} surplus dropped" if extra else ""]
+    fault = ", ".join(word for word in faults if word) or "none missed, none surplus"
+    return f"{times.size} pulses, {hz[0]:.4g} Hz to {hz[-1]:.4g} Hz, {fault}, edges to {sigma * 1e6:.2g} us"

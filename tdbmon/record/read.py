@@ -1,0 +1,100 @@
+"""Read a record from a file of any known format, and write one."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import xarray as xr
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import to_dataset
+from tdbmon.record.format import Format
+from tdbmon.record.formats import FORMATS
+from tdbmon.record.formats.netcdf import write_netcdf
+
+_HEAD = 4096
+
+
+def read(path: str | Path) -> xr.Dataset:
+    """Read a record; the file's content, not its suffix, decides the format.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        A netCDF, HDF5, MAT, CSV or WAV file; TDMS, UFF58, MDF4 and Parquet with their extras.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every channel at its own sampling, float64 and in SI where its unit is known; the form is told in
+        `tdbmon.record`.  A file that was cut off but is sound up to there carries the attribute ``incomplete``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, damaged, of an unknown format, or holds no channel with a usable time.
+    """
+    path = Path(path)
+    found = recognise(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of third-party readers; what matters of them the formats raise themselves
+            content = found.read(path)
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError(
+            f"{path}: does not fit into memory, or its header is damaged; export a shorter record"
+        ) from None
+    except Exception as error:  # third-party readers raise anything on damaged files
+        raise InputError(
+            f"{path}: is a {found.name} file but cannot be read ({_first_line(error)}); it is damaged or cut off: export it again"
+        ) from error
+    return to_dataset(content, path, found.name)
+
+
+def recognise(path: Path) -> Format:
+    """Return the format of a file from its content.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened, is empty, or is of no known format.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the file of a record") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder; give the file of a record in it") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if not head:
+        raise InputError(f"{path}: is empty (0 bytes); export it again")
+    for candidate in FORMATS:
+        if candidate.recognises(head, path):
+            return candidate
+    known = ", ".join(candidate.name for candidate in FORMATS)
+    raise InputError(f"{path}: is of no format that can be read; known: {known}")
+
+
+def write(record: xr.Dataset, path: str | Path) -> None:
+    """Write a record as netCDF so that `read` gives back the identical values.
+
+    Channels whose ``encoding`` has a ``scale_factor`` that gives their values back exactly are packed (16-bit
+    records stay 16 bit), the others are float32 where that is exact and float64 where not; all are compressed.
+    The file appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written.
+    """
+    write_netcdf(record, Path(path))
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return (lines[0][:200] if lines else "") or type(error).__name__

@@ -1,0 +1,101 @@
+"""How files say when their samples were taken: a time channel, an interval or a rate, under many names."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from tdbsim.errors import InputError
+from tdbsim.units import scale, to_si
+
+_TIME_NAMES = {"time", "t", "zeit", "temps", "tiempo", "tempo", "timestamp", "timestamps", "times", "zeitstempel",
+               "abszeit", "elapsed", "elapsedtime", "relativetime", "timestep", "timevector", "timevec", "tvec",
+               "timeaxis", "timechannel", "aika"}  # fmt: skip
+_INTERVAL_NAMES = {"dt", "deltat", "deltatime", "ts", "sampleinterval", "samplinginterval", "sampletime", "increment",
+                   "xincrement", "timeincrement", "wfincrement", "interval", "samplingperiod", "sampleperiod",
+                   "samplingtime", "timestep", "abtastintervall"}  # fmt: skip
+_RATE_NAMES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "fsamp", "fsample", "sr",
+               "rate", "samplingfreq", "samplespersecond", "samplingratehz", "samplerateinhz", "fshz", "abtastrate",
+               "samplingrateinhz", "frequencysampling"}  # fmt: skip
+_START_NAMES = {"t0", "tstart", "starttime", "timestart", "wfstartoffset", "xstart", "offsettime"}
+
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
+
+
+def split_unit(label: str) -> tuple[str, str | None]:
+    """Split ``"NDE_A [um]"`` or ``"NDE_A (um)"`` into name and unit; the unit is None where there are no brackets."""
+    found = _UNIT_IN_NAME.match(label.strip())
+    if not found or not found.group(1):
+        return label.strip(), None
+    return found.group(1), (found.group(2) if found.group(2) is not None else found.group(3)).strip()
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def is_time_name(name: str) -> bool:
+    """Tell whether a channel's name says that it is the time; ``time_2`` and ``Time - NDE`` do too."""
+    bare = split_unit(name)[0]
+    return (
+        _plain(bare) in _TIME_NAMES
+        or re.fullmatch(r"(?i)(time|zeit|temps)[\s_\-.:/]*(\d+|axis|.*-\s*\S.*)?", bare) is not None
+    )
+
+
+def time_factor(unit: str) -> float | None:
+    """Return the factor from a time channel's unit to s; None where it is no unit of time.
+
+    No unit means s; ``"seconds since 2026-03-10"`` counts from an epoch that does not matter here.
+    """
+    text = unit.strip().split(" since ")[0]
+    if not text or text in ("1", "-"):
+        return 1.0
+    try:
+        return scale(text, "s")
+    except InputError:
+        return None
+
+
+def interval_of(entries: Mapping[str, Any]) -> float | None:
+    """Return the sampling interval in s that scalars or attributes state, as an interval or as a rate; None without.
+
+    Numbers are s and Hz; texts may carry a unit (``"20 kHz"``).
+    """
+    for names, si, inverse in ((_INTERVAL_NAMES, "s", False), (_RATE_NAMES, "Hz", True)):
+        for key, entry in entries.items():
+            bare, unit = split_unit(str(key))
+            if _plain(bare) not in names:
+                continue
+            number = _number(entry, si, unit)
+            if number is not None and number > 0:
+                return 1.0 / number if inverse else number
+    return None
+
+
+def start_of(entries: Mapping[str, Any]) -> float:
+    """Return the time of the first sample in s that scalars or attributes state; 0 without."""
+    for key, entry in entries.items():
+        if _plain(split_unit(str(key))[0]) in _START_NAMES:
+            number = _number(entry, "s", split_unit(str(key))[1])
+            if number is not None:
+                return number
+    return 0.0
+
+
+def _number(entry: Any, si: str, unit: str | None) -> float | None:
+    try:
+        if isinstance(entry, bytes):
+            entry = entry.decode("utf-8", "replace")
+        if isinstance(entry, str):
+            return to_si(entry, si)
+        array = np.asarray(entry)
+        if array.size != 1 or array.dtype.kind not in "iuf":
+            return None
+        number = float(array.reshape(-1)[0]) * (scale(unit, si) if unit else 1.0)
+    except (InputError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
