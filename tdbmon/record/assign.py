@@ -63,8 +63,8 @@ def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
     near = next((f" ('{name}' expected{hint})" for name, hint in hints.items() if "did you mean" in hint), "")
     example = next(iter(wanted), "NDE_A")
     return (
-        f"{source}: none of the machine's channels is in the file; it holds {shown}{near}; say in the machine file which"
-        f' channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
+        f"{source}: none of the machine's channels is in the file; it holds {shown}{near}; say in the machine file"
+        f' which channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
     )
 
 
@@ -73,7 +73,8 @@ def _once(source: str, found: dict[str, str]) -> None:
     for name, channel in found.items():
         if channel in taken:
             raise InputError(
-                f"{source}: '{taken[channel]}' and '{name}' both ask for channel '{channel}'; correct [channels] in the machine file"
+                f"{source}: '{taken[channel]}' and '{name}' both ask for channel '{channel}';"
+                " correct [channels] in the machine file"
             )
         taken[channel] = name
 
@@ -85,13 +86,14 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
         if probe.sensitivity is None:
             raise InputError(
-                f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file, e.g. sensitivity = \"7.87 mV/um\""
+                f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file,"
+                ' e.g. sensitivity = "7.87 mV/um"'
             )
         return _rescaled(array, 1.0 / probe.sensitivity, -probe.offset / probe.sensitivity, "m")
     if units in ("", "1"):
         raise InputError(
-            f"{place} has no unit; write one into the file (e.g. um), or give probe '{probe.name}' its sensitivity in the"
-            ' machine file if the channel is in volts, e.g. sensitivity = "7.87 mV/um"'
+            f"{place} has no unit; write one into the file (e.g. um), or give probe '{probe.name}' its sensitivity"
+            ' in the machine file if the channel is in volts, e.g. sensitivity = "7.87 mV/um"'
         )
     raise InputError(
         f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {_wrong(units, 'm')}"
@@ -110,7 +112,8 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
     if _is_voltage(units):
         if signal is None or signal.sensitivity is None:
             raise InputError(
-                f'{place} is in V; give its sensitivity in the machine file, e.g. [speed] sensitivity = "1 mV s" (volts a hertz)'
+                f"{place} is in V; give its sensitivity in the machine file,"
+                ' e.g. [speed] sensitivity = "1 mV s" (volts a hertz)'
             )
         return _rescaled(array, scale(units, "V") / signal.sensitivity, 0.0, "Hz")
     if units in ("", "1"):

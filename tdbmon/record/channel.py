@@ -182,8 +182,8 @@ class _TimeBases:
             else:
                 if channel.interval is None or not np.isfinite(channel.interval) or channel.interval <= 0:
                     raise InputError(
-                        f"{path}: channel '{channel.name}' has no time base (interval {channel.interval} s); give the file"
-                        " a time channel in s or a sampling rate in Hz"
+                        f"{path}: channel '{channel.name}' has no time base (interval {channel.interval} s); give the"
+                        " file a time channel in s or a sampling rate in Hz"
                     )
                 if n == 0:
                     raise InputError(f"{path}: channel '{channel.name}' has no samples")
@@ -236,7 +236,8 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
     time = np.asarray(channel.time, dtype=np.float64)
     if time.size != len(channel.values):
         raise InputError(
-            f"{path}: channel '{channel.name}' has {len(channel.values)} samples but {time.size} times; the file is damaged or cut off"
+            f"{path}: channel '{channel.name}' has {len(channel.values)} samples but {time.size} times;"
+            " the file is damaged or cut off: export it again"
         )
     if time.size == 0:
         raise InputError(f"{path}: channel '{channel.name}' has no samples")
@@ -255,7 +256,7 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
             else "it runs backwards: pieces may have been joined in the wrong order"
         )
         raise InputError(
-            f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s); {why};"
-            f" export it again (channel '{channel.name}')"
+            f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s);"
+            f" {why}; export it again (channel '{channel.name}')"
         )
     return time

@@ -66,7 +66,8 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     """
     if machine.keyphasor is None or "keyphasor" not in ds:
         raise InputError(
-            f"{ds.attrs.get('source_file', 'record')}: no keyphasor; the machine file needs [keyphasor] channel, and the file that channel"
+            f"{ds.attrs.get('source_file', 'record')}: no keyphasor; the machine file needs [keyphasor] channel,"
+            " and the record that channel"
         )
     array = ds["keyphasor"]
     time = ds[array.dims[0]].values

@@ -49,7 +49,8 @@ def read(path: str | Path) -> xr.Dataset:
         ) from None
     except Exception as error:  # third-party readers raise anything on damaged files
         raise InputError(
-            f"{path}: is a {found.name} file but cannot be read ({_first_line(error)}); it is damaged or cut off: export it again"
+            f"{path}: is a {found.name} file but cannot be read ({_first_line(error)});"
+            " it is damaged or cut off: export it again"
         ) from error
     return to_dataset(content, path, found.name)
 

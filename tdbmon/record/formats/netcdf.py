@@ -22,7 +22,7 @@ class NetCDF:
     """Variables along one dimension are channels; the dimension's coordinate variable is their time."""
 
     name = "netCDF"
-    extra = None
+    extra: str | None = None
 
     def recognises(self, head: bytes, path: Path) -> bool:
         if re.match(rb"CDF[\x01\x02\x05]", head):
