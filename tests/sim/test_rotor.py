@@ -112,7 +112,7 @@ def test_all_named_positions_are_nodes():
     model = build_rotor(MACHINE)
     for part in (*MACHINE.probes, *MACHINE.touchdown_bearings, *MACHINE.magnetic_bearings, *MACHINE.rotor.unbalance):
         assert np.abs(model.nodes - part.position).min() < 1e-12
-    assert np.diff(model.nodes).max() <= model.length / 24 * (1 + 1e-9)
+    assert np.diff(build_rotor(MACHINE, max_element=0.02).nodes).max() <= 0.02 * (1 + 1e-9)
 
 
 def test_static_loads_by_the_lever_rule():
