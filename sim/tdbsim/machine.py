@@ -1,7 +1,7 @@
 """The machine, as its owner writes it from the drawings: one TOML file, validated, in SI.
 
-A value is a number in SI, a text with a unit, or ``{ nominal = ..., tolerance = ... }`` where the owner does not know
-it exactly.  Unknown keys, impossible dimensions and positions outside the shaft are errors that say where and what to do.
+A value is a number in SI, a text with a unit, or ``{ nominal = ..., tolerance = ... }`` where the owner does not
+know it exactly.  Unknown keys, impossible dimensions and positions outside the shaft are errors that say where and what to do.
 """
 
 from __future__ import annotations

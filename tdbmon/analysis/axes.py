@@ -1,0 +1,100 @@
+"""Probe readings turned into machine axes (x right, y up) and carried along the rigid rotor to the bearing planes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+AXES = ("x", "y")
+
+
+def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = None) -> xr.Dataset:
+    """Displacement of the shaft centre at the touchdown bearings.
+
+    Each probe reads ``x cos(angle) + y sin(angle)`` in its own plane; with two probes at each of two planes the four
+    readings give the rigid line of the rotor, which is evaluated at the bearing planes (the rigid-body case of modal
+    expansion, r = Phi (Q Phi)^+ r_m).  An end whose probes stand alone is taken at its probe plane.
+
+    Parameters
+    ----------
+    record : Dataset
+        A record laid over the machine (`tdbmon.record.assign`), probes in m.
+    machine : Machine
+    use : sequence of str, optional
+        Names of the probes fit for use; all that the record holds by default.
+
+    Returns
+    -------
+    Dataset
+        ``displacement(end, axis, time)`` in m at the bearing planes and ``weights(end, axis, probe)``, the linear map
+        from readings to it (it carries noise too).  ``plane(end)`` says "bearing", "probe" or "none".  An end that
+        cannot be resolved is NaN.  Attribute ``sampling_hz``.
+
+    Raises
+    ------
+    InputError
+        If no end has two usable probes in different directions, or the probes have different time bases.
+    """
+    names = [p.name for p in machine.probes if p.name in record and (use is None or p.name in use)]
+    if not names:
+        raise InputError("the record holds no usable displacement probe of this machine")
+    dims = {record[name].dims[0] for name in names}
+    if len(dims) > 1:
+        raise InputError(f"the probes {', '.join(names)} are on different time bases; record them at one rate")
+    dim = str(dims.pop())
+    weights, planes = _weights(machine, names)
+    if all(plane == "none" for plane in planes):
+        raise InputError("no end has two usable probes in different directions; the orbit cannot be seen")
+    readings = np.stack([record[name].to_numpy() for name in names])
+    displacement = np.einsum("eap,pt->eat", weights, np.nan_to_num(readings), optimize=True)
+    broken = np.isnan(readings)
+    if broken.any():
+        for i in range(len(machine.ends)):
+            needed = np.abs(weights[i]).sum(axis=0) > 0
+            displacement[i][:, broken[needed].any(axis=0)] = np.nan
+    for i, plane in enumerate(planes):
+        if plane == "none":
+            displacement[i] = np.nan
+    time = record[dim].to_numpy()
+    sampling = (len(time) - 1) / (time[-1] - time[0])
+    return xr.Dataset(
+        {
+            "displacement": (("end", "axis", "time"), displacement, {"units": "m", "long_name": "shaft displacement"}),
+            "weights": (("end", "axis", "probe"), weights),
+            "plane": (("end",), planes),
+        },
+        coords={"end": list(machine.ends), "axis": list(AXES), "time": ("time", time, {"units": "s"}), "probe": names},
+        attrs={"sampling_hz": float(sampling)},
+    )
+
+
+def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[str]]:
+    """Return the map (end, axis, probe) from readings to displacement, and the plane that it leads to."""
+    probes = [p for p in machine.probes if p.name in names]
+    cos, sin = np.cos([p.angle for p in probes]), np.sin([p.angle for p in probes])
+    position = np.array([p.position for p in probes])
+    middle = position.mean()
+    line = np.column_stack([cos, sin, cos * (position - middle), sin * (position - middle)])
+    weights = np.zeros((len(machine.ends), 2, len(probes)))
+    planes = []
+    scale = np.array([1, 1, max(np.ptp(position), 1e-3), max(np.ptp(position), 1e-3)])
+    resolved = np.linalg.matrix_rank(line / np.array([1, 1, *scale[2:]]), tol=0.05) == 4
+    inverse = np.linalg.pinv(line) if resolved else None
+    for i, end in enumerate(machine.ends):
+        if inverse is not None:
+            lever = machine.bearing(end).position - middle
+            weights[i] = inverse[:2] + lever * inverse[2:]
+            planes.append("bearing")
+            continue
+        own = np.array([p.end == end for p in probes])
+        directions = np.column_stack([cos[own], sin[own]])
+        if own.sum() >= 2 and np.linalg.matrix_rank(directions, tol=0.1) == 2:
+            weights[i][:, own] = np.linalg.pinv(directions)
+            planes.append("probe")
+        else:
+            planes.append("none")
+    return weights, planes

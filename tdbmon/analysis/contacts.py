@@ -1,0 +1,228 @@
+"""Contacts of the shaft with its touchdown bearing, seen in displacement alone: touch, lift-off, rebound, restitution.
+
+The shaft touches where its centre reaches the air gap with the ring at rest in the bottom of its ball clearance; that
+is the radius at rest less the elastic deflection under the weight.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.rest import RestTravel
+from tdbmon.estimate import Estimate
+
+_FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One stretch of contact.
+
+    Attributes
+    ----------
+    start, end : float
+        Touch and lift-off, s.
+    angle : float
+        Direction of the deepest point from the clearance centre, rad from +x towards +y.
+    depth : float
+        How far beyond the touching radius the shaft centre went, m.
+    """
+
+    start: float
+    end: float
+    angle: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """The first contact of an end.
+
+    Attributes
+    ----------
+    touch, duration : Estimate
+        Instant of the touch, s, and time to the lift-off, s.
+    static_in, static_out : Estimate
+        Instants t1 and t2 at which the shaft passes its position at rest, inwards and outwards, s.
+    rebound : Estimate
+        How far the shaft comes back inside the touching radius before the next contact, along the first contact's
+        direction, m.
+    restitution : Estimate
+        Velocity after over velocity before the contact, along its direction.
+    direction : float
+        Of the deepest point, rad from +x towards +y.
+    """
+
+    touch: Estimate
+    duration: Estimate
+    static_in: Estimate
+    static_out: Estimate
+    rebound: Estimate
+    restitution: Estimate
+    direction: float
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """All contacts of an end up to the time from which it stays on the ring."""
+
+    first: FirstContact | None
+    events: tuple[Contact, ...]
+    count_low: int
+    count_high: int
+
+
+def find_contacts(
+    planes: xr.Dataset, end: str, gap: Gap, travel: RestTravel, clearance: float, release_s: float, gravity: float
+) -> Contacts:
+    """Find the contacts of one end.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes`.
+    end : str
+    gap : Gap
+        The clearance circle of this end.
+    travel : RestTravel
+        Deflection at rest.
+    clearance : float
+        Diametral clearance of the balls, m: half of it is travel without force.
+    release_s : float
+        The release, s.
+    gravity : float
+        m/s^2.
+    """
+    time = planes.time.to_numpy()
+    xy = planes.displacement.sel(end=end).to_numpy().T
+    centre = np.array([gap.centre[0].value, gap.centre[1].value], float)
+    radius, sigma = _value_sigma(gap.radius)
+    elastic = travel.total - clearance / 2
+    touching = radius - elastic
+    # the level is as uncertain as the circle along the direction of the contact and the elastic part together
+    sigma_level = float(np.hypot(np.hypot(sigma, _value_sigma(gap.centre[1])[1]) / 2, 0.3 * elastic))
+    after = np.flatnonzero((time > release_s) & (time <= max(gap.settled_from, release_s + 0.05)))
+    t, d = time[after], xy[after] - centre
+    r = np.hypot(d[:, 0], d[:, 1])
+    events = _events(t, d, r, touching)
+    counts = [len(_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
+    first = _first(t, d, events, touching, radius, sigma_level, gravity) if events else None
+    return Contacts(first, events, min(*counts, len(events)), max(*counts, len(events)))
+
+
+def _value_sigma(estimate: Estimate) -> tuple[float, float]:
+    if estimate.value is None or estimate.high is None:
+        raise ValueError("an interval is needed")
+    return estimate.value, (estimate.high - estimate.value) / 1.96
+
+
+def _events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
+    """Stretches beyond the level; gaps and stretches under 0.2 ms belong to their neighbours (noise)."""
+    beyond = r > level
+    edges = np.flatnonzero(np.diff(beyond.astype(np.int8))) + 1
+    if beyond[0]:
+        edges = np.concatenate([[0], edges])
+    if beyond[-1]:
+        edges = np.concatenate([edges, [len(r)]])
+    spans: list[list[int]] = []
+    for start, stop in edges.reshape(-1, 2):
+        if spans and t[start] - t[spans[-1][1] - 1] < 2e-4:
+            spans[-1][1] = int(stop)
+        else:
+            spans.append([int(start), int(stop)])
+    out = []
+    for start, stop in spans:
+        if t[stop - 1] - t[start] < 2e-4:
+            continue
+        deep = start + int(np.argmax(r[start:stop]))
+        angle = float(np.arctan2(d[deep, 1], d[deep, 0]))
+        out.append(Contact(_crossing(t, r, start, level), _crossing(t, r, stop, level), angle, float(r[deep] - level)))
+    return tuple(out)
+
+
+def _crossing(t: np.ndarray, r: np.ndarray, index: int, level: float) -> float:
+    """Instant at which r passes the level between index - 1 and index, linearly."""
+    if index <= 0 or index >= len(r):
+        return float(t[min(max(index, 0), len(t) - 1)])
+    share = (level - r[index - 1]) / (r[index] - r[index - 1])
+    return float(t[index - 1] + np.clip(share, 0, 1) * (t[index] - t[index - 1]))
+
+
+def _first(
+    t: np.ndarray,
+    d: np.ndarray,
+    events: tuple[Contact, ...],
+    touching: float,
+    static: float,
+    sigma: float,
+    gravity: float,
+) -> FirstContact | None:
+    contact = events[0]
+    n = np.array([np.cos(contact.angle), np.sin(contact.angle)])
+    depth = d @ n
+    rule = "radial displacement through the touching radius"
+    touch_sigma = _crossing_sigma(t, depth, contact.start, sigma)
+    touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
+    if contact.end >= t[-1]:
+        why = "the shaft does not leave the ring again before it settles"
+        ms, um, one = (Estimate.missing(u, why) for u in ("ms", "um", "1"))
+        return FirstContact(touch, ms, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
+    # a level set too deep makes the touch late and the lift-off early: the errors add
+    duration_sigma = touch_sigma + _crossing_sigma(t, depth, contact.end, sigma)
+    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "ms", rule)
+    following = events[1].start if len(events) > 1 else t[-1]
+    flight = (t >= contact.end) & (t <= following)
+    rise = touching - float(np.min(depth[flight])) if flight.any() else 0.0
+    rebound = Estimate.from_sigma(max(rise, 0.0), sigma, "um", "highest point before the next contact")
+    before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
+    after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
+    if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
+        restitution = Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
+    else:
+        ratio = -after[0] / before[0]
+        spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
+        rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+        restitution = Estimate.from_sigma(ratio, spread, "1", rule)
+    t1, t2 = _static(t, depth, contact, static, sigma)
+    return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+
+
+def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float) -> float:
+    """Standard deviation of the instant of a crossing whose level is uncertain by sigma."""
+    near = np.abs(t - at) < 4e-4
+    slope = np.polyfit(t[near] - at, depth[near], 1)[0] if near.sum() > 2 else 0.0
+    return float(np.hypot(sigma / max(abs(slope), 1e-3), (t[1] - t[0]) / 4))
+
+
+def _flight(
+    t: np.ndarray, d: np.ndarray, start: float, stop: float, at: float, n: np.ndarray, gravity: float
+) -> tuple[float, float] | None:
+    """Velocity along n at the instant `at` of a free flight, and its standard deviation, m/s."""
+    inside = (t >= start) & (t <= stop)
+    if inside.sum() < 5:
+        return None
+    s = t[inside] - at
+    along = d[inside] @ n + 0.5 * gravity * n[1] * s**2
+    design = np.column_stack([np.ones_like(s), s])
+    solution, *_ = np.linalg.lstsq(design, along, rcond=None)
+    scatter = float(np.sqrt(np.sum((along - design @ solution) ** 2) / max(len(s) - 2, 1)))
+    return float(solution[1]), scatter / float(np.sqrt(np.sum((s - s.mean()) ** 2)))
+
+
+def _static(
+    t: np.ndarray, depth: np.ndarray, contact: Contact, static: float, sigma: float
+) -> tuple[Estimate, Estimate]:
+    """Instants at which the shaft passes its position at rest within the first contact."""
+    inside = np.flatnonzero((t >= contact.start - 5e-4) & (t <= contact.end + 5e-4))
+    beyond = inside[depth[inside] > static]
+    rule = "radial displacement through its value at rest"
+    if not beyond.size:
+        missing = Estimate.missing("s", "the first contact does not reach the position at rest")
+        return missing, missing
+    instants = (_crossing(t, depth, int(beyond[0]), static), _crossing(t, depth, int(beyond[-1]) + 1, static))
+    made = [Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma), "s", rule) for at in instants]
+    return made[0], made[1]

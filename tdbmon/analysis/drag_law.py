@@ -1,0 +1,298 @@
+"""The law by which drag slows a rotor, and its least-squares fit to a stretch of record.
+
+ω' = −(a + b ω + q ω²) with ω in Hz: a is dry friction (Coulomb), b = 1/τ viscous drag and windage, q turbulent windage.
+With ω = x/y it is the linear system x' = −(b/2) x − a y, y' = q x + (b/2) y, whose matrix squares to (b²/4 − a q) times
+unity; its exponential is therefore a (hyperbolic) sine and cosine, and one formula serves for every set of terms
+(Riccati's equation; e.g. W. T. Reid, Riccati Differential Equations, 1972, ch. 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+TERMS = ("linear", "constant", "quadratic")
+_NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span h is of order (b h)^4
+_MAX_ORDER = 6  # of the noise's autoregression
+
+
+@dataclass(frozen=True)
+class DragLaw:
+    """The speed of a rotor that only drag acts on.
+
+    Attributes
+    ----------
+    start : float
+        Time at which the speed is `speed`, s.
+    speed : float
+        Hz, positive.
+    linear, constant, quadratic : float
+        b in 1/s, a in Hz/s, q dimensionless (relative loss of speed a revolution, per hertz).
+    """
+
+    start: float
+    speed: float
+    linear: float = 0.0
+    constant: float = 0.0
+    quadratic: float = 0.0
+
+    @property
+    def standstill(self) -> float:
+        """Time at which the rotor stops, s; infinite where the law has no constant drag."""
+        reach = self.constant + 0.5 * self.linear * self.speed
+        root2 = 0.25 * self.linear**2 - self.constant * self.quadratic
+        if self.constant <= 0:
+            return float("inf")
+        root, z = np.sqrt(abs(root2)), self.speed / reach
+        if root * z < 1e-9:
+            return float(self.start + z)
+        if root2 < 0:
+            return float(self.start + np.arctan2(root * self.speed, reach) / root)
+        return float(self.start + 0.5 * np.log1p(2 * root * z / (1 - root * z)) / root) if root * z < 1 else float("inf")
+
+    def speed_at(self, time: np.ndarray | float) -> np.ndarray:
+        """Speed, Hz, at times of any shape, s; zero after standstill."""
+        t = np.asarray(time, dtype=float) - self.start
+        root2 = 0.25 * self.linear**2 - self.constant * self.quadratic
+        root = np.sqrt(abs(root2))
+        if root * np.max(np.abs(t), initial=0.0) < 1e-7:
+            cosine, sine = np.ones_like(t), t
+        elif root2 < 0:
+            cosine, sine = np.cos(root * t), np.sin(root * t) / root
+        else:  # both scaled by exp(-|root t|): only their ratio counts, and it must not overflow
+            fade = np.exp(-2 * root * np.abs(t))
+            cosine, sine = 0.5 * (1 + fade), 0.5 * np.sign(t) * (1 - fade) / root
+        half = 0.5 * self.linear * sine
+        over = self.speed * (cosine - half) - self.constant * sine
+        under = cosine + half + self.quadratic * self.speed * sine
+        return np.where(time < self.standstill, over / np.maximum(under, 1e-300), 0.0)
+
+    def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Mean speed, Hz, over spans of time (n,)."""
+        middle, reach = 0.5 * (begin + end), _NODE * (end - begin)
+        both = self.speed_at(np.concatenate([middle - reach, middle + reach]))
+        return 0.5 * (both[: len(middle)] + both[len(middle) :])
+
+    def deceleration(self, speed: np.ndarray | float) -> np.ndarray:
+        """Loss of speed, Hz/s, at speeds of any shape, Hz."""
+        w = np.asarray(speed, dtype=float)
+        return self.constant + self.linear * w + self.quadratic * w**2
+
+
+@dataclass(frozen=True)
+class Coast:
+    """Mean speeds over successive spans of time: averaged blocks of a speed signal, or the turns between pulses.
+
+    Attributes
+    ----------
+    begin, end : ndarray (n,)
+        Spans, s.
+    mean : ndarray (n,)
+        Mean speed over them, Hz.
+    pulsed : bool
+        True where turns are timed by pulses: then the errors are those of the pulse times, and do not add up.
+    """
+
+    begin: np.ndarray
+    end: np.ndarray
+    mean: np.ndarray
+    pulsed: bool = False
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of the spans, s."""
+        return 0.5 * (self.begin + self.end)
+
+    def between(self, low: float, high: float) -> Coast:
+        """Spans that lie wholly between two times."""
+        inside = (self.begin >= low - 1e-9) & (self.end <= high + 1e-9)
+        return Coast(self.begin[inside], self.end[inside], self.mean[inside], self.pulsed)
+
+    def __len__(self) -> int:
+        return len(self.mean)
+
+    def error(self, mean: np.ndarray) -> np.ndarray:
+        """Misfit of mean speeds (n,) in the quantity that was measured: Hz, or seconds of pulse time."""
+        if not self.pulsed:
+            return self.mean - mean
+        return np.cumsum((self.mean - mean) * (self.end - self.begin)) / self.mean
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Autoregressive noise of the measured quantity: coefficients (p,) and standard deviation of the innovation."""
+
+    ar: np.ndarray
+    sigma: float
+
+    def whiten(self, x: np.ndarray) -> np.ndarray:
+        """Return x (n, ...) filtered to white noise of standard deviation one, (n - p, ...)."""
+        order = len(self.ar)
+        out = x[order:].copy()
+        for lag, coefficient in enumerate(self.ar, start=1):
+            out -= coefficient * x[order - lag : len(x) - lag]
+        return out / self.sigma
+
+
+WHITE = Noise(np.empty(0), 1.0)
+
+
+def noise_of(residual: np.ndarray, parameters: int) -> Noise:
+    """Fit an autoregression to a residual (n,) left by a fit of so many parameters.
+
+    Yule-Walker's equations; the order is the one with the least BIC, at most 6.
+    """
+    n = len(residual)
+    top = max(0, min(_MAX_ORDER, (n - parameters) // 20))
+    e = residual - residual.mean()
+    lags = np.array([e[k:] @ e[: n - k] for k in range(top + 1)]) / n
+    floor = max(1e-24, 1e-18 * float(np.max(residual**2, initial=0.0)))
+    best, least = Noise(np.empty(0), 1.0), np.inf
+    for order in range(top + 1):
+        ar = np.empty(0)
+        if order and lags[0] > floor:
+            matrix = lags[np.abs(np.subtract.outer(np.arange(order), np.arange(order)))]
+            ar = np.linalg.lstsq(matrix, lags[1 : order + 1], rcond=None)[0]
+        power = max(float(lags[0] - ar @ lags[1 : len(ar) + 1]), floor)
+        bic = n * np.log(power) + order * np.log(n)
+        if bic < least:
+            white = Noise(ar, 1.0).whiten(residual)
+            freedom = max(len(white) - parameters, 1)
+            best, least = Noise(ar, float(np.sqrt(max(white @ white / freedom, floor)))), bic
+    return best
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """A law with a given set of terms, fitted to a coast.
+
+    Attributes
+    ----------
+    law : DragLaw
+        The fitted law; a coefficient may have come out negative.
+    terms : tuple of str
+        Which of `TERMS` were free.
+    covariance : ndarray (k, k)
+        Of the speed at `law.start` and the terms, in this order.
+    residual : ndarray (n,)
+        Misfit, Hz or s (see `Coast.error`).
+    white, sensitivity : ndarray (m,), (m, j)
+        Whitened misfit, and its whitened derivatives by the parameters (the pulses' phase last).
+    """
+
+    law: DragLaw
+    terms: tuple[str, ...]
+    covariance: np.ndarray
+    residual: np.ndarray
+    white: np.ndarray
+    sensitivity: np.ndarray
+
+    @property
+    def parameters(self) -> int:
+        """Number of free parameters."""
+        return self.sensitivity.shape[1]
+
+    @property
+    def bic(self) -> float:
+        """Schwarz' criterion, for comparison between fits that share data and noise."""
+        n = len(self.white)
+        return float(n * np.log(max(self.white @ self.white, 1e-300) / n) + self.parameters * np.log(n))
+
+    @property
+    def physical(self) -> bool:
+        """True where every term slows the rotor."""
+        return all(getattr(self.law, term) > 0 for term in self.terms)
+
+    def sigma(self, term: str) -> float:
+        """Standard deviation of a term."""
+        i = 1 + self.terms.index(term)
+        return float(np.sqrt(max(self.covariance[i, i], 0.0)))
+
+    def draw(self, count: int) -> list[DragLaw]:
+        """Laws drawn from the fit's distribution (same draws every time), those with a negative term left out."""
+        centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
+        rows = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
+        return [
+            replace(self.law, speed=row[0], **dict(zip(self.terms, row[1:], strict=True))) for row in rows if row.min() > 0
+        ]
+
+    def speed_sigma(self, time: float) -> float:
+        """Standard deviation of the fitted speed at a time, Hz."""
+        step = 1e-3 * np.sqrt(np.maximum(np.diag(self.covariance), 0.0)) + 1e-15
+        slope = [
+            float(_moved(self.law, self.terms, i, h).speed_at(time) - _moved(self.law, self.terms, i, -h).speed_at(time))
+            / (2 * h)
+            for i, h in enumerate(step)
+        ]
+        return float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
+
+
+def _moved(law: DragLaw, terms: tuple[str, ...], i: int, step: float) -> DragLaw:
+    name = "speed" if i == 0 else terms[i - 1]
+    return replace(law, **{name: getattr(law, name) + step})
+
+
+def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw | None = None) -> LawFit:
+    """Fit a law to a coast by least squares on whitened misfits; signs are free.
+
+    Parameters
+    ----------
+    coast : Coast
+        At least as many spans as parameters.
+    terms : tuple of str
+        Free terms, of `TERMS`; the others are zero.
+    noise : Noise
+        Of the measured quantity.
+    guess : DragLaw, optional
+        Where to start from.
+    """
+    from scipy.optimize import leastsq
+
+    start, duration = float(coast.begin[0]), float(coast.end[-1] - coast.begin[0])
+    first = guess or _guess(coast)
+    top = max(abs(first.speed), 1e-12)
+    unit = {"linear": 1 / duration, "constant": top / duration, "quadratic": 1 / (top * duration)}
+    scale = np.array([top, *(unit[term] for term in terms)])
+    share = float(first.deceleration(first.speed)) / max(len(terms), 1)
+    rate = {"linear": share / top, "constant": share, "quadratic": share / top**2}
+    known = guess is not None
+    begin = [first.speed, *(getattr(first, t) if known and getattr(first, t) else rate[t] for t in terms)]
+    phase = 1.0 / coast.mean if coast.pulsed else None
+
+    def law_of(p: np.ndarray) -> DragLaw:
+        return DragLaw(start, float(p[0] * top), **dict(zip(terms, (p * scale)[1:].tolist(), strict=True)))
+
+    def misfit(p: np.ndarray) -> np.ndarray:
+        e = coast.error(law_of(p[: len(scale)]).mean_between(coast.begin, coast.end))
+        return e if phase is None else e - p[-1] * phase
+
+    def slopes(p: np.ndarray) -> np.ndarray:
+        columns = []
+        for i in range(len(scale)):
+            step = np.zeros(len(p))
+            step[i] = 1e-5
+            columns.append((misfit(p + step) - misfit(p - step)) / 2e-5)
+        if phase is not None:
+            columns.append(-phase)
+        return np.column_stack(columns)
+
+    p0 = np.append(np.array(begin) / scale, [] if phase is None else [0.0])
+    p, *_ = leastsq(lambda p: noise.whiten(misfit(p)), p0, Dfun=lambda p: noise.whiten(slopes(p)), xtol=1e-9, ftol=1e-10)
+    sensitivity, residual = noise.whiten(slopes(p)), misfit(p)
+    white = noise.whiten(residual)
+    full = np.append(scale, [] if phase is None else [1.0])
+    covariance = np.linalg.pinv(sensitivity.T @ sensitivity) * np.outer(full, full)
+    k = len(scale)
+    return LawFit(law_of(p[:k]), terms, covariance[:k, :k], residual, white, sensitivity)
+
+
+def _guess(coast: Coast) -> DragLaw:
+    """An exponential through the upper part of the curve: weighted straight line through the logarithm."""
+    head = float(np.median(coast.mean[: max(1, len(coast) // 50)]))
+    use = coast.mean > 0.1 * abs(head)
+    if np.count_nonzero(use) < 3:
+        return DragLaw(float(coast.begin[0]), head, 0.0)
+    t, w = coast.middle[use] - coast.begin[0], coast.mean[use]
+    slope, level = np.polyfit(t, np.log(w), 1, w=w)
+    return DragLaw(float(coast.begin[0]), float(np.exp(level)), float(-slope))

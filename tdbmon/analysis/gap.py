@@ -1,0 +1,278 @@
+"""The clearance circle, from the positions in which the shaft settled on the touchdown bearing.
+
+At rest the shaft centre lies at the radius that the air gap, the ball clearance and the deflection under the weight add
+up to (`tdbmon.analysis.rest`).  The arc that it swings along gives the circle's centre too.
+
+The swing loads the bearing by more than the weight at the bottom and by less at the turning points: N/W = cos(angle) +
+v^2/(g R).  So the radius is r = R + s (N/W - 1), where s is the deflection a unit of relative load.  Along the arc of one
+amplitude this looks just like a shift of the centre by 3 s; left out, it would put the centre tens of micrometres too
+low.  It is fitted with the circle, with the machine file's value of s as prior knowledge; the arc alone then gives the
+radius to some ten micrometres (`Gap.from_arc`).  Where the swing frequency gives the same radius independently
+(`tdbmon.analysis.swing`) and both agree, it settles the circle; where they disagree the arc stands alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.analysis.rest import RestTravel
+from tdbmon.estimate import Estimate
+
+_LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the swing's harmonics
+_PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
+_COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
+_WORST = 20e-6  # m: a radius known no better than this is not worth stating
+_BIN_DEG = 3.0
+_BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
+_BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The clearance circle of one end, at the bearing plane (SI).
+
+    Attributes
+    ----------
+    lower, upper : Estimate
+        Radius below and above which the settled shaft spends 2.5 % of the time each, about the fitted centre.
+    centre : tuple of Estimate
+        Centre (x, y) in machine axes.
+    radius : Estimate
+        Radius of the circle at the static load.
+    from_arc : Estimate
+        The same radius from the arc alone.
+    agrees : bool or None
+        Whether the radius from the arc and the one from the swing agree within their intervals; None without a swing.
+    oval : Estimate
+        Second harmonic of the settled radius over the angle (0-pk), where the arc is wide enough to show it.
+    settled_from : float
+        Time from which the shaft stays on the ring, s.
+    arc_deg : float
+        Half-width of the arc that the settled positions cover, degrees.
+    points : ndarray (n, 2)
+        Settled positions used, m, thinned: for the gap map.
+    """
+
+    lower: Estimate
+    upper: Estimate
+    centre: tuple[Estimate, Estimate]
+    radius: Estimate
+    from_arc: Estimate
+    agrees: bool | None
+    oval: Estimate
+    settled_from: float
+    arc_deg: float
+    points: np.ndarray
+
+
+def fit_gap(
+    planes: xr.Dataset,
+    end: str,
+    machine: Machine,
+    travel: RestTravel,
+    release_s: float | None,
+    from_swing: Estimate | None = None,
+) -> Gap | None:
+    """Fit the clearance circle of an end.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes`.
+    end : str
+        Name of the end.
+    machine : Machine
+        For the gap on the drawing (it tells bounces from vibration) and gravity.
+    travel : RestTravel
+        Deflection under the weight of this end, for the load's part of the radius.
+    release_s : float or None
+        The release; the record's start where it is not known.
+    from_swing : Estimate, optional
+        The radius from the swing frequency.
+
+    Returns
+    -------
+    Gap or None
+        None where the shaft does not settle for at least 0.15 s, or the arc is too short to tell a circle.
+    """
+    time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
+    xy = planes.displacement.sel(end=end).to_numpy().T
+    nominal = machine.bearing(end).radial_gap.nominal
+    start = time[0] if release_s is None else release_s
+    circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*xy[time > start].T)))])
+    settled = settled_from(planes, end, nominal, circle, start)
+    if settled is None:
+        return None
+    arc = _Arc.of(xy[time >= settled], rate, machine.gravity, circle)
+    if len(arc.angle) < 6:
+        return None
+    alone = _fit_circle(arc, circle, travel.per_load)
+    sigma = float(np.sqrt(alone[1][2, 2]))
+    if sigma > _WORST and from_swing is None:
+        return None
+    from_arc = Estimate.from_sigma(float(alone[0][2]), sigma, "um", "circle through the settled arc alone")
+    agrees, (solution, covariance) = None, alone
+    if from_swing is not None and from_swing.value is not None:
+        agrees = _overlap(from_arc, from_swing)
+        if agrees:
+            solution, covariance = _fit_circle(arc, circle, travel.per_load, from_swing)
+    return _gap(xy[time >= settled], arc, solution, covariance, settled, from_arc, agrees)
+
+
+def settled_from(
+    planes: xr.Dataset, end: str, nominal: float, circle: np.ndarray | None = None, start: float = 0.0
+) -> float | None:
+    """Return the end of the last bounce that lifts the shaft off by more than a tenth of the gap, s.
+
+    Without a `circle` (centre x, y and radius, m) the one about the probes' zero is taken.  None where the shaft stays
+    settled for less than 0.15 s.
+    """
+    time = planes.time.to_numpy()
+    xy = planes.displacement.sel(end=end).to_numpy().T
+    if circle is None:
+        circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*xy[time > start].T)))])
+    inside = circle[2] - np.hypot(*(xy - circle[:2]).T)
+    lifted = np.flatnonzero((inside > _BOUNCE_SHARE * nominal) & (time > start))
+    settled = float(time[min(lifted[-1] + 1, len(time) - 1)]) if lifted.size else start
+    return settled if time[-1] - settled >= 0.15 else None
+
+
+def _overlap(a: Estimate, b: Estimate) -> bool:
+    return bool(a.low <= b.high and b.low <= a.high) if None not in (a.low, a.high, b.low, b.high) else False  # type: ignore[operator]
+
+
+@dataclass(frozen=True)
+class _Arc:
+    """Mean radius and load over the angle about a centre, in bins; `sigma` counts blocks of time, not samples."""
+
+    angle: np.ndarray  # from the bottom, counter-clockwise
+    radius: np.ndarray
+    load: np.ndarray
+    sigma: np.ndarray
+    halfwidth: float
+
+    @classmethod
+    def of(cls, xy: np.ndarray, rate: float, gravity: float, circle: np.ndarray) -> _Arc:
+        xy = xy[np.isfinite(xy).all(axis=1)]
+        velocity = np.gradient(_lowpass(xy, rate), axis=0) * rate
+        d = xy - circle[:2]
+        r = np.hypot(d[:, 0], d[:, 1])
+        angle = np.arctan2(d[:, 0], -d[:, 1])
+        along = (velocity[:, 0] * d[:, 1] - velocity[:, 1] * d[:, 0]) / r
+        load = np.cos(angle) + along**2 / (gravity * circle[2]) if gravity > 0 else np.ones_like(r)
+        bins = np.round(np.rad2deg(angle) / _BIN_DEG).astype(int)
+        bins -= bins.min()
+        block = np.arange(len(r)) // max(int(_BLOCK_S * rate), 1)
+        # one mean a bin and block; bins seen in fewer than three blocks say nothing about their own error
+        cell, inverse = np.unique(bins * (block.max() + 1) + block, return_inverse=True)
+        count = np.bincount(inverse)
+        means = [np.bincount(inverse, v) / count for v in (angle, r, load)]
+        of_bin = cell // (block.max() + 1)
+        columns: list[tuple[float, ...]] = []
+        for b in np.unique(of_bin):
+            inside = of_bin == b
+            blocks = int(inside.sum())
+            if blocks < 3:
+                continue
+            centre = np.median(means[1][inside])
+            spread = 1.4826 * float(np.median(np.abs(means[1][inside] - centre))) + 1e-8
+            kept = inside.copy()
+            kept[inside] = np.abs(means[1][inside] - centre) < 3 * spread
+            values = [float(np.mean(m[kept])) for m in means]
+            columns.append((*values, spread / np.sqrt(blocks)))
+        table = np.array(columns).reshape(-1, 4)
+        return cls(*table.T, halfwidth=float(np.quantile(np.abs(angle), 0.98)))
+
+
+def _fit_circle(
+    arc: _Arc, circle: np.ndarray, per_load: float, known: Estimate | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fit centre, radius and deflection a unit of load to the binned arc about `circle`; with covariance.
+
+    The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
+    added, at least `_COMMON` and more until the arc fits (reduced chi-square one).
+    """
+    prior = _PRIOR * per_load
+    jac = np.column_stack([np.sin(arc.angle), -np.cos(arc.angle), np.ones_like(arc.angle), arc.load - 1])
+    common = _COMMON
+    for _ in range(40):
+        weight = 1.0 / (arc.sigma**2 + common**2)
+        normal = jac.T @ (jac * weight[:, None])
+        normal[3, 3] += prior**-2
+        target = jac.T @ (weight * arc.radius)
+        target[3] += per_load / prior**2
+        if known is not None and known.value is not None and known.high is not None:
+            sigma = (known.high - known.value) / 1.96
+            normal[2, 2] += sigma**-2
+            target[2] += known.value / sigma**2
+        p = np.linalg.solve(normal, target)
+        chi = float(np.sum(weight * (arc.radius - jac @ p) ** 2)) / max(len(arc.radius) - 3, 1)
+        if chi <= 1.0:
+            break
+        common *= 1.3
+    p[:2] += circle[:2]
+    return p, np.linalg.inv(normal)
+
+
+def _gap(
+    xy: np.ndarray,
+    arc: _Arc,
+    p: np.ndarray,
+    covariance: np.ndarray,
+    settled: float,
+    from_arc: Estimate,
+    agrees: bool | None,
+) -> Gap:
+    """Assemble the result."""
+    sigma = np.sqrt(np.diag(covariance))
+    how = "settled arc and swing frequency" if agrees else "settled arc"
+    names = (f"centre: {how}", f"centre: {how}", f"radius: {how}")
+    made = [Estimate.from_sigma(float(v), float(s), "um", m) for v, s, m in zip(p, sigma, names, strict=False)]
+    xy = xy[np.isfinite(xy).all(axis=1)]
+    low, high = np.quantile(np.hypot(*(xy - p[:2]).T), [0.025, 0.975])
+    rule = "2.5 % and 97.5 % quantile of the settled radius about the fitted centre"
+    return Gap(
+        Estimate.from_sigma(float(low), float(sigma[2]), "um", rule),
+        Estimate.from_sigma(float(high), float(sigma[2]), "um", rule),
+        (made[0], made[1]),
+        made[2],
+        from_arc,
+        agrees,
+        _oval(arc, p),
+        settled,
+        float(np.rad2deg(arc.halfwidth)),
+        xy[:: max(1, len(xy) // 4000)],
+    )
+
+
+def _oval(arc: _Arc, p: np.ndarray) -> Estimate:
+    """Second harmonic of the radius over the angle."""
+    if arc.halfwidth < np.deg2rad(50):
+        return Estimate.missing("um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there")
+    columns = [np.sin(arc.angle), -np.cos(arc.angle), np.ones_like(arc.angle), np.cos(2 * arc.angle), np.sin(2 * arc.angle)]
+    jac = np.column_stack(columns)
+    y = arc.radius - p[3] * (arc.load - 1)
+    solution, *_ = np.linalg.lstsq(jac / arc.sigma[:, None], y / arc.sigma, rcond=None)
+    left = (y - jac @ solution) / arc.sigma
+    chi = max(1.0, float(left @ left) / max(len(y) - 5, 1))
+    covariance = np.linalg.inv(jac.T @ (jac / arc.sigma[:, None] ** 2)) * chi
+    amplitude = float(np.hypot(solution[3], solution[4]))
+    width = 1.96 * float(np.sqrt(np.mean(np.diag(covariance)[3:])))
+    rule = "second harmonic of the settled radius over the angle"
+    return Estimate(amplitude, max(0.0, amplitude - width), amplitude + width, "um", rule, kind="0-pk")
+
+
+def _lowpass(data: np.ndarray, rate: float) -> np.ndarray:
+    """Zero-phase low-pass at `_LOWPASS_HZ` (frequency domain; the ends are mirrored)."""
+    from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+
+    pad = min(len(data) - 1, int(0.1 * rate))
+    head, tail = 2 * data[0] - data[pad:0:-1], 2 * data[-1] - data[-2 : -pad - 2 : -1]
+    long = np.concatenate([head, data, tail]).T
+    n = next_fast_len(long.shape[1], real=True)
+    spectrum = rfft(long, n) / (1 + (rfftfreq(n, 1 / rate) / _LOWPASS_HZ) ** 8)
+    return np.asarray(irfft(spectrum, n)[:, pad : pad + len(data)]).T

@@ -1,0 +1,109 @@
+"""Do the probes see a world in which things fall down?  A check on their directions, by the record itself.
+
+Gravity is the one force whose direction is known.  The shaft must come to rest at the bottom of the clearance, and the
+levitated orbit at running speed, driven by unbalance, must go with the rotation.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record.quality import Check
+
+_BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
+
+
+def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
+    """Check the rest position of each end, and the sense of the levitated orbit.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes`.
+    record : Dataset
+        Probes in m (for trying other directions).
+    machine : Machine
+    release_s : float or None
+        The release; without it the levitated orbit is not looked at.
+
+    Returns
+    -------
+    list of Check
+        One row an end and question; a failed one names the likely cause.
+    """
+    rows = []
+    for end in machine.ends:
+        xy = planes.displacement.sel(end=end).to_numpy()
+        if not np.isfinite(xy).any():
+            continue
+        tail = xy[:, -max(xy.shape[1] // 10, 10) :]
+        rest = np.nanmean(tail, axis=1)
+        rows.append(_rest_row(end, rest, record, machine, len(tail[0])))
+        if release_s is not None:
+            rows += _sense_rows(end, planes, machine, release_s)
+    return rows
+
+
+def _rest_row(end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, samples: int) -> Check:
+    angle = _from_bottom(rest)
+    where = f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {angle:+.0f} deg from the bottom"
+    if abs(angle) <= _BOTTOM_DEG:
+        return Check("rest at the bottom", end, True, where)
+    cause = _likely_cause(end, record, machine, samples)
+    return Check("rest at the bottom", end, False, f"{where}; {cause}")
+
+
+def _from_bottom(rest: np.ndarray) -> float:
+    """Angle of a position from straight down, degrees, positive towards +x."""
+    return float(np.rad2deg(np.arctan2(rest[0], -rest[1])))
+
+
+def _likely_cause(end: str, record: xr.Dataset, machine: Machine, samples: int) -> str:
+    """Try inverted, swapped and turned probes; name what would put the shaft at the bottom."""
+    probes = [p for p in machine.probes_at(end) if p.name in record]
+    if len(probes) != 2:
+        return "check the probes' angles and signs"
+    readings = np.array([float(np.nanmean(record[p.name].to_numpy()[-samples:])) for p in probes])
+    angles = np.array([p.angle for p in probes])
+    directions = np.column_stack([np.cos(angles), np.sin(angles)])
+    found = []
+    for swap, signs in product((False, True), product((1, -1), repeat=2)):
+        tried = (readings[::-1] if swap else readings) * np.array(signs)
+        if abs(_from_bottom(np.linalg.solve(directions, tried))) > _BOTTOM_DEG:
+            continue
+        parts = [f"probe '{p.name}' is inverted" for p, s in zip(probes, signs, strict=True) if s < 0]
+        if swap:
+            parts.insert(0, f"probes '{probes[0].name}' and '{probes[1].name}' are swapped")
+        found.append(" and ".join(parts))
+    if found:
+        return "likely " + min(found, key=len) + ": check the cabling, or set a negative sensitivity"
+    turn = -_from_bottom(np.linalg.solve(directions, readings))
+    return f"the probes' angles look {turn:+.0f} deg off: check them against the drawing"
+
+
+def _sense_rows(end: str, planes: xr.Dataset, machine: Machine, release_s: float) -> list[Check]:
+    """Forward and backward part of the levitated orbit at its strongest frequency above the mains' reach."""
+    time = planes.time.to_numpy()
+    levitated = time < release_s - 0.002
+    if levitated.sum() < 256:
+        return []
+    x, y = planes.displacement.sel(end=end).to_numpy()[:, levitated]
+    z = (x - x.mean()) + 1j * machine.sense * (y - y.mean())
+    z = z * np.hanning(len(z))
+    spectrum = np.abs(np.fft.fft(z)) / len(z)
+    frequency = np.fft.fftfreq(len(z), time[1] - time[0])
+    running = np.abs(np.abs(frequency) - machine.mains) > 2.5 / (time[levitated][-1] - time[0])
+    spectrum = np.where(running & (np.abs(frequency) > 10), spectrum, 0.0)
+    forward, backward = spectrum[frequency > 0].max(), spectrum[frequency < 0].max()
+    floor = np.median(spectrum[spectrum > 0])
+    if max(forward, backward) < 8 * floor or max(forward, backward) < 2 * min(forward, backward):
+        return []
+    detail = f"strongest levitated orbit {4 * max(forward, backward) * 1e6:.2f} um 0-pk goes "
+    if forward > backward:
+        return [Check("orbit goes with the rotation", end, True, detail + "with the rotation")]
+    detail += "against the rotation; likely the probes of this end are swapped, or 'rotation' in the machine file is wrong"
+    return [Check("orbit goes with the rotation", end, False, detail)]

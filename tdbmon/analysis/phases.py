@@ -1,0 +1,35 @@
+"""The phases of a drop: levitated, fall, contacts, run-down, rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A stretch of the record, s."""
+
+    name: str
+    start: float
+    end: float
+
+
+def split_phases(
+    start: float,
+    end: float,
+    release: float | None,
+    first_contact: float | None,
+    settled: float | None,
+    standstill: float | None,
+) -> tuple[Phase, ...]:
+    """Return the phases that the record holds, in order; an unknown border ends the list of what can be told apart.
+
+    Parameters are times in s; None where not known.
+    """
+    borders = [("levitated", start), ("fall", release), ("contacts", first_contact), ("run-down", settled)]
+    borders.append(("rest", standstill))
+    known = [(name, at) for name, at in borders if at is not None and start <= at < end]
+    if release is None:
+        known = [(name, at) for name, at in known if name != "levitated"]
+    ends = [at for _, at in known[1:]] + [end]
+    return tuple(Phase(name, at, stop) for (name, at), stop in zip(known, ends, strict=True) if stop > at)

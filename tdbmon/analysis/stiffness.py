@@ -1,0 +1,40 @@
+"""Equivalent stiffness of an end from its first contact, by the single-mass model.
+
+The end's share M of the rotor mass on a spring swings about its position at rest.  Between passing that position inwards
+(t1) and outwards (t2) it makes half a period: w_k = pi / (t2 - t1), K_eq = M w_k^2 (N. Neisi, dissertation, LUT
+University, Eq. 3.3 and Sec. 4.3.1).  It is bearing and support in series, with the support's mass ignored, and the first
+guess of a fit of the whole first contact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tdbmon.analysis.contacts import FirstContact
+from tdbmon.estimate import Estimate
+
+
+def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
+    """Return K_eq, N/m, for the end's share of the rotor mass, kg.
+
+    The interval carries the instants' only: that one mass on one spring is a coarse model of rotor, bearing and support
+    is not in it.
+    """
+    if first is None:
+        return Estimate.missing("N/m", "no first contact was found")
+    t1, t2 = first.static_in, first.static_out
+    if t1.value is None or t2.value is None:
+        return Estimate.missing("N/m", t1.why or t2.why)
+    half = t2.value - t1.value
+    if half <= 0 or t1.high is None or t2.high is None:
+        return Estimate.missing("N/m", "the shaft does not pass its position at rest twice")
+    stiffness = mass * (np.pi / half) ** 2
+    # both instants move apart with the level: their errors add
+    sigma = ((t1.high - t1.value) + (t2.high - t2.value)) / 1.96
+    return Estimate(
+        float(stiffness),
+        float(mass * (np.pi / (half + 1.96 * sigma)) ** 2),
+        float(mass * (np.pi / max(half - 1.96 * sigma, 0.1 * half)) ** 2),
+        "N/m",
+        "half a period about the position at rest, single mass",
+    )

@@ -1,0 +1,269 @@
+"""The pendulum swing of the rotor in the clearance, and the clearance that it tells.
+
+A shaft that rolls at the bottom of a bore swings like a pendulum whose length is the radius R of its centre's path.
+Two ends, two clearances: with the static loads W_i and the swing's shape phi at frequency w, the force on the free rotor
+that makes it move so, H(w)^-1 phi, must be the weight's pull -W_i phi_i / R_i at each end, so
+
+    R_i = -W_i phi_i / (H(w)^-1 phi)_i
+
+for small swings.  H is the receptance of the free-free rotor at the bearing planes: for a rigid one H^-1 = -w^2 M, and
+the bending that the swing's own inertia causes makes it a percent or so softer.  The inner ring is carried along by
+friction and adds J/r^2.  Over the amplitude A the frequency falls by (A/R)^2/16 of its own swing and by (A/R)^2/8 of
+the other (the pendulum's second-order terms).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+from tdbsim.modes import Modes, free_free
+from tdbsim.rotor import RotorModel, static_loads
+
+from tdbmon.analysis.rest import rest_travel
+from tdbmon.estimate import Estimate
+
+_CYCLES = 30  # of the slower swing in a window
+_BENDING = 6  # free-free bending modes in the receptance
+_MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
+_WIDEST = 0.5  # amplitude over radius, beyond which the second-order term is not enough
+
+
+@dataclass(frozen=True)
+class Swing:
+    """The swing of the rotor in its clearance.
+
+    Attributes
+    ----------
+    frequencies : tuple of Estimate
+        Small-amplitude frequency of the modes found, Hz; the parallel swing first.
+    shapes : tuple of dict
+        Relative amplitude an end of each mode, signed, largest one.
+    gap : dict
+        Path radius an end (gap, ball clearance and deflection together), m.
+    """
+
+    frequencies: tuple[Estimate, ...]
+    shapes: tuple[dict[str, float], ...]
+    gap: dict[str, Estimate]
+
+
+def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_s: float) -> Swing | None:
+    """Measure the swing over the settled stretch of a record.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes`, both ends known.
+    machine, rotor
+        For loads, masses and the range in which the swing is looked for.
+    settled_s : float
+        Time from which both ends stay on their rings, s.
+
+    Returns
+    -------
+    Swing or None
+        None where the settled stretch is shorter than five windows or no swing stands out of the noise.
+    """
+    ends = machine.ends
+    loads = np.array([static_loads(machine, rotor)[end] for end in ends])
+    mass = _end_mass_matrix(machine, rotor)
+    basis = free_free(rotor, _BENDING)
+    nominal = [_path_radius(machine, end, load) for end, load in zip(ends, loads, strict=True)]
+    predicted, shapes = _modes(mass, loads, np.array(nominal))
+    time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
+    inside = time >= settled_s
+    x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
+    x = x[:, np.isfinite(x).all(axis=0)]
+    window = int(_CYCLES / predicted[0] * rate)
+    if x.shape[1] < 5 * window:
+        return None
+    table = _track(x, rate, window, predicted, np.array(nominal))
+    if table is None:
+        return None
+    frequencies, phi, radii = [], [], []
+    for mode in range(2):
+        made = _mode(table[mode], mode, machine, basis, loads)
+        if made is None:
+            continue
+        frequencies.append(made[0])
+        phi.append(made[1])
+        radii.append(made[2])
+    if not frequencies:
+        return None
+    gap = {}
+    for i, end in enumerate(ends):
+        values = np.array([r[i][0] for r in radii])
+        sigma = np.array([r[i][1] for r in radii])
+        weight = sigma**-2
+        value = float(np.sum(weight * values) / np.sum(weight))
+        # two modes that disagree say how good the model is
+        misfit = max(1.0, float(np.sum(weight * (values - value) ** 2)) / max(len(values) - 1, 1))
+        spread = float(np.hypot(np.sqrt(misfit / np.sum(weight)), _MODEL * value))
+        gap[end] = Estimate.from_sigma(value, spread, "um", "pendulum swing in the clearance, two ends coupled")
+    return Swing(tuple(frequencies), tuple(phi), gap)
+
+
+def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
+    """Return both swing frequencies of the drawing, Hz."""
+    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
+    radii = np.array([_path_radius(machine, end, load) for end, load in zip(machine.ends, loads, strict=True)])
+    frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, radii)
+    return float(frequencies[0]), float(frequencies[1])
+
+
+def _path_radius(machine: Machine, end: str, load: float) -> float:
+    bearing = machine.bearing(end)
+    return bearing.radial_gap.nominal + rest_travel(bearing, float(load)).total
+
+
+def _end_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
+    """Rigid mass matrix in the coordinates of the ends, with the rings that roll along."""
+    a, b = (machine.bearing(end).position - rotor.centre_of_mass for end in machine.ends)
+    # translation and tilt from the ends' displacements
+    turn = np.linalg.inv(np.array([[1.0, a], [1.0, b]]))
+    mass = turn.T @ np.diag([rotor.total_mass, rotor.diametral_inertia]) @ turn
+    for i, end in enumerate(machine.ends):
+        bearing = machine.bearing(end)
+        mass[i, i] += bearing.inner_ring_inertia / bearing.journal_radius**2
+    return mass
+
+
+def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarray:
+    """Force at the ends, towards the middle, under which the free rotor and the rings that roll along move as `phi`."""
+    shapes = basis.at([machine.bearing(end).position for end in machine.ends])
+    receptance = shapes / ((2 * np.pi * basis.frequencies) ** 2 - w**2) @ shapes.T
+    rings = [b.inner_ring_inertia / b.journal_radius**2 for b in machine.touchdown_bearings]
+    return np.asarray(-np.linalg.solve(receptance, phi) + w**2 * np.array(rings) * phi)
+
+
+def _modes(mass: np.ndarray, loads: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    values, vectors = np.linalg.eig(np.linalg.solve(mass, np.diag(loads / radii)))
+    order = np.argsort(values)
+    return np.sqrt(values[order]) / (2 * np.pi), vectors[:, order]
+
+
+def _track(
+    x: np.ndarray, rate: float, window: int, predicted: np.ndarray, nominal: np.ndarray
+) -> list[np.ndarray] | None:
+    """Frequency and complex amplitude of both swings, window by window.
+
+    Returns for each mode an array (windows, 2 + 4): frequency corrected for both amplitudes, its weight, and the complex
+    amplitude of both ends as real and imaginary parts.
+    """
+    thin = max(1, int(rate / (20 * predicted[1])))
+    if thin > 1:
+        length = x.shape[1] // thin * thin
+        x = x[:, :length].reshape(2, -1, thin).mean(axis=2)
+        rate, window = rate / thin, window // thin
+    count = x.shape[1] // window
+    t = np.arange(window) / rate
+    taper = np.hanning(window)
+    rows: list[list[np.ndarray]] = [[], []]
+    for k in range(count):
+        part = x[:, k * window : (k + 1) * window]
+        part = part - part.mean(axis=1, keepdims=True)
+        peaks = [_peak(part * taper, rate, f) for f in predicted]
+        if any(p is None for p in peaks[:1]):
+            continue
+        frequency = np.array([p if p is not None else np.nan for p in peaks])
+        seen = np.isfinite(frequency)
+        for _ in range(4):  # Gauss-Newton on the frequencies, both swings at once
+            w = 2 * np.pi * frequency[seen]
+            basis = np.concatenate([np.cos(np.outer(w, t)), np.sin(np.outer(w, t))]).T
+            slope_cos, slope_sin = -t[:, None] * np.sin(np.outer(w, t)).T, t[:, None] * np.cos(np.outer(w, t)).T
+            amplitude, *_ = np.linalg.lstsq(basis * taper[:, None], (part * taper).T, rcond=None)
+            m = int(seen.sum())
+            rest = (part.T - basis @ amplitude) * taper[:, None]
+            jac = np.stack(
+                [(slope_cos[:, j, None] * amplitude[j] + slope_sin[:, j, None] * amplitude[m + j]) * taper[:, None] for j in range(m)]
+            ).reshape(m, -1)
+            # project the amplitudes off, so that frequency and phase are not mistaken for each other
+            q, _ = np.linalg.qr(basis * taper[:, None])
+            stacked = jac.reshape(m, len(t), 2)
+            stacked = stacked - np.einsum("tk,mke->mte", q, np.einsum("tk,mte->mke", q, stacked))
+            flat = stacked.reshape(m, -1)
+            normal = flat @ flat.T
+            step = np.linalg.solve(normal, flat @ rest.ravel())
+            frequency[seen] += step / (2 * np.pi)
+        noise = float(np.sum(rest**2)) / (2 * len(t))
+        sigma = np.sqrt(noise * np.diag(np.linalg.inv(normal))) / (2 * np.pi)
+        complex_amplitude = np.zeros((2, 2), complex)
+        complex_amplitude[np.flatnonzero(seen)] = amplitude[:m] - 1j * amplitude[m:]
+        wide = np.abs(complex_amplitude) / nominal  # (mode, end)
+        if wide.max() > _WIDEST:
+            continue
+        # a pendulum's frequency falls with its own amplitude squared, and twice as fast with the other's
+        own = np.mean(wide**2, axis=1)
+        correction = 1 + own / 16 + 2 * own[::-1] / 16
+        for j, mode in enumerate(np.flatnonzero(seen)):
+            size = np.abs(complex_amplitude[mode]).max()
+            if size < 4 * np.sqrt(noise * 4 / np.sum(taper**2)):
+                continue
+            parts = np.concatenate([complex_amplitude[mode].real, complex_amplitude[mode].imag])
+            rows[mode].append(np.concatenate([[frequency[mode] * correction[mode], sigma[j] ** -2], parts]))
+    if len(rows[0]) < 4:
+        return None
+    return [np.array(r).reshape(-1, 6) for r in rows]
+
+
+def _peak(part: np.ndarray, rate: float, near: float) -> float | None:
+    """Frequency of the highest line within 20 % of a prediction that stands out of its surroundings."""
+    n = part.shape[1]
+    power = np.sum(np.abs(np.fft.rfft(part, 4 * n, axis=1)) ** 2, axis=0)
+    frequency = np.fft.rfftfreq(4 * n, 1 / rate)
+    band = np.flatnonzero(np.abs(frequency / near - 1) < 0.2)
+    top = band[int(np.argmax(power[band]))]
+    if top in (band[0], band[-1]) or power[top] < 30 * np.median(power[band]):
+        return None
+    return float(frequency[top])
+
+
+def _mode(
+    table: np.ndarray, mode: int, machine: Machine, basis: Modes, loads: np.ndarray
+) -> tuple[Estimate, dict[str, float], list[tuple[float, float]]] | None:
+    """Combine the windows of one mode; the scatter between windows gives the interval."""
+    if len(table) < 4:
+        return None
+    frequency = table[:, 0]
+    centre = np.median(frequency)
+    spread = 1.4826 * np.median(np.abs(frequency - centre)) + 1e-6
+    table = table[np.abs(frequency - centre) < 4 * spread]
+    if len(table) < 4:
+        return None
+    weight = 1.0 / (1.0 / table[:, 1] + spread**2)
+    amplitude = table[:, 2:4] + 1j * table[:, 4:6]
+    cross = amplitude[:, 0] * np.conj(amplitude[:, 1])
+    power = np.abs(amplitude) ** 2
+
+    def reduce(keep: np.ndarray) -> np.ndarray:
+        f = np.sum(weight[keep] * table[keep, 0]) / np.sum(weight[keep])
+        first, second = np.sum(power[keep], axis=0)
+        ratio = float(np.sum(cross[keep]).real)
+        phi = np.array([first, ratio]) if first > second else np.array([ratio, second])
+        phi = phi / phi[np.argmax(np.abs(phi))]
+        radii = loads * phi / _pull(basis, machine, 2 * np.pi * f, phi)
+        return np.concatenate([[f], phi, radii])
+
+    everything = np.ones(len(table), bool)
+    value = reduce(everything)
+    # jackknife over groups of windows: neighbours share the noise of the same excitation
+    groups = np.array_split(np.arange(len(table)), min(12, len(table)))
+    left_out = []
+    for group in groups:
+        keep = everything.copy()
+        keep[group] = False
+        left_out.append(reduce(keep))
+    n = len(groups)
+    sigma = np.sqrt((n - 1) / n * np.sum((np.array(left_out) - np.mean(left_out, axis=0)) ** 2, axis=0))
+    # a frequency cannot be known better than the least scatter of its windows allows
+    quantile = 2.2 / 1.96  # Student's t at about eleven degrees of freedom
+    name = ("parallel swing", "conical swing")[mode]
+    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]) * quantile, "Hz", f"{name}, small amplitude")
+    shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}
+    radii = [(float(value[3 + i]), float(sigma[3 + i]) * quantile) for i in range(2)]
+    if any(r <= 0 for r, _ in radii):
+        return None
+    return estimate, shape, radii
