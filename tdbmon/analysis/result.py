@@ -1,0 +1,116 @@
+"""The result of analysing one record: what figures, report and JSON are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+from tdbsim.rotor import RotorModel
+
+from tdbmon.analysis.contacts import Contacts
+from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.phases import Phase
+from tdbmon.analysis.release import Release
+from tdbmon.analysis.rest import RestTravel
+from tdbmon.analysis.swing import Swing
+from tdbmon.estimate import Estimate
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
+    from tdbmon.analysis.rundown import RunDown
+    from tdbmon.analysis.whirl import Whirl
+    from tdbmon.record.quality import Check
+
+
+@dataclass(frozen=True)
+class EndResult:
+    """What was found at one touchdown bearing (SI).
+
+    Attributes
+    ----------
+    name : str
+    plane : str
+        ``"bearing"``, ``"probe"`` (the rigid line could not be drawn) or ``"none"`` (no orbit at this end).
+    load : float
+        Static load, N.
+    travel : RestTravel
+        What the rest radius holds beyond the air gap, from the machine file.
+    gap : Gap or None
+        The clearance circle; None where the shaft does not settle.
+    air_gap : Estimate
+        Radial air gap proper: radius at rest less the travel, m.
+    gap_from_swing : Estimate
+        Radius of the swing's path, m.
+    contacts : Contacts or None
+    stiffness : Estimate
+        Single-mass stiffness of the first contact, N/m.
+    deepest : Estimate
+        Largest excursion from the clearance centre after the release, m.
+    """
+
+    name: str
+    plane: str
+    load: float
+    travel: RestTravel
+    gap: Gap | None
+    air_gap: Estimate
+    gap_from_swing: Estimate
+    contacts: Contacts | None
+    stiffness: Estimate
+    deepest: Estimate
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Everything that one record yields without a fitted model.
+
+    Attributes
+    ----------
+    machine, rotor
+        What the record was laid over.
+    record : Dataset
+        The record in the machine's names, SI.
+    planes : Dataset or None
+        ``displacement(end, axis, time)`` at the bearing planes, m; None where the record holds no orbit.
+    checks : tuple of Check
+        The quality gate.
+    release : Release or None
+    phases : tuple of Phase
+    ends : dict
+        By the end's name; empty without displacement.
+    swing : Swing or None
+    rundown : RunDown or None
+        None where the record holds no speed.
+    speed_time, speed_hz : ndarray
+        Speed on its own samples; empty where there is none.
+    angle : ndarray or None
+        Shaft angle on the samples of `planes`, rad; NaN where no pulses are.
+    waterfall : Dataset or None
+        Spectra against time.
+    lines : tuple of Line
+    whirl : dict
+        Whirl by the end's name.
+    tracks : Dataset or None
+        1X and 2X through the run-down.
+    """
+
+    machine: Machine
+    rotor: RotorModel
+    record: xr.Dataset
+    planes: xr.Dataset | None
+    checks: tuple[Check, ...]
+    release: Release | None
+    phases: tuple[Phase, ...]
+    ends: dict[str, EndResult]
+    swing: Swing | None
+    rundown: RunDown | None
+    speed_time: np.ndarray
+    speed_hz: np.ndarray
+    angle: np.ndarray | None
+    waterfall: xr.Dataset | None
+    lines: tuple[Line, ...]
+    whirl: dict[str, Whirl]
+    tracks: xr.Dataset | None
