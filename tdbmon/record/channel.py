@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         "sha256": sha256(path),
         "reader": reader,
         "title": content.title,
-        "drop_time": content.drop_time,
+        "drop_time": _iso(content.drop_time),
     }
     if content.incomplete:
         record.attrs["incomplete"] = content.incomplete
@@ -125,6 +126,21 @@ def si_unit(unit: str) -> tuple[str, float]:
     if known[0] == "rad" and not re.search(r"rad|deg|°|rev|turn", text.lower()):
         return "1", known[1]  # a plain number, which a unit library takes for an angle
     return known
+
+
+def _iso(date: str) -> str:
+    """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
+    text = date.strip()
+    for form in ("%d.%m.%Y", "%d.%m.%Y %H:%M:%S", "%d.%m.%Y %H:%M", "%d-%b-%y %H:%M:%S", "%d-%b-%Y %H:%M:%S"):
+        try:
+            return datetime.strptime(text, form).isoformat()
+        except ValueError:
+            continue
+    try:
+        datetime.fromisoformat(text)
+    except ValueError:
+        return ""
+    return text
 
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:

@@ -13,7 +13,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Channel, Content
-from tdbmon.record.timebase import is_time_name, time_factor
+from tdbmon.record.timebase import interval_of, is_time_name, time_factor
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 
@@ -72,6 +72,7 @@ def _has_netcdf_marks(path: Path) -> bool:
 def _channels(group: Any, prefix: str = "") -> list[Channel]:
     channels = []
     times: dict[str, np.ndarray] = {}
+    stated = interval_of(_attributes(group))
     for name, variable in group.variables.items():
         if len(variable.dimensions) != 1 or not _is_number(variable) or _is_time(group, name):
             continue
@@ -79,12 +80,19 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
         if dimension not in times:
             found = _time_of(group, dimension)
             if found is None:
-                continue
+                interval = interval_of(_attributes(variable)) or stated
+                if interval is None:
+                    continue
+                found = interval * np.arange(variable.size)
             times[dimension] = found
         channels.append(_channel(prefix + name, variable, times[dimension]))
     for name, inner in group.groups.items():
         channels += _channels(inner, f"{prefix}{name}/")
     return channels
+
+
+def _attributes(item: Any) -> dict[str, Any]:
+    return {name: item.getncattr(name) for name in item.ncattrs()}
 
 
 def _is_number(variable: Any) -> bool:

@@ -1,0 +1,148 @@
+"""CSV and its relatives: tables of numbers as text."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Content
+from tdbmon.record.formats.text_table import CLOCK, DATE, MOMENT, Layout, decoded, layout_of, split
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+
+_CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
+
+
+class CSV:
+    """A row of names, perhaps one of units, and rows of numbers; separated by comma, semicolon, tab or blanks."""
+
+    name = "CSV"
+    extra: str | None = None
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+            return len(head) > 2 and b"\0" in head
+        return len(head.translate(None, _CONTROL)) == len(head)
+
+    def read(self, path: Path) -> Content:
+        lines = decoded(path.read_bytes()).split("\n")
+        layout = layout_of(lines, path)
+        leaves: list[Leaf] = []
+        date = first_text(layout.entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+        for name, unit, caption, column in zip(
+            layout.names, layout.units, layout.captions, _columns(lines, layout, path), strict=True
+        ):
+            attributes: dict[str, Any] = {"long_name": caption} if caption else {}
+            if column is None:
+                continue
+            values, began = column
+            if began is not None:
+                date = date or began
+                attributes["unit"] = "s"
+            elif unit is not None:
+                attributes["unit"] = unit
+            leaves.append(Leaf(name, values, attributes))
+        title = first_text(layout.entries, ("title", "name", "test", "versuch")) or ""
+        return Content(channels_of(Branch("", tuple(leaves), layout.entries), path), title, date)
+
+
+_Column = tuple[np.ndarray, str | None] | None
+
+
+def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
+    """Return the columns: numbers, or seconds with the moment of the first; None for one without a name and values."""
+    import pandas as pd
+
+    body = [line for line in lines[layout.first :] if line.strip() and not line.lstrip().startswith("#")]
+    width = len(layout.names)
+    _check_width(body, lines, layout, width, path)
+    separator = r"\s+" if layout.separator == " " else layout.separator
+    table = pd.read_csv(
+        io.StringIO("\n".join(body)), sep=separator, decimal=layout.decimal, header=None, names=list(range(width)),
+        engine="c", float_precision="round_trip", skipinitialspace=True, index_col=False, low_memory=False,
+    )  # fmt: skip
+    return [_column(table[k], k, layout, lines, path) for k in range(width)]
+
+
+def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -> _Column:
+    name = layout.names[k]
+    if series.dtype.kind in "iufb":
+        if series.isna().all():
+            if not name:
+                return None  # rows that end with a separator
+            return np.asarray(series, dtype=np.float64), None
+        return np.asarray(series), None
+    texts = series.astype(str).str.strip()
+    if MOMENT.fullmatch(texts.iloc[0]):
+        return _moments(texts, name, path)
+    if CLOCK.fullmatch(texts.iloc[0]):
+        return _clocks(texts, name, path)
+    if DATE.fullmatch(texts.iloc[0]):
+        return None  # the day beside a clock column
+    import pandas as pd
+
+    numbers = pd.to_numeric(texts.str.replace(layout.decimal, ".", regex=False), errors="coerce")
+    wrong = np.flatnonzero(numbers.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
+    if wrong.size == 0:
+        return np.asarray(numbers, dtype=np.float64), None
+    row = int(wrong[0])
+    raise InputError(
+        f"{path}: line {_line_number(lines, layout, row)}, column '{name}': '{texts.iloc[row][:40]}' is no number;"
+        " correct the cell, or leave it empty where nothing was measured"
+    )
+
+
+def _moments(texts: Any, name: str, path: Path) -> _Column:
+    import pandas as pd
+
+    try:
+        day_first = not texts.iloc[0][:4].isdigit()
+        moments = pd.to_datetime(
+            texts.str.replace(",", "."), dayfirst=day_first, format="mixed" if day_first else "ISO8601"
+        )
+    except (ValueError, TypeError):
+        raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
+    return np.asarray((moments - moments.iloc[0]).dt.total_seconds(), dtype=np.float64), str(
+        moments.iloc[0].isoformat()
+    )
+
+
+def _clocks(texts: Any, name: str, path: Path) -> _Column:
+    import pandas as pd
+
+    try:
+        elapsed = pd.to_timedelta(texts.str.replace(",", ".").where(texts.str.count(":") > 1, "00:" + texts))
+    except (ValueError, TypeError):
+        raise InputError(f"{path}: column '{name}' holds times that cannot be read; write seconds instead") from None
+    seconds = np.asarray(elapsed.dt.total_seconds(), dtype=np.float64)
+    seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # past midnight
+    return seconds, ""
+
+
+def _check_width(body: list[str], lines: list[str], layout: Layout, width: int, path: Path) -> None:
+    """Refuse rows that are too short or too long: a parser would fill them up or shift them in silence."""
+    if layout.separator != " " and not any('"' in line for line in body):
+        wrong = next((i for i, line in enumerate(body) if line.count(layout.separator) != width - 1), None)
+    else:
+        wrong = next((i for i, line in enumerate(body) if len(split(line, layout.separator)) != width), None)
+    if wrong is None:
+        return
+    cells = len(split(body[wrong], layout.separator))
+    last = " (the last: the file was cut off)" if wrong == len(body) - 1 else ""
+    raise InputError(
+        f"{path}: line {_line_number(lines, layout, wrong)}{last} has {cells} columns instead of {width};"
+        " correct or delete the line"
+    )
+
+
+def _line_number(lines: list[str], layout: Layout, row: int) -> int:
+    kept = -1
+    for i in range(layout.first, len(lines)):
+        if lines[i].strip() and not lines[i].lstrip().startswith("#"):
+            kept += 1
+            if kept == row:
+                return i + 1
+    return layout.first + row + 1

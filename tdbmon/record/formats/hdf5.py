@@ -1,0 +1,64 @@
+"""HDF5 with any layout: channels as datasets with a rate or a time beside them, flat or in groups."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tdbmon.record.channel import Content
+from tdbmon.record.formats.netcdf import HDF5_MAGIC
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+
+DATE_KEYS = ("drop_time", "date", "datetime", "start_time", "timestamp", "recording_date", "test_date", "date_time")
+
+
+class HDF5:
+    """Numeric datasets are channels; scalars, texts and attributes describe them."""
+
+    name = "HDF5"
+    extra: str | None = None
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return any(head[at : at + 8] == HDF5_MAGIC for at in (0, 512, 1024, 2048))
+
+    def read(self, path: Path) -> Content:
+        with h5py.File(path, "r") as file:
+            root = branch_of(file, "")
+        title = first_text(root.entries, ("title", "name", "description")) or ""
+        return Content(channels_of(root, path), title, first_text(root.entries, DATE_KEYS) or "")
+
+
+def branch_of(group: Any, name: str) -> Branch:
+    """Load a group: arrays of numbers become leaves, single values and texts entries."""
+    entries: dict[str, Any] = _attributes(group)
+    leaves: list[Leaf] = []
+    branches: list[Branch] = []
+    for key in group:
+        if group.get(key, getlink=True).__class__ is not h5py.HardLink:
+            continue  # a link may lead out of the file or round in circles
+        item = group[key]
+        if isinstance(item, h5py.Group):
+            branches.append(branch_of(item, key))
+        elif isinstance(item, h5py.Dataset):
+            if item.dtype.kind in "iufb" and item.size and item.size > 1:
+                leaves.append(Leaf(key, np.asarray(item[()]), _attributes(item)))
+            elif item.size == 1 and item.dtype.kind in "iufbSO":
+                entries[key] = np.asarray(item[()]).reshape(-1)[0]
+                if unit := first_text(_attributes(item), ("units", "unit")):
+                    entries[f"{key} [{unit}]"] = entries.pop(key)
+            elif item.ndim == 1 and item.dtype.kind in "SO" and (item.size or 0) <= 10_000:
+                entries[key] = list(item[()])
+    return Branch(name, tuple(leaves), entries, tuple(branches))
+
+
+def _attributes(item: Any) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key in item.attrs:
+        try:
+            out[key] = item.attrs[key]
+        except Exception:  # attributes of types that h5py cannot turn into Python describe nothing here
+            continue
+    return out

@@ -1,0 +1,138 @@
+"""MATLAB files: version 5 (and 4) through scipy, 7.3 (HDF5 inside) through h5py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Content
+from tdbmon.record.formats.hdf5 import DATE_KEYS
+from tdbmon.record.formats.netcdf import HDF5_MAGIC
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+
+
+class MAT:
+    """Arrays beside a time vector or a rate, or structs of channels with their data, unit, rate or time."""
+
+    name = "MAT"
+    extra: str | None = None
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return head.startswith(b"MATLAB ") and (head[126:128] in (b"IM", b"MI") or head[512:520] == HDF5_MAGIC)
+
+    def read(self, path: Path) -> Content:
+        with path.open("rb") as file:
+            head = file.read(520)
+        root = _version_73(path) if head[512:520] == HDF5_MAGIC else _version_5(path)
+        title = first_text(root.entries, ("title", "name", "description")) or ""
+        return Content(channels_of(root, path), title, first_text(root.entries, DATE_KEYS) or "")
+
+
+def _version_5(path: Path) -> Branch:
+    from scipy.io import loadmat
+
+    content = loadmat(path, struct_as_record=True, squeeze_me=False, chars_as_strings=True)
+    return _branch("", {key: value for key, value in content.items() if not key.startswith("__")})
+
+
+def _branch(name: str, fields: dict[str, Any]) -> Branch:
+    leaves: list[Leaf] = []
+    entries: dict[str, Any] = {}
+    branches: list[Branch] = []
+    for key, value in fields.items():
+        array = np.asarray(value)
+        if array.dtype.names:  # a struct, or an array of structs
+            records = array.reshape(-1)
+            for k, record in enumerate(records):
+                inner = {field: record[field] for field in array.dtype.names}
+                branches.append(_branch(key if records.size == 1 else f"{key}_{k + 1}", inner))
+        elif array.dtype.kind in "US":
+            texts = [str(text) for text in array.reshape(-1)]
+            entries[key] = texts[0] if len(texts) == 1 else texts
+        elif array.dtype.kind == "O":  # a cell array: of texts or of numbers
+            entries[key] = [_cell_text(cell) for cell in array.reshape(-1)]
+        elif array.dtype.kind in "iufb":
+            if array.size == 1:
+                entries[key] = array.reshape(-1)[0]
+            elif array.size:
+                leaves.append(Leaf(key, array))
+    return Branch(name, tuple(leaves), entries, tuple(branches))
+
+
+def _cell_text(cell: Any) -> str:
+    array = np.asarray(cell)
+    return str(array.reshape(-1)[0]) if array.dtype.kind in "US" and array.size else ""
+
+
+def _version_73(path: Path) -> Branch:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return _group_73(file, file, "")
+
+
+def _group_73(group: Any, file: Any, name: str) -> Branch:
+    leaves: list[Leaf] = []
+    entries: dict[str, Any] = {}
+    branches: list[Branch] = []
+    for key in group:
+        if key.startswith("#"):
+            continue  # where MATLAB keeps what references point to
+        item = group[key]
+        if not hasattr(item, "dtype"):
+            branches.append(_group_73(item, file, key))
+        elif item.dtype.kind == "O":
+            targets = [file[reference] for reference in np.asarray(item[()]).reshape(-1)]
+            if all(_is_text(target) for target in targets):
+                entries[key] = [_text_73(target) for target in targets]
+        elif _is_text(item):
+            entries[key] = _text_73(item)
+        elif "MATLAB_empty" in item.attrs or item.dtype.kind not in "iufb":
+            continue
+        elif item.size == 1:
+            entries[key] = np.asarray(item[()]).reshape(-1)[0]
+        elif item.size:
+            leaves.append(Leaf(key, np.asarray(item[()])))
+    return _struct_array(Branch(name, tuple(leaves), entries, tuple(branches)), group, file)
+
+
+def _struct_array(branch: Branch, group: Any, file: Any) -> Branch:
+    """Add what MATLAB stores of an array of structs: a group whose datasets are references, one a struct."""
+    fields = {key: group[key] for key in group if hasattr(group[key], "dtype") and group[key].dtype.kind == "O"}
+    sizes = {item.size for item in fields.values()}
+    if len(fields) < 2 or len(sizes) != 1 or branch.leaves or not branch.name:
+        return branch
+    inner: list[Branch] = []
+    for k in range(sizes.pop()):
+        leaves: list[Leaf] = []
+        entries: dict[str, Any] = {}
+        for key, item in fields.items():
+            target = file[np.asarray(item[()]).reshape(-1)[k]]
+            if not hasattr(target, "dtype"):
+                continue
+            if _is_text(target):
+                entries[key] = _text_73(target)
+            elif target.dtype.kind in "iufb" and "MATLAB_empty" not in target.attrs and target.size:
+                values = np.asarray(target[()])
+                if values.size == 1:
+                    entries[key] = values.reshape(-1)[0]
+                else:
+                    leaves.append(Leaf(key, values))
+        inner.append(Branch(f"{branch.name}_{k + 1}", tuple(leaves), entries))
+    return Branch(branch.name, branch.leaves, {}, (*branch.branches, *inner))
+
+
+def _is_text(item: Any) -> bool:
+    return hasattr(item, "dtype") and item.attrs.get("MATLAB_class", b"") == b"char" and item.dtype.kind in "iu"
+
+
+def _text_73(item: Any) -> str:
+    if "MATLAB_empty" in item.attrs:
+        return ""
+    try:
+        return "".join(chr(code) for code in np.asarray(item[()]).reshape(-1, order="F"))
+    except ValueError as error:
+        raise InputError(f"text '{item.name}' is damaged: {error}") from None

@@ -1,0 +1,55 @@
+"""MDF, the measurement data format of ASAM, versions 3 and 4."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tdbmon.record.channel import Channel, Content
+from tdbmon.record.format import library
+
+
+class MDF:
+    """Channel groups with their master time; texts and structures are left out."""
+
+    name = "MDF4"
+    extra: str | None = "mdf"
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return head.startswith((b"MDF     ", b"UnFinMF "))
+
+    def read(self, path: Path) -> Content:
+        asammdf = library("asammdf", "mdf", path, self.name)
+        logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+        found: list[tuple[str, Channel]] = []
+        with asammdf.MDF(path) as file:
+            masters = file.masters_db
+            for group, block in enumerate(file.groups):
+                clock: np.ndarray | None = None
+                for index in range(len(block.channels)):
+                    if masters.get(group) == index:
+                        continue
+                    signal = file.get(group=group, index=index)
+                    values = np.asarray(signal.samples)
+                    if values.dtype.kind not in "iufb" or values.ndim != 1 or values.size == 0:
+                        continue
+                    time = np.array(signal.timestamps, dtype=np.float64)
+                    if clock is None or clock.size != time.size or not np.array_equal(clock, time):
+                        clock = time
+                    values = values.astype(np.int8) if values.dtype.kind == "b" else values.copy()
+                    channel = Channel(
+                        signal.name, values, signal.unit or "", time=clock, long_name=str(signal.comment or "")
+                    )
+                    found.append((f"group_{group + 1}", channel))
+            began = file.header.start_time
+            title = str(getattr(file.header, "subject", "") or "")
+        count = Counter(channel.name for _, channel in found)
+        channels = tuple(
+            replace(channel, name=f"{place}/{channel.name}") if count[channel.name] > 1 else channel
+            for place, channel in found
+        )
+        return Content(channels, title, began.isoformat() if began else "")

@@ -1,0 +1,51 @@
+"""Parquet: a table whose columns are channels, with units in the column names or the field's metadata."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tdbmon.record.channel import Content
+from tdbmon.record.format import library
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+
+
+class Parquet:
+    """One column is the time (numbers, or timestamps), or the table's metadata give ``dt`` or ``fs``."""
+
+    name = "Parquet"
+    extra: str | None = "parquet"
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return head.startswith(b"PAR1")
+
+    def read(self, path: Path) -> Content:
+        library("pyarrow", "parquet", path, self.name)
+        import pyarrow.parquet
+
+        with path.open("rb") as file:
+            table = pyarrow.parquet.read_table(file)
+        entries = _decoded(table.schema.metadata)
+        leaves: list[Leaf] = []
+        date = first_text(entries, ("drop_time", "date", "start_time")) or ""
+        for field, column in zip(table.schema, table.columns, strict=True):
+            attributes = _decoded(field.metadata)
+            kind = str(field.type)
+            if kind.startswith("timestamp"):
+                stamps = column.to_numpy().astype("datetime64[ns]")
+                if stamps.size:
+                    date = date or str(np.datetime_as_string(stamps[0], unit="ms"))
+                    leaves.append(Leaf(field.name, (stamps - stamps[0]) / np.timedelta64(1, "s"), {"units": "s"}))
+                continue
+            if kind == "bool" or kind.startswith(("int", "uint", "float", "double", "halffloat")):
+                values = column.to_numpy()
+                if values.dtype.kind in "iufb":
+                    leaves.append(Leaf(field.name, values, attributes))
+        title = first_text(entries, ("title", "name")) or ""
+        return Content(channels_of(Branch("", tuple(leaves), entries), path), title, date)
+
+
+def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, Any]:
+    return {key.decode("utf-8", "replace"): value.decode("utf-8", "replace") for key, value in (metadata or {}).items()}

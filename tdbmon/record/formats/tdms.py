@@ -1,0 +1,117 @@
+"""TDMS, the format of National Instruments' loggers."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tdbmon.record.channel import Channel, Content
+from tdbmon.record.format import library
+from tdbmon.record.timebase import is_time_name
+from tdbmon.record.tree import Branch, Leaf, channels_of
+
+
+class TDMS:
+    """Channels with waveform properties (``wf_increment``), or beside a time channel in their group."""
+
+    name = "TDMS"
+    extra: str | None = "tdms"
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return head.startswith(b"TDSm")
+
+    def read(self, path: Path) -> Content:
+        nptdms = library("nptdms", "tdms", path, self.name)
+        logging.getLogger("nptdms").setLevel(logging.ERROR)
+        with nptdms.TdmsFile.open(path) as file:
+            cut = file.file_status.incomplete_final_segment
+            groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]
+            entries = dict(file.properties)
+        starts = [entry.began for _, _, series in groups for entry in series if entry.began is not None]
+        first = min(starts) if starts else None
+        channels = _waveforms(groups, first)
+        others = tuple(Branch(name, _leaves(series), properties) for name, properties, series in groups)
+        if not channels:
+            channels = channels_of(Branch("", (), entries, others), path)
+        else:  # beside waveforms, a group without a time channel is a table of results
+            timed = tuple(branch for branch in others if any(is_time_name(leaf.name) for leaf in branch.leaves))
+            channels += channels_of(Branch("", (), entries, timed), path)
+        return Content(
+            channels,
+            title=str(entries.get("title") or entries.get("name") or ""),
+            drop_time=f"{np.datetime_as_string(first, unit='ms')}Z" if first is not None else "",
+            incomplete="the logger was cut off while it wrote the last segment" if cut else "",
+        )
+
+
+@dataclass(frozen=True)
+class _Series:
+    name: str
+    values: np.ndarray
+    unit: str
+    interval: float  # 0 where the channel is no waveform
+    offset: float
+    began: np.datetime64 | None
+    description: str
+
+
+def _series(group: Any) -> list[_Series]:
+    found = []
+    for channel in group.channels():
+        values, properties = np.asarray(channel[:]), channel.properties
+        unit, began = str(properties.get("unit_string", "")), properties.get("wf_start_time")
+        if values.size == 0:
+            continue
+        if values.dtype.kind == "M":  # a channel of moments is a time
+            began, values, unit = values[0], (values - values[0]) / np.timedelta64(1, "s"), "s"
+        elif values.dtype.kind == "b":
+            values = values.astype(np.int8)
+        elif values.dtype.kind not in "iuf":
+            continue
+        found.append(
+            _Series(
+                channel.name,
+                values,
+                unit,
+                float(properties.get("wf_increment") or 0.0),
+                float(properties.get("wf_start_offset") or 0.0),
+                began if isinstance(began, np.datetime64) else None,
+                str(properties.get("description") or ""),
+            )
+        )
+    return found
+
+
+def _waveforms(
+    groups: list[tuple[str, dict[str, Any], list[_Series]]], first: np.datetime64 | None
+) -> tuple[Channel, ...]:
+    count = Counter(entry.name for _, _, series in groups for entry in series if entry.interval > 0)
+    channels = []
+    for group, _, series in groups:
+        for entry in series:
+            if entry.interval <= 0:
+                continue
+            late = 0.0
+            if entry.began is not None and first is not None:
+                late = float((entry.began - first) / np.timedelta64(1, "s"))
+            name = entry.name if count[entry.name] == 1 else f"{group}/{entry.name}"
+            start = late + entry.offset
+            channels.append(
+                Channel(
+                    name, entry.values, entry.unit, start=start, interval=entry.interval, long_name=entry.description
+                )
+            )
+    return tuple(channels)
+
+
+def _leaves(series: list[_Series]) -> tuple[Leaf, ...]:
+    return tuple(
+        Leaf(entry.name, entry.values, {"unit": entry.unit} if entry.unit else {})
+        for entry in series
+        if entry.interval <= 0
+    )

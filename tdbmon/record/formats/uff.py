@@ -1,0 +1,75 @@
+"""UFF (universal file format), data set 58: functions at nodal degrees of freedom, of which time responses are read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Channel, Content
+from tdbmon.record.format import library
+
+_TIME_RESPONSE, _TIME_AXIS, _EVEN = 1, 17, 1
+
+
+class UFF58:
+    """Data sets 58 along a time axis are channels; spectra and geometry are left out."""
+
+    name = "UFF58"
+    extra: str | None = "uff"
+
+    def recognises(self, head: bytes, path: Path) -> bool:
+        return re.match(rb"\s{0,8}-1[ \t]*\r?\n[ \t]*\d{1,5}b?[ \t\r\n]", head) is not None
+
+    def read(self, path: Path) -> Content:
+        pyuff = library("pyuff", "uff", path, self.name)
+        file = pyuff.UFF(str(path))
+        kinds = np.atleast_1d(file.get_set_types())
+        sets = [file.read_sets(int(index)) for index in np.flatnonzero(kinds == 58)]
+        responses = [entry for entry in sets if _is_response(entry)]
+        if not responses:
+            raise InputError(f"{path}: is a UFF file without a time response in a data set 58; export time histories")
+        names = _names(responses)
+        channels = tuple(_channel(entry, name, path) for entry, name in zip(responses, names, strict=True))
+        first = responses[0]
+        return Content(channels, _text(first, "id2"), _text(first, "id3"))
+
+
+def _text(entry: Mapping[str, Any], key: str) -> str:
+    text = str(entry.get(key) or "").strip()
+    return "" if text.upper() == "NONE" else text
+
+
+def _is_response(entry: Mapping[str, Any]) -> bool:
+    if np.iscomplexobj(entry["data"]):
+        return False
+    return entry.get("func_type") == _TIME_RESPONSE or entry.get("abscissa_spec_data_type") == _TIME_AXIS
+
+
+def _names(entries: list[dict[str, Any]]) -> list[str]:
+    """Return the first of the texts that vendors use for the channel's name that tells the channels apart."""
+    for key in ("rsp_ent_name", "id1", "id4", "id5", "id2"):
+        texts = [_text(entry, key) for entry in entries]
+        if all(texts) and len(set(texts)) == len(texts):
+            return texts
+    points = [f"{entry.get('rsp_node', 0)}:{entry.get('rsp_dir', 0)}" for entry in entries]
+    return points if len(set(points)) == len(points) else [f"ch{k + 1}" for k in range(len(entries))]
+
+
+def _channel(entry: Mapping[str, Any], name: str, path: Path) -> Channel:
+    values = np.asarray(entry["data"], dtype=np.float64)
+    expected = int(entry["num_pts"])
+    if values.size != expected:
+        raise InputError(
+            f"{path}: channel '{name}' has {values.size} samples where its header says {expected};"
+            " the file was cut off: export it again"
+        )
+    unit = _text(entry, "ordinate_axis_units_lab")
+    if entry.get("abscissa_spacing") == _EVEN:
+        start, interval = float(entry["abscissa_min"]), float(entry["abscissa_inc"])
+        return Channel(name, values, unit, start=start, interval=interval, long_name=_text(entry, "id1"))
+    return Channel(name, values, unit, time=np.asarray(entry["x"], dtype=np.float64), long_name=_text(entry, "id1"))

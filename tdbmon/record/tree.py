@@ -1,0 +1,191 @@
+"""Arrays in folders, as HDF5, MAT, CSV and Parquet files hold them, become channels on their time bases.
+
+Such files say by names and attributes alone what is time, what a rate and what a channel; this is the one place that
+interprets them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Channel
+from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
+
+_UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
+_NAME_KEYS = ("name", "channel_name", "channelname", "label")
+_NAMES_KEYS = ("channel_names", "channelnames", "names", "labels", "channels", "columns", "signal_names", "varnames")
+_PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "ydata", "amplitude"}
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A numeric array (1-D, or 2-D with channels along the shorter side) with its attributes."""
+
+    name: str
+    values: np.ndarray
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A folder: arrays, entries (scalars and texts that describe them), and folders."""
+
+    name: str
+    leaves: tuple[Leaf, ...]
+    entries: Mapping[str, Any] = field(default_factory=dict)
+    branches: tuple[Branch, ...] = ()
+
+
+def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
+    """Return the channels of a tree; what does not lie along a time is left out.
+
+    Raises
+    ------
+    InputError
+        If there are arrays, but nothing tells when their samples were taken.
+    """
+    found: list[tuple[str, Channel]] = []
+    timeless: list[str] = []
+    _collect(root, "", {}, [], found, timeless)
+    if not found and timeless:
+        shown = ", ".join(f"'{name}'" for name in timeless[:10])
+        raise InputError(
+            f"{path}: nothing tells when the samples of {shown} were taken; add a channel 'time' in s,"
+            " or an entry 'dt' in s or 'fs' in Hz"
+        )
+    count = Counter(channel.name for _, channel in found)
+    return tuple(
+        replace(channel, name=f"{place}/{channel.name}") if place and count[channel.name] > 1 else channel
+        for place, channel in found
+    )
+
+
+def text_of(entry: Any) -> str:
+    """Return an entry as text: bytes decoded, arrays of one element unpacked; "" where it is none."""
+    if isinstance(entry, np.ndarray):
+        if entry.size != 1:
+            return ""
+        entry = entry.reshape(-1)[0]
+    if isinstance(entry, bytes):
+        return entry.decode("utf-8", "replace").strip("\0 ")
+    return str(entry).strip() if isinstance(entry, str) else ""
+
+
+def first_text(entries: Mapping[str, Any], keys: tuple[str, ...]) -> str | None:
+    """Return the first entry under one of the keys (in lower case) that is a text."""
+    lowered = {str(key).lower(): value for key, value in entries.items()}
+    for key in keys:
+        if key in lowered and (text := text_of(lowered[key])):
+            return text
+    return None
+
+
+def _collect(
+    branch: Branch,
+    place: str,
+    inherited: Mapping[str, Any],
+    times: list[np.ndarray],
+    found: list[tuple[str, Channel]],
+    timeless: list[str],
+) -> None:
+    entries = {**inherited, **branch.entries}
+    leaves = [column for leaf in branch.leaves for column in _columns(leaf, branch.entries)]
+    clocks = [(i, _time(leaf)) for i, leaf in enumerate(leaves)]
+    own = {i: time for i, time in clocks if time is not None}
+    data = [(i, leaf) for i, leaf in enumerate(leaves) if i not in own]
+    longest = max((leaf.values.size for _, leaf in data), default=0)
+    for i, leaf in data:
+        name, unit = _label(leaf, branch, alone=len(data) == 1)
+        channel = Channel(
+            name, leaf.values, unit, long_name=first_text(leaf.attributes, ("long_name", "description")) or ""
+        )
+        time = _time_for(i, leaf, own, times)
+        interval = interval_of(leaf.attributes)
+        if interval is None and leaf.values.size == longest:
+            interval = interval_of(entries)
+        if time is not None:
+            found.append((place, _without_padding(channel, time)))
+        elif interval is not None:
+            start = start_of(leaf.attributes) or start_of(entries)
+            found.append((place, replace(channel, interval=interval, start=start)))
+        else:
+            timeless.append(name)
+    for inner in branch.branches:
+        _collect(
+            inner, f"{place}/{inner.name}" if place else inner.name, entries, [*times, *own.values()], found, timeless
+        )
+
+
+def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:
+    """Split a matrix into its channels; leave out what is no series of real numbers."""
+    values = leaf.values
+    if values.dtype.kind == "b":
+        values = values.astype(np.int8)
+    if values.dtype.kind not in "iuf" or values.ndim not in (1, 2) or values.size == 0:
+        return []
+    if values.ndim == 1 or 1 in values.shape:
+        return [replace(leaf, values=values.reshape(-1))]
+    if values.shape[0] < values.shape[1]:
+        values = values.T
+    width = values.shape[1]
+    names = _texts({**entries, **leaf.attributes}, _NAMES_KEYS, width) or [f"{leaf.name}_{k + 1}" for k in range(width)]
+    units = _texts({**entries, **leaf.attributes}, _UNIT_KEYS, width)
+    plain = {key: value for key, value in leaf.attributes.items() if key.lower() not in _UNIT_KEYS or units is None}
+    return [
+        Leaf(names[k], np.ascontiguousarray(values[:, k]), {**plain, **({"units": units[k]} if units else {})})
+        for k in range(width)
+    ]
+
+
+def _texts(entries: Mapping[str, Any], keys: tuple[str, ...], count: int) -> list[str] | None:
+    for key, entry in entries.items():
+        if str(key).lower() in keys and isinstance(entry, (list, tuple, np.ndarray)) and len(entry) == count:
+            texts = [text_of(item) for item in entry]
+            if any(texts):
+                return texts
+    return None
+
+
+def _time(leaf: Leaf) -> np.ndarray | None:
+    if not is_time_name(leaf.name):
+        return None
+    unit = first_text(leaf.attributes, _UNIT_KEYS)
+    if unit is None:
+        unit = split_unit(leaf.name)[1] or ""
+    factor = time_factor(unit)
+    return None if factor is None else np.asarray(leaf.values, dtype=np.float64) * factor
+
+
+def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: list[np.ndarray]) -> np.ndarray | None:
+    """Return the time of an array's length: the last one before it, or the first after it, or one further up."""
+    fitting = {i: time for i, time in own.items() if time.size == leaf.values.size}
+    if fitting:
+        before = [i for i in fitting if i < index]
+        return fitting[max(before) if before else min(fitting)]
+    return next((time for time in reversed(inherited) if time.size == leaf.values.size), None)
+
+
+def _label(leaf: Leaf, branch: Branch, alone: bool) -> tuple[str, str]:
+    bare, bracket = split_unit(leaf.name)
+    unit = first_text(leaf.attributes, _UNIT_KEYS)
+    name = first_text(leaf.attributes, _NAME_KEYS)
+    if alone and bare.lower() in _PLAIN_VALUES and branch.name:
+        name = name or first_text(branch.entries, _NAME_KEYS) or branch.name
+        unit = unit if unit is not None else first_text(branch.entries, _UNIT_KEYS)
+    return name or (bare if bracket is not None else leaf.name), unit if unit is not None else (bracket or "")
+
+
+def _without_padding(channel: Channel, time: np.ndarray) -> Channel:
+    """Cut what was padded at the end of a table whose columns differ in length: rows without a time."""
+    known = np.flatnonzero(np.isfinite(time))
+    end = int(known[-1]) + 1 if known.size else 0
+    if end == time.size or np.isfinite(channel.values[end:]).any():
+        return replace(channel, time=time)
+    return replace(channel, values=channel.values[:end], time=time[:end])
