@@ -6,9 +6,12 @@ The form of a record as read (`read`)
     coordinate of the same name in s, counted from the record's first sample (of any channel).
     Channel attributes: ``units`` (SI: "m", "Hz", "V", "1", ... or the file's own text where it is not known),
     ``source_units`` (as in the file), ``long_name``; ``full_scale`` ([low, high] in ``units``) where the file tells.
-    Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known).
+    A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven.
+    Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
+    ``incomplete`` (what is missing, where a file was cut off).
 
 The form of a record that a machine has been laid over (`assign`)
     Probes by their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;
-    other channels are left out.  What the machine expects and the file lacks is listed in the attribute ``missing``.
+    other channels are left out and listed in the attribute ``unused``.  What the machine expects and the file lacks is
+    listed in the attribute ``missing``.
 """

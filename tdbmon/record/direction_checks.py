@@ -1,0 +1,79 @@
+"""Checks of the probes' directions by what a rotor must do: fall down, and whirl forward from unbalance."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record.finding import Check, um
+
+
+def _motion(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return time and x + i y at the probes of an end, from two probes that span the plane; None without them."""
+    there = [probe for probe in machine.probes_at(end) if probe.name in ds]
+    for one, other in combinations(there, 2):
+        if ds[one.name].dims != ds[other.name].dims or abs(np.sin(one.angle - other.angle)) < 0.17:
+            continue
+        axes = np.array([[np.cos(p.angle), np.sin(p.angle)] for p in (one, other)])
+        x, y = np.linalg.solve(axes, np.stack((ds[one.name].values, ds[other.name].values)))
+        return ds[ds[one.name].dims[0]].values, x + 1j * y
+    return None
+
+
+def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
+    """A rotor falls down: the settled position must lie below the first one, seen by any pair of probes."""
+    found = []
+    for end in machine.ends:
+        motion = _motion(ds, machine, end)
+        if motion is None:
+            continue
+        z = motion[1]
+        z = z[np.isfinite(z)]
+        gap = machine.bearing(end).radial_gap.nominal
+        if z.size < 200:
+            continue
+        few = max(min(z.size // 50, 200), 10)
+        moved = np.median(z[-z.size // 4 :].real) + 1j * np.median(z[-z.size // 4 :].imag) - z[:few].mean()
+        if not 0.3 * gap < abs(moved) < 10 * gap:
+            continue
+        off = float(np.degrees(np.angle(moved / -1j)))
+        detail = f"settles {um(abs(moved))} from where it began, {abs(off):.0f} deg from straight down"
+        names = ", ".join(probe.name for probe in machine.probes_at(end))
+        cure = f": check sign of the sensitivity and angle of {names}, and that no two are swapped"
+        found.append(Check("fall", end, abs(off) < 60, detail + (cure if abs(off) >= 60 else "")))
+    return found
+
+
+def whirl_directions(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[Check]:
+    """Unbalance whirls forward: a backward 1X orbit while the rotor still levitates tells of swapped probes."""
+    found: list[Check] = []
+    if hz is None or hz <= 0:
+        return found
+    for end in machine.ends:
+        motion = _motion(ds, machine, end)
+        if motion is None:
+            continue
+        time, z = motion
+        first = (time < time[0] + 4 / hz) & np.isfinite(z)
+        t, z = time[first] - time[0], z[first]
+        if t.size < 40 or t[-1] < 3 / hz:
+            continue
+        turn = np.exp(2j * np.pi * hz * t)
+        basis = np.column_stack((turn, turn.conj(), np.ones_like(t), t, t**2))
+        fit, *_ = np.linalg.lstsq(basis, z, rcond=None)
+        forward, backward = abs(fit[0]), abs(fit[1])
+        if machine.sense < 0:
+            forward, backward = backward, forward
+        left = float(np.sqrt(np.mean(np.abs(z - basis @ fit) ** 2)))
+        if max(forward, backward) < left:
+            continue  # 1X does not stand out of what else happens
+        swapped = backward > 3 * forward
+        sense = "backward" if swapped else "forward"
+        detail = f"1X whirls {sense} at the start ({um(forward)} forward, {um(backward)} backward)"
+        cure = ": two probes may be swapped, or 'rotation' in the machine file is wrong" if swapped else ""
+        if swapped or forward > 3 * backward:
+            found.append(Check("whirl", end, not swapped, detail + cure))
+    return found

@@ -1,0 +1,159 @@
+"""Where a sampled signal is faulty: runs of missing or frozen samples, clipped tops, spikes and steps.
+
+Pure functions of arrays; what they mean for a machine is said in `tdbmon.record.quality`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_FLAT = 10  # samples of one value in a moving signal that are no coincidence
+_TOP = 3  # samples of one value at an extreme that are no turning point
+_ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
+_AROUND = 50  # samples on either side of a run that tell whether the signal moves
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Stretches of samples: `first` and `length` of each, both of shape (n,)."""
+
+    first: np.ndarray
+    length: np.ndarray
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return int(self.first.size)
+
+    @property
+    def longest(self) -> int:
+        """Length of the longest run, 0 without any."""
+        return int(self.length.max()) if self.length.size else 0
+
+    @property
+    def total(self) -> int:
+        """Samples in all runs."""
+        return int(self.length.sum())
+
+    def where(self, mask: np.ndarray) -> Runs:
+        """Return the runs that a mask selects."""
+        return Runs(self.first[mask], self.length[mask])
+
+
+def runs_of(mask: np.ndarray) -> Runs:
+    """Return the runs of True in a mask of shape (n,)."""
+    if not mask.any():
+        return Runs(np.empty(0, dtype=int), np.empty(0, dtype=int))
+    edges = np.flatnonzero(np.diff(mask.view(np.int8), prepend=0, append=0))
+    return Runs(edges[::2], edges[1::2] - edges[::2])
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A channel prepared for the search: its steps and its resolution, computed once.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, shape (n,)
+        NaN where nothing was measured.
+    steps : numpy.ndarray, shape (n - 1,)
+        Differences of neighbours.
+    quantum : float
+        Smallest difference of neighbours that is not zero: the resolution of a quantised signal.
+    flat : Runs
+        Stretches of at least three equal samples.
+    """
+
+    values: np.ndarray
+    steps: np.ndarray
+    quantum: float
+    flat: Runs
+
+
+def prepare(values: np.ndarray) -> Signal:
+    """Prepare a channel; infinite samples count as missing."""
+    if np.isinf(values).any():
+        values = np.where(np.isfinite(values), values, np.nan)
+    steps = np.diff(values)
+    size = np.abs(steps)
+    moving = size[size > 0]
+    # rounding of decimal values makes differences of 1e-16: they are no resolution
+    largest = float(moving.max()) if moving.size else 0.0
+    moving = moving[moving > 1e-9 * largest]
+    quantum = float(moving.min()) if moving.size else 0.0
+    equal = runs_of(steps == 0)
+    equal = equal.where(equal.length >= _TOP - 1)
+    return Signal(values, steps, quantum, Runs(equal.first, equal.length + 1))
+
+
+def missing_runs(signal: Signal) -> Runs:
+    """Return the runs of samples without a value."""
+    return runs_of(np.isnan(signal.values))
+
+
+def clipped_runs(signal: Signal, full_scale: tuple[float, float] | None) -> Runs:
+    """Return runs of equal samples at full scale, or at the largest or smallest value where it is reached abruptly."""
+    flat = signal.flat
+    if not len(flat) or signal.quantum == 0.0:
+        return Runs(np.empty(0, dtype=int), np.empty(0, dtype=int))
+    level = signal.values[flat.first]
+    extreme = (level == np.nanmax(signal.values)) | (level == np.nanmin(signal.values))
+    entry, leave = _neighbouring_steps(signal, flat)
+    abrupt = np.maximum(entry, leave) >= _ABRUPT * signal.quantum
+    clipped = extreme & abrupt
+    if full_scale is not None:
+        margin = 1e-6 * (full_scale[1] - full_scale[0]) + 0.5 * signal.quantum
+        clipped |= (level >= full_scale[1] - margin) | (level <= full_scale[0] + margin)
+    return flat.where(clipped)
+
+
+def frozen_runs(signal: Signal) -> Runs:
+    """Return long runs of equal samples within a signal that moves before or after by much more than its resolution."""
+    flat = signal.flat.where(signal.flat.length >= _FLAT)
+    if not len(flat):
+        return flat
+    frozen = np.zeros(len(flat), dtype=bool)
+    for i, (first, length) in enumerate(zip(flat.first, flat.length, strict=True)):
+        before = signal.steps[max(first - _AROUND, 0) : first]
+        after = signal.steps[first + length - 1 : first + length - 1 + _AROUND]
+        frozen[i] = any(
+            side.size >= _FLAT and np.nanmedian(np.abs(side)) >= 2 * signal.quantum
+            for side in (before, after)
+            if np.isfinite(side).any()
+        )
+    return flat.where(frozen)
+
+
+def spikes(signal: Signal, height: float) -> np.ndarray:
+    """Return the indices of single samples that stand out of both neighbours by at least `height`."""
+    rise, fall = signal.steps[:-1], signal.steps[1:]
+    out = np.minimum(np.abs(rise), np.abs(fall))
+    return np.flatnonzero((rise * fall < 0) & (out > height) & (np.abs(rise + fall) < 0.3 * out)) + 1
+
+
+def level_steps(signal: Signal, height: float) -> np.ndarray:
+    """Return the indices before which the signal jumps by at least `height` from one sample to the next and stays.
+
+    A rotor has inertia: its velocity does not triple for one sample and come back.
+    """
+    size = np.abs(signal.steps)
+    found = []
+    for i in np.flatnonzero(size > height):
+        beside = np.concatenate((size[max(i - 3, 0) : i], size[i + 1 : i + 4]))
+        if beside.size == 0 or not size[i] > 3 * np.nanmax(beside, initial=0.0):
+            continue
+        before, after = signal.values[max(i - 9, 0) : i + 1], signal.values[i + 1 : i + 11]
+        if abs(np.nanmedian(after) - np.nanmedian(before)) > 0.7 * size[i]:
+            found.append(int(i) + 1)
+        if len(found) > 100:
+            break
+    return np.array(found, dtype=int)
+
+
+def _neighbouring_steps(signal: Signal, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    size = np.abs(np.nan_to_num(signal.steps))
+    end = runs.first + runs.length - 1
+    entry = np.where(runs.first > 0, size[np.maximum(runs.first - 1, 0)], 0.0)
+    leave = np.where(end < size.size, size[np.minimum(end, size.size - 1)], 0.0)
+    return entry, leave

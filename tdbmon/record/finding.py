@@ -1,0 +1,30 @@
+"""What a check of a record found, and how a finding says numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.record import faults
+
+
+@dataclass(frozen=True)
+class Check:
+    """A check that was made: of which channel ("" for the record), whether it passed, and what was found."""
+
+    check: str
+    channel: str
+    passed: bool
+    detail: str
+
+
+def um(length: float) -> str:
+    """Return a length in m as text in um."""
+    return f"{length * 1e6:.4g} um"
+
+
+def span(time: np.ndarray, runs: faults.Runs) -> str:
+    """Return from when to when runs of samples reach, as text."""
+    first, last = time[runs.first[0]], time[runs.first[-1] + runs.length[-1] - 1]
+    return f"between {first:.5g} s and {last:.5g} s"

@@ -1,0 +1,139 @@
+"""What is in a file, without a machine."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from tdbmon.record.read import read
+
+_HEADINGS = (
+    "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """One channel in numbers; `minimum`, `mean` and `maximum` are in `unit` and None where no sample has a value."""
+
+    name: str
+    kind: str  # displacement, speed, keyphasor, voltage or other: a guess from unit, name and values
+    unit: str
+    source_unit: str
+    rate_hz: float | None
+    samples: int
+    start_s: float
+    duration_s: float
+    gaps: int
+    minimum: float | None
+    mean: float | None
+    maximum: float | None
+    nan: int
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What is in a file."""
+
+    file: str
+    reader: str
+    sha256: str
+    size: int
+    title: str
+    drop_time: str
+    incomplete: str
+    channels: tuple[ChannelInfo, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain dictionaries, lists, numbers and texts for ``json.dumps``."""
+        out = asdict(self)
+        out["channels"] = list(out["channels"])
+        return out
+
+    def lines(self) -> list[str]:
+        """Return a table for the terminal, displacements in um."""
+        head = [f"{self.file}   {self.reader}, {self.size / 1e6:.3g} MB, SHA-256 {self.sha256[:16]}..."]
+        head += [f"{word}: {text}" for word, text in (("title", self.title), ("drop", self.drop_time)) if text]
+        head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
+        rows = [_HEADINGS, *(_row(info) for info in self.channels)]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        table = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+        return [*head, "", *table]
+
+
+def inspect(path: str | Path) -> Inspection:
+    """Read a file and say what is in it.
+
+    Raises
+    ------
+    InputError
+        As `tdbmon.record.read.read`.
+    """
+    path = Path(path)
+    record = read(path)
+    attributes = record.attrs
+    return Inspection(
+        file=attributes["source_file"],
+        reader=attributes["reader"],
+        sha256=attributes["sha256"],
+        size=path.stat().st_size,
+        title=attributes["title"],
+        drop_time=attributes["drop_time"],
+        incomplete=attributes.get("incomplete", ""),
+        channels=tuple(_channel(str(name), record) for name in record.data_vars),
+    )
+
+
+def _row(info: ChannelInfo) -> tuple[str, ...]:
+    factor, unit = (1e6, "um") if info.unit == "m" else (1.0, "" if info.unit == "1" else info.unit)
+    rate = "-" if info.rate_hz is None else f"{info.rate_hz:.6g} Hz"
+    values = ("-" if x is None else f"{x * factor:.5g} {unit}".strip() for x in (info.minimum, info.mean, info.maximum))
+    when = (rate, str(info.samples), f"{info.start_s:.4g} s", f"{info.duration_s:.4g} s", str(info.gaps))
+    return (info.name, info.kind, info.source_unit or "-", *when, *values, str(info.nan))
+
+
+def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
+    array = record[name]
+    values, time = array.values, record[array.dims[0]].values
+    finite = values[np.isfinite(values)]
+    intervals = np.diff(time)
+    typical = float(np.median(intervals)) if intervals.size else None
+    has = finite.size > 0
+    return ChannelInfo(
+        name=name,
+        kind=_kind(name, str(array.attrs.get("units", "")), finite),
+        unit=str(array.attrs.get("units", "")),
+        source_unit=str(array.attrs.get("source_units", "")),
+        rate_hz=None if typical is None else 1 / typical,
+        samples=int(values.size),
+        start_s=float(time[0]),
+        duration_s=float(time[-1] - time[0]),
+        gaps=0 if typical is None else int(np.sum(intervals > 1.5 * typical)),
+        minimum=float(finite.min()) if has else None,
+        mean=float(finite.mean()) if has else None,
+        maximum=float(finite.max()) if has else None,
+        nan=int(values.size - finite.size),
+    )
+
+
+def _kind(name: str, unit: str, finite: np.ndarray) -> str:
+    word = name.lower()
+    if re.search(r"key|kph|phasor|tacho|pulse|trigger", word) and unit in ("", "1", "V"):
+        return "keyphasor"
+    if unit == "m":
+        return "displacement"
+    if unit == "Hz" or (unit in ("", "1") and re.search(r"speed|rpm|drehzahl|rev", word)):
+        return "speed"
+    if (
+        unit in ("", "1")
+        and 1 < finite.size
+        and np.isin(finite, (finite.min(), finite.max())).all()
+        and np.ptp(finite) > 0
+    ):
+        return "keyphasor"
+    return "voltage" if unit == "V" else "other"

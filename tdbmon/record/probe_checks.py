@@ -1,0 +1,156 @@
+"""Checks of the displacement channels, one by one and against each other."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine, Probe
+
+from tdbmon.record import faults
+from tdbmon.record.finding import Check, span, um
+
+SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
+
+_STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
+_FAR = 3.0  # radial gaps from the centre: no rotor gets there
+_JUMP = 0.1  # of the radial gap from one sample to the next
+
+
+def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
+    name, array = probe.name, ds[probe.name]
+    time, signal = ds[array.dims[0]].values, faults.prepare(array.values)
+    found = [missing_samples(name, time, signal)]
+    finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
+    if finite.size < 2:
+        found.append(Check("dead", name, False, "holds no value at all: check its cable and the logger's channel"))
+        return found
+    gap = machine.bearing(probe.end).radial_gap.nominal
+    low, high = (float(q) for q in np.quantile(finite, (0.001, 0.999)))
+    swing = high - low
+    dead = float(np.ptp(finite)) < _STILL * gap
+    found.append(
+        Check(
+            "dead",
+            name,
+            False,
+            f"moves by {um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver",
+        )
+        if dead
+        else Check("dead", name, True, f"moves by {um(swing)} pk-pk")
+    )
+    unit = _unit(name, swing, gap, str(array.attrs.get("source_units", "")))
+    found.append(unit)
+    if dead:
+        return found
+    limits = array.attrs.get("full_scale")
+    clipped = faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
+    found += [_clipping(name, time, signal, clipped), _dropouts(name, time, signal, clipped)]
+    if unit.passed:  # else these would say the same once more
+        found += [_range(name, time, signal, probe, gap), _jumps(name, time, signal, gap)]
+    return found
+
+
+def _unit(name: str, swing: float, gap: float, unit: str) -> Check:
+    ratio = swing / gap
+    stated = f"'{unit}'" if unit else "the sensitivity"
+    detail = f"moves by {um(swing)} pk-pk in a radial gap of {um(gap)}"
+    if 0.1 <= ratio <= 10 or swing == 0:
+        return Check("unit", name, True, detail)
+    factors = {1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",
+               1e-3: "mm written as um", 1 / 25.4: "mil written as um", 1e-6: "m written as um"}  # fmt: skip
+    nearest = min(factors, key=lambda factor: abs(np.log(ratio / 1.5 / factor)))
+    way = "large" if ratio > 1 else "small"
+    times = ratio if ratio > 1 else 1 / ratio
+    return Check(
+        "unit", name, False,
+        f"{detail}: {times:.0f} times too {way} for a drop; most likely a factor {nearest:g} ({factors[nearest]}):"
+        f" check {stated} in the file or the machine file",
+    )  # fmt: skip
+
+
+def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.Runs) -> Check:
+    if not len(runs):
+        return Check("clipping", name, True, "no flat tops")
+    level = signal.values[runs.first[0]]
+    return Check(
+        "clipping", name, False,
+        f"{runs.total} samples stand at {um(level)} in {len(runs)} flat tops, {span(time, runs)}:"
+        " peaks are cut off; widen the input range or the probe's gap",
+    )  # fmt: skip
+
+
+def _dropouts(name: str, time: np.ndarray, signal: faults.Signal, clipped: faults.Runs) -> Check:
+    runs = faults.frozen_runs(signal)
+    runs = runs.where(~np.isin(runs.first, clipped.first))
+    if not len(runs):
+        return Check("dropout", name, True, "no frozen stretch")
+    return Check(
+        "dropout", name, False,
+        f"frozen in {len(runs)} stretches of up to {runs.longest} samples, {span(time, runs)}: the logger lost data"
+        " or a contact is loose; leave these stretches out",
+    )  # fmt: skip
+
+
+def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap: float) -> Check:
+    low, high = probe.range if probe.range is not None else (-_FAR * gap, _FAR * gap)
+    what = "the probe's range" if probe.range is not None else f"{_FAR:g} radial gaps"
+    outside = faults.runs_of((signal.values < low) | (signal.values > high))
+    if not len(outside):
+        return Check("range", name, True, f"within {what}, {um(low)} to {um(high)}")
+    extreme = max(np.nanmax(signal.values), -np.nanmin(signal.values), key=abs)
+    return Check(
+        "range", name, False,
+        f"{outside.total} samples outside {what} ({um(low)} to {um(high)}), up to {um(extreme)}, {span(time, outside)}:"
+        " check sensitivity and offset",
+    )  # fmt: skip
+
+
+def _jumps(name: str, time: np.ndarray, signal: faults.Signal, gap: float) -> Check:
+    peaks = faults.spikes(signal, _JUMP * gap)
+    steps = faults.level_steps(signal, _JUMP * gap)
+    if not peaks.size and not steps.size:
+        return Check("jumps", name, True, f"no spike and no step above {um(_JUMP * gap)}")
+    words = []
+    if steps.size:
+        i = int(steps[0])
+        words.append(f"{steps.size} steps, the first of {um(signal.steps[i - 1])} at {time[i]:.5g} s")
+    if peaks.size:
+        i = int(peaks[0])
+        words.append(f"{peaks.size} spikes, the first of {um(signal.steps[i - 1])} at {time[i]:.5g} s")
+    return Check(
+        "jumps",
+        name,
+        False,
+        f"{' and '.join(words)}: no rotor moves like that; look for a loose contact or a change of range",
+    )
+
+
+def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
+    found = []
+    for one, other in combinations(probes, 2):
+        if ds[one.name].dims != ds[other.name].dims:
+            continue
+        a, b = ds[one.name].values, ds[other.name].values
+        if np.array_equal(a[:100], b[:100], equal_nan=True) and np.array_equal(a, b, equal_nan=True):
+            for name, twin in ((one.name, other.name), (other.name, one.name)):
+                detail = (
+                    f"equals {twin} sample by sample: one of them is another channel; check [channels] and the wiring"
+                )
+                found.append(Check("identical", name, False, detail))
+    if probes and not found:
+        found.append(Check("identical", "", True, "no two probes are the same"))
+    return found
+
+
+def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check:
+    runs = faults.missing_runs(signal)
+    if not len(runs):
+        return Check("nan", name, True, "every sample has a value")
+    share = runs.total / signal.values.size
+    return Check(
+        "nan", name, False,
+        f"{runs.total} samples ({share:.2%}) without a value in {len(runs)} runs, the longest {runs.longest} samples,"
+        f" {span(time, runs)}; runs of up to {SHORT_GAP} can be bridged, longer ones are left out",
+    )  # fmt: skip

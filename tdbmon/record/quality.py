@@ -1,0 +1,219 @@
+"""Can these channels be trusted?  Every finding with its number, its time and its cure."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record import faults
+from tdbmon.record.direction_checks import fall_directions, whirl_directions
+from tdbmon.record.finding import Check
+from tdbmon.record.keyphasor import Pulses, pulses, speed
+from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, probe_checks, twins
+
+_SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
+_UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
+_SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
+
+
+def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
+    """Check the channels of a record; only checks that could be made are listed.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A record laid over `machine` (`tdbmon.record.assign.assign`).
+    machine : tdbsim.machine.Machine
+        Tells the gaps and the probes' ranges and angles.
+
+    Returns
+    -------
+    tuple of Check
+        A channel that the file lacks is a failed check ``present`` that says what follows from it.
+    """
+    found: list[Check] = []
+    if ds.attrs.get("incomplete"):
+        found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
+    found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
+    found += [_sampling(ds, str(dimension)) for dimension in ds.sizes]
+    probes = [probe for probe in machine.probes if probe.name in ds]
+    for probe in probes:
+        found += probe_checks(ds, machine, probe)
+    for name in ("speed", "keyphasor"):
+        if name in ds:
+            found += _signal_checks(ds, name)
+    found += twins(ds, probes)
+    found += fall_directions(ds, machine)
+    marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
+    if marks is not None:
+        found.append(_keyphasor(marks))
+    found += whirl_directions(ds, machine, _first_speed(ds, marks))
+    if "speed" in ds:
+        found.append(_speed(ds, marks))
+    return tuple(found)
+
+
+def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple[str, ...]:
+    """Return the names of the probes that are fit for analysis.
+
+    Left out are probes that are missing, dead, identical with another one (one of the two is not what its name says),
+    a factor of ten or more off the gap, or without a value in half of their samples or more.
+    """
+    out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
+    names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
+    return tuple(name for name in names if np.isfinite(ds[name].values).mean() > 0.5)
+
+
+def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
+    """Fill runs of at most five missing samples with a straight line; longer ones stay NaN.
+
+    One missing sample would spread over the whole of a filtered signal.  A straight line over six intervals h departs
+    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 4.5 um at 10 kHz and 100 m/s^2, as in a hard contact.
+
+    Returns
+    -------
+    xarray.Dataset
+        The channel attributes ``repaired`` and ``nan_left`` count the samples filled and those still missing, where
+        there are any.
+    """
+    out = ds.copy()
+    for name in ds.data_vars:
+        values = ds[name].values
+        bad = ~np.isfinite(values)
+        if not bad.any():
+            continue
+        runs = faults.runs_of(bad)
+        inside = (runs.first > 0) & (runs.first + runs.length < values.size)
+        short = runs.where(inside & (runs.length <= SHORT_GAP))
+        fill = np.zeros(values.size, dtype=bool)
+        for first, length in zip(short.first, short.length, strict=True):
+            fill[first : first + length] = True
+        time = ds[ds[name].dims[0]].values
+        repaired = np.where(bad, np.nan, values)
+        repaired[fill] = np.interp(time[fill], time[~bad], values[~bad])
+        out[name] = (ds[name].dims, repaired, {**ds[name].attrs, "repaired": int(fill.sum())})
+        if left := int(bad.sum() - fill.sum()):
+            out[name].attrs["nan_left"] = left
+    return out
+
+
+def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
+    channel = machine.channel_in_file(name)
+    unused = [str(other) for other in ds.attrs.get("unused", ())]
+    also = f"; not used of the file: {', '.join(unused[:8])}" if unused else ""
+    if name == "speed":
+        follows = "the speed comes from the keyphasor" if "keyphasor" in ds else "nothing can be said about the speed"
+    elif name == "keyphasor":
+        follows = "there is no shaft angle, hence no phase of the unbalance"
+    else:
+        end = next(probe.end for probe in machine.probes if probe.name == name)
+        left = sum(probe.name in ds for probe in machine.probes_at(end))
+        follows = (
+            f"end {end} has {left} of two directions, hence no orbit, gap or contact force there"
+            if left < 2
+            else f"end {end} has {left} probes left"
+        )
+    return Check(
+        "present",
+        name,
+        False,
+        f"channel '{channel}' is not in the file: {follows}; map it in [channels] if it has another name{also}",
+    )
+
+
+def _sampling(ds: xr.Dataset, dimension: str) -> Check:
+    time = ds[dimension].values
+    if time.size < 2:
+        return Check("sampling", dimension, False, f"{time.size} sample; export the whole record")
+    intervals = np.diff(time)
+    interval = float(np.median(intervals))
+    gaps = faults.runs_of(intervals > 1.5 * interval)
+    lost = intervals[intervals > 1.5 * interval]
+    jitter = float(np.std(intervals[intervals <= 1.5 * interval]))
+    rate = 1 / interval
+    faulty = []
+    if len(gaps):
+        at = time[gaps.first[0]]
+        faulty.append(
+            f"{lost.size} gaps in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.4g} s:"
+            " analyse the stretches apart, or export again without gaps"
+        )
+    if jitter > _UNEVEN * interval:
+        faulty.append(f"intervals vary by {jitter / interval:.1%}: spectra are blurred; use the logger's own clock")
+    if rate < _SLOWEST:
+        faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
+    detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"
+    return Check("sampling", dimension, not faulty, "; ".join([detail, *faulty]))
+
+
+def _signal_checks(ds: xr.Dataset, name: str) -> list[Check]:
+    array = ds[name]
+    signal = faults.prepare(array.values)
+    found = [missing_samples(name, ds[array.dims[0]].values, signal)]
+    still = signal.quantum == 0.0
+    what = "holds one value only" if still else "changes"
+    if still and name == "speed" and np.nanmax(np.abs(np.nan_to_num(signal.values)), initial=0.0) > 0:
+        still, what = False, "is constant: a set-point rather than a measured speed?"
+    found.append(Check("dead", name, not still, what + (": check its cable and the logger's channel" if still else "")))
+    return found
+
+
+def _keyphasor(marks: Pulses) -> Check:
+    if marks.times.size < 2:
+        return Check(
+            "keyphasor",
+            "keyphasor",
+            False,
+            f"{marks.quality}; without pulses there is no shaft angle: check the sensor's gap",
+        )
+    faulty = marks.missed + marks.extra > 0
+    cure = (
+        "; surplus pulses were dropped and missed ones counted: check the sensor's gap and the mark" if faulty else ""
+    )
+    return Check("keyphasor", "keyphasor", not faulty, marks.quality + cure)
+
+
+def _first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
+    if marks is not None and marks.times.size > 4:
+        return float(np.median(speed(marks)[1][:4]))
+    if "speed" in ds:
+        start = ds["speed"].values[:50]
+        if np.isfinite(start).any():
+            return float(np.nanmedian(start))
+    return None
+
+
+def _speed(ds: xr.Dataset, marks: Pulses | None) -> Check:
+    values, time = ds["speed"].values, ds[ds["speed"].dims[0]].values
+    good = np.isfinite(values)
+    if not good.any():
+        return Check("speed", "speed", False, "holds no value: check the channel")
+    largest = float(np.max(np.abs(values[good])))
+    if marks is not None and marks.times.size > 4:
+        at, hz, sigma = speed(marks)
+        ratio = float(np.median(np.interp(at, time[good], values[good]) / hz))
+        spread = float(np.median(sigma / hz))
+        detail = f"{ratio:.4g} times the keyphasor's speed"
+        if abs(ratio - 1) <= max(0.03, 3 * spread):
+            return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(ratio - 1):.2%}")
+        kinds = {
+            60.0: "rpm written as Hz",
+            1 / 60: "Hz written as rpm",
+            2 * np.pi: "rad/s written as Hz",
+            2.0: "two pulses a revolution in the speed signal",
+            0.5: "two marks a revolution on the shaft",
+        }
+        nearest = min(kinds, key=lambda kind: abs(np.log(max(abs(ratio), 1e-9) / kind)))
+        why = f", {kinds[nearest]}" if 0.9 < abs(ratio) / nearest < 1.1 else ""
+        return Check(
+            "speed", "speed", False, f"{detail}{why}: check unit and sensitivity of the speed signal, and the mark"
+        )
+    if largest > _SPEED_LIMIT:
+        return Check(
+            "speed",
+            "speed",
+            False,
+            f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit",
+        )
+    return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
