@@ -1,0 +1,63 @@
+"""Contact of rotor and inner ring: where they touch, and the normal force of Hunt and Crossley.
+
+K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42
+(1975) 440.  The exponent 10/9 is that of two cylinders in line contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from tdbsim import hooks
+from tdbsim.cache import inlined
+
+EXPONENT = 10 / 9
+
+
+@inlined
+def elastic_force(depth, stiffness):  # type: ignore[no-untyped-def]
+    """Return K depth^(10/9), N; depth in m, not negative."""
+    return stiffness * depth * math.exp(math.log(depth) / 9.0) if depth > 0.0 else 0.0
+
+
+@inlined
+def normal_force(elastic, approach, damping):  # type: ignore[no-untyped-def]
+    """Return the force with damping, never pulling, N; `approach` is the rate of the depth, m/s, `damping` in s/m."""
+    force = elastic * (1.0 + 1.5 * damping * approach)
+    return force if force > 0.0 else 0.0
+
+
+@inlined
+def touch(ex, ey, gap):  # type: ignore[no-untyped-def]
+    """Return the normal (x, y) and the depth where a round rotor, off by (ex, ey), meets a round bore."""
+    distance = math.sqrt(ex * ex + ey * ey)
+    if distance == 0.0:
+        return 1.0, 0.0, -gap
+    return ex / distance, ey / distance, distance - gap
+
+
+@inlined
+def touch_shaped(ex, ey, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
+    """Return normal (x, y), depth and the depth's derivative by the ring's angle, for a bore that is not round.
+
+    The rotor touches where distance cos(azimuth - direction) - gap(azimuth) is greatest, which is not in the direction
+    of its displacement: with the normal taken there the force has a potential, and the contact conserves energy.
+    """
+    distance = math.sqrt(ex * ex + ey * ey)
+    if distance < 1e-3 * gap:
+        return 1.0, 0.0, distance - gap, 0.0
+    direction = math.atan2(ey, ex)
+    azimuth = direction
+    for _ in range(12):
+        _, slope, curvature = hooks.gap(azimuth, heat, p)
+        _, turning_slope, turning_curvature = hooks.bore(azimuth - ring_angle, p)
+        turned = azimuth - direction
+        steepness = distance * math.cos(turned) + curvature + turning_curvature
+        step = (distance * math.sin(turned) + slope + turning_slope) / max(steepness, 0.25 * distance)
+        azimuth -= step
+        if abs(step) < 1e-10:
+            break
+    value, _, _ = hooks.gap(azimuth, heat, p)
+    turning_value, turning_slope, _ = hooks.bore(azimuth - ring_angle, p)
+    depth = distance * math.cos(azimuth - direction) - (gap + value + turning_value)
+    return math.cos(azimuth), math.sin(azimuth), depth, turning_slope

@@ -1,0 +1,269 @@
+"""The machine as numbers for the kernels: one flat set of arrays, built once a run, cheap to change.
+
+Axes: x right, y up; the two planes share the rotor's modes.  Deflections count from the bearing's centre as it stands
+before the drop, so the supports' own weight is already in it; rotor and inner rings have weight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbsim import hooks
+from tdbsim.effect import Effect, all_effects
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine, TouchdownBearing
+from tdbsim.modes import Modes, free_free
+from tdbsim.rotor import build_rotor
+
+Array = NDArray[np.float64]
+
+# columns of `Arrays.end`, SI
+(
+    GAP, JOURNAL_RADIUS, CONTACT_STIFFNESS, CONTACT_DAMPING, FRICTION,
+    RING_MASS, RING_INERTIA, RING_DRAG,
+    BALL_COUNT, BALL_STIFFNESS, HALF_CLEARANCE, BALL_DAMPING, CAGE_RATIO, CAGE_ANGLE, RING_ANGLE,
+    SUPPORT_MASS, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY, SUPPORT_DAMPING,
+    FOUNDATION_MOBILITY, FOUNDATION_STIFFNESS, FOUNDATION_DAMPING,
+    COOLING_RATE,
+    HAS_SHAPE, HAS_WAVES, HAS_SPRING, HAS_SLIP_LAW,
+) = range(28)  # fmt: skip
+END_COLUMNS = 28
+# columns of `Arrays.spin`
+INERTIA, DECAY_RATE, GRAVITY, HAS_WINDAGE, HAS_HOLDING, HAS_CIRCULATORY, HAS_BOW = range(7)
+SPIN_COLUMNS = 7
+# columns of `Arrays.magnet`
+MAGNET_STIFFNESS, MAGNET_DAMPING, MAGNET_X, MAGNET_Y, MAGNET_FX, MAGNET_FY = range(6)
+MAGNET_COLUMNS = 6
+
+ROTOR_ROW = 2  # row of `Arrays.effect` that belongs to the rotor
+
+_FLAGS = {"gap": HAS_SHAPE, "bore": HAS_SHAPE, "ball": HAS_WAVES, "support": HAS_SPRING, "friction": HAS_SLIP_LAW}
+_SPIN_FLAGS = {"windage": HAS_WINDAGE, "holding": HAS_HOLDING}
+
+
+class Arrays(NamedTuple):
+    """All numbers of a run; n modes a plane, m magnetic bearings, b balls at most.
+
+    ``square`` (n,) angular frequencies squared; ``damping`` (n,) 1/s; ``gyro`` (n, n); ``at_end`` (2, n) shapes at the
+    touchdown bearings; ``weight`` (n,) modal weight along y; ``unbalance`` (2, n) modal unbalance, cosine and sine
+    part; ``bow`` (2, n) modal bow, likewise; ``circulatory`` (n, n) cross-coupling, F_x = -C b, F_y = C a;
+    ``at_magnet`` (m, n), ``magnet`` (m, 6); ``spin`` (7,); ``end`` (2, 28); ``ball_cosine``, ``ball_sine``,
+    ``ball_oversize`` (2, b); ``effect`` (3, k) numbers of the effects' hooks for the ends and the rotor.
+    """
+
+    square: Array
+    damping: Array
+    gyro: Array
+    at_end: Array
+    weight: Array
+    unbalance: Array
+    bow: Array
+    circulatory: Array
+    at_magnet: Array
+    magnet: Array
+    spin: Array
+    end: Array
+    ball_cosine: Array
+    ball_sine: Array
+    ball_oversize: Array
+    effect: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A model under construction, whose arrays effects change in place."""
+
+    machine: Machine
+    modes: Modes
+    arrays: Arrays
+
+
+@dataclass(frozen=True, eq=False)
+class DropModel:
+    """A machine with its effects, ready to run.
+
+    Attributes
+    ----------
+    machine : Machine
+    modes : Modes
+        Of one plane, with attachment modes at the touchdown bearings.
+    arrays : Arrays
+        What the kernels read.
+    effects : tuple of Effect
+        Those of the machine and those added.
+    """
+
+    machine: Machine
+    modes: Modes
+    arrays: Arrays
+    effects: tuple[Effect, ...]
+
+    @property
+    def n(self) -> int:
+        """Modes a plane."""
+        return self.modes.n
+
+
+def build_model(
+    machine: Machine, effects: Sequence[Effect] = (), bending_per_plane: int = 4, attachment: bool = True
+) -> DropModel:
+    """Turn a machine and effects into the arrays of a run.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its nominal values are taken; its own effects act too.
+    effects : sequence of Effect
+        More effects.
+    bending_per_plane : int
+        Free-free bending modes kept in each plane.
+    attachment : bool
+        Whether the modes are completed by the local compliance at the touchdown bearings.
+
+    Raises
+    ------
+    InputError
+        If an effect does not fit the machine or the values of the machine are not possible ones.
+    """
+    applied = all_effects(machine, effects)
+    modes = _modes(machine, bending_per_plane, attachment)
+    draft = Draft(machine, modes, _arrays(machine, modes))
+    start = hooks.offsets()
+    for effect in applied:
+        effect.modify(draft)
+        if effect.slots:
+            _fill_slots(draft, effect, start[effect.identifier()])
+    arrays = draft.arrays
+    for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):
+        _check_end(row, bearing)
+    return DropModel(machine, modes, arrays, applied)
+
+
+def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
+    module = __import__(type(effect).__module__, fromlist=["_"])
+    for end in effect.ends(draft.machine) or (ROTOR_ROW,):
+        draft.arrays.effect[end, start : start + effect.slots] = effect.coefficients(draft, end)
+        for kind in hooks.HOOKS:
+            if hasattr(module, kind):
+                if kind in _FLAGS:
+                    draft.arrays.end[end, _FLAGS[kind]] = 1.0
+                else:
+                    draft.arrays.spin[_SPIN_FLAGS[kind]] = 1.0
+
+
+def _check_end(row: Array, bearing: TouchdownBearing) -> None:
+    name = f"touchdown_bearing '{bearing.name}'"
+    if not row[GAP] > 0:
+        raise InputError(f"{name}: the radial gap is {row[GAP] * 1e6:g} um; it must be positive for the rotor to turn")
+    if not row[SUPPORT_XX] * row[SUPPORT_YY] > row[SUPPORT_XY] ** 2:
+        raise InputError(f"{name}: the support's stiffness is not positive in every direction")
+
+
+def _modes(machine: Machine, bending_per_plane: int, attachment: bool) -> Modes:
+    # what the modes depend on, and nothing else, so that calibration of the rest finds them again
+    stripped = (
+        machine.rotor.sections, machine.rotor.disks, machine.rotor.elastic_modulus, machine.rotor.density,
+        machine.rotor.poisson_ratio, machine.rotor.modal_damping_ratio,
+        tuple(part.position for part in (*machine.rotor.unbalance, *machine.magnetic_bearings)),
+        tuple(part.position for part in machine.touchdown_bearings), tuple(part.position for part in machine.probes),
+    )  # fmt: skip
+    return _cached_modes(_Shaft(machine, stripped), bending_per_plane, attachment)
+
+
+@dataclass(frozen=True)
+class _Shaft:
+    """A machine that counts as equal to another with the same shaft."""
+
+    machine: Machine
+    key: tuple[object, ...]
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Shaft) and self.key == other.key
+
+
+@lru_cache(maxsize=16)
+def _cached_modes(shaft: _Shaft, bending_per_plane: int, attachment: bool) -> Modes:
+    positions = [bearing.position for bearing in shaft.machine.touchdown_bearings] if attachment else []
+    return free_free(build_rotor(shaft.machine), bending_per_plane, positions)
+
+
+def _arrays(machine: Machine, modes: Modes) -> Arrays:
+    n = modes.n
+    rotor = modes.model
+    at_end = np.atleast_2d(modes.at(np.array([bearing.position for bearing in machine.touchdown_bearings])))
+    unbalance = np.zeros((2, n))
+    for plane in machine.rotor.unbalance:
+        shape, amount, phase = modes.at(plane.position), plane.amount.nominal, plane.phase.nominal
+        unbalance[0] += shape * amount * math.cos(phase)
+        unbalance[1] += shape * amount * math.sin(phase)
+    translation = np.tile([1.0, 0.0], len(rotor.nodes))
+    weight = -machine.gravity * (modes.vectors.T @ (rotor.plane_mass @ translation))
+    magnets = machine.magnetic_bearings
+    at_magnet = np.array([modes.at(magnet.position) for magnet in magnets]).reshape(len(magnets), n)
+    magnet = np.zeros((len(magnets), MAGNET_COLUMNS))
+    for row, bearing in zip(magnet, magnets, strict=True):
+        row[MAGNET_STIFFNESS], row[MAGNET_DAMPING] = bearing.stiffness.nominal, bearing.damping.nominal
+    spin = np.zeros(SPIN_COLUMNS)
+    decay = machine.rotor.speed_decay_time
+    spin[INERTIA], spin[GRAVITY] = rotor.polar_inertia, machine.gravity
+    spin[DECAY_RATE] = 0.0 if decay is None else 1 / _positive(decay.nominal, "speed_decay_time", "s")
+    most = max(bearing.balls.count for bearing in machine.touchdown_bearings)
+    cosine, sine = np.zeros((2, 2, most))
+    for end, bearing in enumerate(machine.touchdown_bearings):
+        azimuth = 2 * math.pi * np.arange(bearing.balls.count) / bearing.balls.count
+        cosine[end, : bearing.balls.count], sine[end, : bearing.balls.count] = np.cos(azimuth), np.sin(azimuth)
+    return Arrays(
+        square=(2 * math.pi * modes.frequencies) ** 2,
+        damping=np.array(modes.damping),
+        gyro=np.ascontiguousarray((modes.gyro + modes.gyro.T) / 2),
+        at_end=np.ascontiguousarray(at_end),
+        weight=weight,
+        unbalance=unbalance,
+        bow=np.zeros((2, n)),
+        circulatory=np.zeros((n, n)),
+        at_magnet=at_magnet,
+        magnet=magnet,
+        spin=spin,
+        end=np.array([_end_row(bearing) for bearing in machine.touchdown_bearings]),
+        ball_cosine=cosine,
+        ball_sine=sine,
+        ball_oversize=np.zeros((2, most)),
+        effect=np.zeros((3, hooks.row_length())),
+    )
+
+
+def _end_row(bearing: TouchdownBearing) -> Array:
+    row = np.zeros(END_COLUMNS)
+    row[GAP] = bearing.radial_gap.nominal
+    row[JOURNAL_RADIUS] = bearing.journal_radius
+    row[CONTACT_STIFFNESS] = bearing.contact_stiffness
+    row[CONTACT_DAMPING] = bearing.contact_damping.nominal
+    row[FRICTION] = bearing.friction.nominal
+    row[RING_MASS] = bearing.inner_ring_mass
+    row[RING_INERTIA] = bearing.inner_ring_inertia
+    row[RING_DRAG] = bearing.inner_ring_drag.nominal
+    row[BALL_COUNT] = bearing.balls.count
+    row[BALL_STIFFNESS] = bearing.balls.stiffness
+    row[HALF_CLEARANCE] = bearing.balls.diametral_clearance.nominal / 2
+    row[BALL_DAMPING] = bearing.ball_damping
+    row[CAGE_RATIO] = (1 - bearing.balls.diameter / bearing.balls.pitch_diameter) / 2
+    row[SUPPORT_MASS] = bearing.support_mass
+    row[SUPPORT_XX] = row[SUPPORT_YY] = bearing.support_stiffness.nominal
+    row[SUPPORT_DAMPING] = bearing.support_damping.nominal
+    return row
+
+
+def _positive(value: float, name: str, unit: str) -> float:
+    if not value > 0:
+        raise InputError(f"{name} {value:g} {unit} is not positive")
+    return value

@@ -1,0 +1,412 @@
+"""What a model of a dropdown may lack: the form of an effect, the catalogue, and how settings are read.
+
+An effect is one file in the folder ``effects``; the file's name is its identifier.  It holds one frozen dataclass
+derived from `Effect`, whose fields are its parameters, each with unit, off value, bounds and meaning (`parameter`).
+Being in the folder is all that it takes: the simulator, the catalogue and the tests find it there.
+
+How an effect changes the model
+    `Effect.modify`    changes the numbers of the model before the run.
+    hooks              plain functions in the file, compiled into the right-hand side.  They only add, so their order
+                       does not matter.  `Effect.coefficients` fills their numbers ``p[i], p[i + 1] ...``, which are
+                       all zero where the effect is not used.  ``HOOKS`` in `tdbsim.hooks` lists them.
+    `Effect.distort`   changes what a sensor sees, after the run.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from enum import StrEnum
+from functools import cache
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.machine import EffectSetting, Machine
+from tdbsim.units import scale, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+    from tdbsim.signals import Signals
+
+
+class Place(StrEnum):
+    """Where an effect acts, and so what ``where`` must name."""
+
+    ROTOR = "rotor"
+    PLANE = "plane"
+    BEARING = "bearing"
+    BEARING_OR_BOTH = "bearing or both"
+    PROBE = "probe"
+    END = "end"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect, in SI.
+
+    Attributes
+    ----------
+    name, meaning : str
+        Its name, and what it and its sign mean.
+    si, unit : str
+        SI unit of the numbers here, and the unit that people read.
+    off : float or str
+        The value at which the effect does nothing (of the first parameter), or that is taken where none is given.
+    low, high : float
+        Bounds, inclusive.
+    typical : float
+        A size that a good record shows; tests and score tests start there.
+    whole : bool
+        True where only whole numbers make sense.
+    choices : tuple of str
+        The words to choose from; then there are no numbers.
+    """
+
+    name: str
+    si: str
+    unit: str
+    off: float | str
+    low: float
+    high: float
+    typical: float
+    meaning: str
+    whole: bool = False
+    choices: tuple[str, ...] = ()
+
+    def text(self, value: float | str) -> str:
+        """Return a value as a person writes it, with its unit."""
+        if isinstance(value, str):
+            return value
+        number = value / scale(self.unit, self.si) if math.isfinite(value) else value
+        return f"{number:.6g}" + ("" if self.unit == "1" else f" {self.unit}")
+
+    def check(self, value: float | str, owner: str) -> None:
+        """Raise InputError where a value is not a possible one."""
+        if self.choices:
+            if value not in self.choices:
+                raise InputError(f"{owner}: {self.name} {value!r} is not one of {', '.join(self.choices)}")
+            return
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(f"{owner}: {self.name} {value!r} is not a number in {self.si}")
+        if value == self.off:
+            return
+        if not self.low <= value <= self.high:
+            raise InputError(
+                f"{owner}: {self.name} {self.text(value)} is out of bounds;"
+                f" give {self.text(self.low)} to {self.text(self.high)}"
+            )
+        if self.whole and value != int(value):
+            raise InputError(f"{owner}: {self.name} {value:g} is not a whole number")
+
+    def read(self, value: Any, owner: str) -> float | str:
+        """Turn what a person wrote into SI, or into one of the choices."""
+        if self.choices:
+            return str(value).strip()
+        try:
+            return to_si(value, self.si)
+        except InputError as error:
+            raise InputError(f"{owner}: {self.name}: {error}") from None
+
+
+def parameter(
+    unit: str,
+    off: float,
+    bounds: tuple[float, float],
+    typical: float,
+    meaning: str,
+    *,
+    si: str | None = None,
+    whole: bool = False,
+) -> Any:
+    """Declare a parameter as a dataclass field; off, bounds and typical are written in `unit`."""
+    si = unit if si is None else si
+    # what a person reads is in `unit`; the factor is applied once, where the declaration is made (`_parameters`)
+    raw = {"si": si, "unit": unit, "off": off, "bounds": bounds, "typical": typical, "meaning": meaning, "whole": whole}
+    return field(default=off * _factor(unit, si), metadata=raw)
+
+
+def choice(words: tuple[str, ...], meaning: str) -> Any:
+    """Declare a parameter that takes one of some words; the first is the default."""
+    return field(default=words[0], metadata={"choices": words, "meaning": meaning})
+
+
+def _factor(unit: str, si: str) -> float:
+    return 1.0 if unit == si else scale(unit, si)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect with its place and its parameters' values in SI; each kind is a class of its own.
+
+    Attributes
+    ----------
+    where : str
+        An end, ``both``, a plane, a probe or ``rotor``, as the kind's `place` says.
+    """
+
+    where: str
+
+    title: ClassVar[str]
+    what: ClassVar[str]
+    place: ClassVar[Place]
+    signature: ClassVar[str]
+    slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
+    stage: ClassVar[int] = 0  # place in the chain of a sensor: geometry 1, surface 2, electronics 3, sampling 4
+
+    def __post_init__(self) -> None:
+        for each in self.parameters():
+            each.check(getattr(self, each.name), self.identifier())
+
+    @classmethod
+    def identifier(cls) -> str:
+        """Return the name that the program uses everywhere: the file's name."""
+        return cls.__module__.rpartition(".")[2]
+
+    @classmethod
+    def parameters(cls) -> tuple[Parameter, ...]:
+        """Return the declared parameters; the first is the one that switches the effect off."""
+        return _parameters(cls)
+
+    @property
+    def is_off(self) -> bool:
+        """True where the first parameter has its off value: then nothing changes."""
+        first = self.parameters()[0]
+        return bool(getattr(self, first.name) == first.off)
+
+    def ends(self, machine: Machine) -> tuple[int, ...]:
+        """Return the indices of the ends that it acts on."""
+        if self.place in (Place.BEARING, Place.BEARING_OR_BOTH, Place.END):
+            return (0, 1) if self.where == "both" else (machine.ends.index(self.where),)
+        return ()
+
+    def check_place(self, machine: Machine) -> None:
+        """Raise InputError where the machine has no such place."""
+        known = places(self.place, machine)
+        if self.where not in known:
+            raise InputError(
+                f"{self.identifier()}: where '{self.where}' is no {self.place} of this machine"
+                f"{did_you_mean(self.where, known)}"
+            )
+
+    def modify(self, draft: Draft) -> None:
+        """Change the model's numbers in place, before the run."""
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor 2)."""
+        raise NotImplementedError
+
+    def distort(self, signals: Signals) -> Signals:
+        """Return what the sensors give, changed."""
+        return signals
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the size of the declared signature in a simulated drop; it rises when the effect is there."""
+        raise NotImplementedError
+
+
+@cache
+def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
+    found = []
+    for each in fields(kind):
+        data = each.metadata
+        if not data:
+            continue
+        if "choices" in data:
+            words = tuple(data["choices"])
+            found.append(Parameter(each.name, "1", "1", words[0], 0.0, 0.0, 0.0, data["meaning"], choices=words))
+            continue
+        factor = _factor(data["unit"], data["si"])
+        low, high = data["bounds"]
+        off = each.default if each.default is not MISSING else data["off"] * factor
+        found.append(
+            Parameter(
+                each.name, data["si"], data["unit"], off, low * factor, high * factor,
+                data["typical"] * factor, data["meaning"], data["whole"],
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def planes(machine: Machine) -> dict[str, float]:
+    """Return the positions of the named planes of the rotor: the unbalance planes, then the wheels."""
+    named = [*machine.rotor.disks, *machine.rotor.unbalance]
+    return {part.name: part.position for part in named}
+
+
+def places(place: Place, machine: Machine) -> tuple[str, ...]:
+    """Return what ``where`` may name on a machine."""
+    if place is Place.ROTOR:
+        return ("rotor",)
+    if place is Place.PLANE:
+        return tuple(planes(machine))
+    if place is Place.PROBE:
+        return tuple(probe.name for probe in machine.probes)
+    return (*machine.ends, "both") if place is Place.BEARING_OR_BOTH else machine.ends
+
+
+@dataclass(frozen=True)
+class EffectDeclaration:
+    """What the catalogue says of an effect.
+
+    Attributes
+    ----------
+    identifier, title, what, signature : str
+        Its name everywhere; a heading; what happens; what it leaves in a record.
+    place : Place
+        Where it acts.
+    parameters : tuple of Parameter
+        The first one switches it off.
+    kind : type
+        The class of its settings: ``kind(where, amplitude=2e-5)``.
+    module : module
+        Its file.
+    """
+
+    identifier: str
+    title: str
+    what: str
+    signature: str
+    place: Place
+    parameters: tuple[Parameter, ...]
+    kind: type[Effect]
+    module: ModuleType
+
+    def parameter(self, name: str) -> Parameter:
+        """Return a parameter by name."""
+        for each in self.parameters:
+            if each.name == name:
+                return each
+        known = [each.name for each in self.parameters]
+        raise InputError(f"{self.identifier}: unknown parameter '{name}'{did_you_mean(name, known)}")
+
+    def at(self, where: str, values: Mapping[str, Any]) -> Effect:
+        """Return the effect at a place, its values as numbers in SI or as a person writes them.
+
+        Raises
+        ------
+        InputError
+            If a parameter is unknown, no quantity of its unit, or out of bounds.
+        """
+        read = {name: self.parameter(name).read(value, self.identifier) for name, value in values.items()}
+        return self.kind(where, **read)
+
+    def typical(self, where: str) -> Effect:
+        """Return the effect at its typical size."""
+        return self.at(where, {each.name: each.typical for each in self.parameters if not each.choices})
+
+
+@cache
+def catalogue() -> tuple[EffectDeclaration, ...]:
+    """Return all effects, by identifier: one for each file in the folder ``effects``."""
+    import tdbsim.effects as folder
+
+    found = []
+    for info in sorted(pkgutil.iter_modules(folder.__path__), key=lambda each: each.name):
+        module = importlib.import_module(f"{folder.__name__}.{info.name}")
+        kinds = [
+            each
+            for each in vars(module).values()
+            if isinstance(each, type) and issubclass(each, Effect) and each.__module__ == module.__name__
+        ]
+        if len(kinds) != 1:
+            raise InputError(f"effects/{info.name}.py holds {len(kinds)} effects; one file holds one")
+        kind = kinds[0]
+        found.append(
+            EffectDeclaration(
+                kind.identifier(), kind.title, kind.what, kind.signature, kind.place, kind.parameters(), kind, module
+            )
+        )
+    return tuple(found)
+
+
+def declaration(identifier: str) -> EffectDeclaration:
+    """Return one effect of the catalogue.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name; it offers the nearest.
+    """
+    for each in catalogue():
+        if each.identifier == identifier:
+            return each
+    known = [each.identifier for each in catalogue()]
+    raise InputError(f"'{identifier}' is no effect{did_you_mean(identifier, known)}")
+
+
+def parse(text: str) -> Effect:
+    """Read an effect as the command line writes it: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
+
+    The place is given as ``where=`` or ``end=`` (or by its kind: ``plane=``, ``probe=``); effects of the whole rotor
+    need none.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, or names or values are wrong.
+    """
+    identifier, _, rest = text.partition(":")
+    found = declaration(identifier.strip())
+    values: dict[str, str] = {}
+    where = None
+    for part in filter(None, (piece.strip() for piece in rest.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or not name or not value:
+            raise InputError(f"{identifier}: '{part}' is not of the form name=value, e.g. \"amplitude=20 um\"")
+        if name in ("where", "end", "plane", "probe"):
+            if where is not None:
+                raise InputError(f"{identifier}: the place is given twice")
+            where = value
+        elif name in values:
+            raise InputError(f"{identifier}: {name} is given twice")
+        else:
+            values[name] = value
+    return _placed(found, where, values)
+
+
+def from_setting(setting: EffectSetting) -> Effect:
+    """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
+    return _placed(declaration(setting.name), setting.where, setting.parameters)
+
+
+def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
+    if where is None:
+        if found.place is not Place.ROTOR:
+            raise InputError(f'{found.identifier}: no place given; write where=... ({found.place}), e.g. "where=NDE"')
+        where = "rotor"
+    return found.at(where, values)
+
+
+def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, ...]:
+    """Return the machine's own effects and some more, checked against the machine and against each other.
+
+    Raises
+    ------
+    InputError
+        If a place does not exist, or an effect with compiled hooks stands twice at one place.
+    """
+    found = (*(from_setting(setting) for setting in machine.effects), *more)
+    for each in found:
+        each.check_place(machine)
+    _check_slots(machine, found)
+    return found
+
+
+def _check_slots(machine: Machine, found: Sequence[Effect]) -> None:
+    taken = set()
+    for each in found:
+        if not each.slots:
+            continue
+        for end in each.ends(machine) or (2,):
+            if (each.identifier(), end) in taken:
+                raise InputError(
+                    f"{each.identifier()} is given twice for '{each.where}'; it acts once at a place: give it once"
+                )
+            taken.add((each.identifier(), end))

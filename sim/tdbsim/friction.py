@@ -1,0 +1,24 @@
+"""Friction of rotor on inner ring: against the slip, of sliding strength beyond a small slip, smooth through zero."""
+
+from __future__ import annotations
+
+import math
+
+from tdbsim import hooks
+from tdbsim.cache import inlined
+
+# m/s; below it friction grows in proportion to the slip.  Small against the 10 to 50 m/s at release, large enough that
+# a ring at shaft speed makes no step shrink.
+REGULAR_SLIP = 0.05
+
+
+@inlined
+def friction_force(normal, slip, coefficient, variable, p):  # type: ignore[no-untyped-def]
+    """Return the tangential force on the rotor, N, positive counter-clockwise.
+
+    Parameters: normal force, N; slip speed of the rotor's surface over the ring's, m/s, positive counter-clockwise;
+    sliding coefficient; whether an effect changes it; the end's numbers of effects.
+    """
+    if variable > 0.0:
+        coefficient += hooks.friction(slip, p)
+    return -coefficient * normal * slip / math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP)

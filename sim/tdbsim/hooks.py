@@ -1,0 +1,136 @@
+"""The hooks of the effects, chained into one compiled function a kind.
+
+A hook is a plain function in an effect's file, with the name of its kind.  ``p`` is the row of numbers of its end (or
+of the rotor), ``i`` where its own begin; where the effect is not used they are all zero, and the hook adds nothing.
+
+    gap(azimuth, heat, p, i)       -> (m, m, m)   added to the radial gap at a fixed azimuth, and its first and second
+                                                  derivative by it; heat: friction's heat that is in the bearing, J
+    bore(azimuth, p, i)            -> (m, m, m)   the same, turning with the inner ring: azimuth counts from its mark
+    friction(slip, p, i)           -> 1           added to the friction coefficient at a slip speed, m/s
+    ball(azimuth, ring_angle, p, i) -> m          added to the interference of a ball at a fixed azimuth
+    support(x, y, p, i)            -> (N, N)      added to the force on the outer ring, deflected by x, y
+    windage(omega, p, i)           -> rad/s^2     added to the rotor's angular acceleration
+    holding(seconds, p, i)         -> 1           share of the magnetic force that is left some time after the release
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from tdbsim.cache import inlined
+from tdbsim.effect import EffectDeclaration, catalogue
+
+
+def offsets() -> dict[str, int]:
+    """Return where each effect's numbers begin in the row of an end."""
+    found, start = {}, 0
+    for each in catalogue():
+        found[each.identifier] = start
+        start += each.kind.slots
+    return found
+
+
+def row_length() -> int:
+    """Return how many numbers the hooks of all effects need, an end; at least one."""
+    return max(1, sum(each.kind.slots for each in catalogue()))
+
+
+def has_hook(declared: EffectDeclaration, kind: str) -> bool:
+    """True where an effect has a hook of a kind."""
+    return hasattr(declared.module, kind)
+
+
+# One maker a number of arguments and results: compiled code takes no variable argument lists.
+
+
+def _none_1(a, p):  # type: ignore[no-untyped-def]
+    return 0.0
+
+
+def _none_2(a, b, p):  # type: ignore[no-untyped-def]
+    return 0.0
+
+
+def _none_1_shape(a, p):  # type: ignore[no-untyped-def]
+    return 0.0, 0.0, 0.0
+
+
+def _none_2_shape(a, b, p):  # type: ignore[no-untyped-def]
+    return 0.0, 0.0, 0.0
+
+
+def _none_2_pair(a, b, p):  # type: ignore[no-untyped-def]
+    return 0.0, 0.0
+
+
+def _with_1(first: Any, start: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, p):  # type: ignore[no-untyped-def]
+        return first(a, p, start) + rest(a, p)
+
+    return chained
+
+
+def _with_2(first: Any, start: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, b, p):  # type: ignore[no-untyped-def]
+        return first(a, b, p, start) + rest(a, b, p)
+
+    return chained
+
+
+def _with_1_shape(first: Any, start: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, p):  # type: ignore[no-untyped-def]
+        u, v, w = first(a, p, start)
+        x, y, z = rest(a, p)
+        return u + x, v + y, w + z
+
+    return chained
+
+
+def _with_2_shape(first: Any, start: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, b, p):  # type: ignore[no-untyped-def]
+        u, v, w = first(a, b, p, start)
+        x, y, z = rest(a, b, p)
+        return u + x, v + y, w + z
+
+    return chained
+
+
+def _with_2_pair(first: Any, start: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, b, p):  # type: ignore[no-untyped-def]
+        u, v = first(a, b, p, start)
+        x, y = rest(a, b, p)
+        return u + x, v + y
+
+    return chained
+
+
+HOOKS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
+    "gap": (_none_2_shape, _with_2_shape),
+    "bore": (_none_1_shape, _with_1_shape),
+    "friction": (_none_1, _with_1),
+    "ball": (_none_2, _with_2),
+    "support": (_none_2_pair, _with_2_pair),
+    "windage": (_none_1, _with_1),
+    "holding": (_none_1, _with_1),
+}
+
+
+def _chain(kind: str) -> Any:
+    nothing, extend = HOOKS[kind]
+    chained = inlined(nothing)
+    start = offsets()
+    for declared in catalogue():
+        if has_hook(declared, kind):
+            chained = inlined(extend(inlined(getattr(declared.module, kind)), start[declared.identifier], chained))
+    return chained
+
+
+# module globals, so that the kernels that call them are found in the cache
+gap = _chain("gap")
+bore = _chain("bore")
+friction = _chain("friction")
+ball = _chain("ball")
+support = _chain("support")
+windage = _chain("windage")
+holding = _chain("holding")

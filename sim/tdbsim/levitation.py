@@ -1,0 +1,78 @@
+"""The levitated rotor before the release, in closed form: no transient, since there is nothing to integrate.
+
+The magnetic bearings are springs and dampers about the set-point; their steady force carries the weight.  Unbalance and
+bow make the rotor whirl at its speed, p = P exp(i theta), with x + i y = shape . p in the modes of `tdbsim.modes`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbsim.drop_model import (
+    MAGNET_DAMPING,
+    MAGNET_FX,
+    MAGNET_FY,
+    MAGNET_STIFFNESS,
+    MAGNET_X,
+    MAGNET_Y,
+    Array,
+    Arrays,
+    DropModel,
+)
+from tdbsim.errors import InputError
+
+_RIGID = 2  # modes
+
+
+def synchronous_response(arrays: Arrays, omega: float) -> NDArray[np.complex128]:
+    """Return the whirl P (n,) of the levitated rotor at a speed in rad/s (negative: clockwise).
+
+    (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
+    """
+    magnets, at = arrays.magnet, arrays.at_magnet
+    stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at)
+    damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at)
+    n = len(arrays.square)
+    matrix = -(omega**2) * (np.eye(n) - arrays.gyro) + 1j * omega * damping + stiffness - 1j * arrays.circulatory
+    unbalance = arrays.unbalance[0] + 1j * arrays.unbalance[1]
+    bow = arrays.bow[0] + 1j * arrays.bow[1]
+    return np.asarray(np.linalg.solve(matrix, omega**2 * unbalance + arrays.square * bow))
+
+
+def hold(model: DropModel, set_point: Array) -> tuple[Array, Array]:
+    """Set the magnets' steady force and set-point, and return the mean modal displacements (n,) in x and in y.
+
+    Parameters
+    ----------
+    model : DropModel
+        Its ``arrays.magnet`` is completed in place.
+    set_point : (2, 2) array
+        Mean position (x, y) of the shaft's centre at the plane of each touchdown bearing, m.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two magnetic bearings, or all stand in one plane.
+    """
+    arrays = model.arrays
+    at, magnets = arrays.at_magnet, arrays.magnet
+    if len(magnets) < 2 or np.linalg.matrix_rank(at[:, :_RIGID]) < 2:
+        raise InputError("two [[magnetic_bearing]] at different positions are needed to hold the rotor before a drop")
+    # the forces that balance weight and cross-coupling, shared by magnets in proportion to their stiffness
+    weighted = at[:, :_RIGID] * magnets[:, MAGNET_STIFFNESS, None]
+    share = weighted @ np.linalg.inv(at[:, :_RIGID].T @ weighted)  # (m, 2): force of a magnet a unit modal force
+    n = len(arrays.square)
+
+    # rigid: force balance; elastic: deflection; ends: where the shaft shall be - linear in (mean, static force)
+    stiffness = np.block([[np.diag(arrays.square), arrays.circulatory], [-arrays.circulatory, np.diag(arrays.square)]])
+    load = np.concatenate([np.zeros(n), arrays.weight])
+    push = np.block([[at.T @ share, np.zeros((n, _RIGID))], [np.zeros((n, _RIGID)), at.T @ share]])
+    where = np.block([[arrays.at_end, np.zeros((2, n))], [np.zeros((2, n)), arrays.at_end]])
+    matrix = np.block([[stiffness, -push], [where, np.zeros((4, 2 * _RIGID))]])
+    solution = np.linalg.solve(matrix, np.concatenate([load, set_point[:, 0], set_point[:, 1]]))
+    mean_x, mean_y = solution[:n], solution[n : 2 * n]
+    magnets[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
+    magnets[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]
+    magnets[:, MAGNET_X], magnets[:, MAGNET_Y] = at @ mean_x, at @ mean_y
+    return mean_x, mean_y

@@ -1,0 +1,224 @@
+"""Simulate a drop: levitated, released, caught by the touchdown bearings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from tdbsim.drop_model import CAGE_ANGLE, GAP, RING_ANGLE, Array, DropModel, build_model
+from tdbsim.effect import Effect
+from tdbsim.errors import InputError
+from tdbsim.levitation import hold, synchronous_response
+from tdbsim.machine import Machine
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class DropPlan:
+    """How a machine is dropped; SI, speeds in Hz, angles in rad.
+
+    Attributes
+    ----------
+    speed : float
+        Speed at release, Hz, positive; its sense is the machine's ``rotation``.
+    seconds : float
+        Time simulated after the release.
+    levitated : float
+        Time recorded before the release.
+    sampling : float
+        Sampling rate of the result, Hz.
+    set_point : pair of pairs
+        Mean position (x, y), m, of the levitated shaft at each touchdown bearing's plane.
+    velocity : pair of pairs
+        What each end's velocity (x, y), m/s, has beyond the levitated whirl at the release.
+    shaft_angle : float
+        Of the shaft at the release, from +x towards +y.
+    ring_angle, cage_angle : pair of float
+        Of each end's inner ring and cage at the release; ball 1 stands at the cage's angle.
+    seed : int or None
+        Of the sensors' noise; None leaves the sensors without noise.
+    bending : int
+        Bending modes a plane.
+    attachment : bool
+        Whether the local compliance at the touchdown bearings completes the modes.
+    method : str
+        "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
+    step : float
+        Greatest step of the splitting, s.
+    tolerance : float
+        Relative error a step of the adaptive method.
+    """
+
+    speed: float
+    seconds: float = 0.2
+    levitated: float = 0.0
+    sampling: float = 20e3
+    set_point: tuple[Pair, Pair] = ((0.0, 0.0), (0.0, 0.0))
+    velocity: tuple[Pair, Pair] = ((0.0, 0.0), (0.0, 0.0))
+    shaft_angle: float = 0.0
+    ring_angle: Pair = (0.0, 0.0)
+    cage_angle: Pair = (0.0, 0.0)
+    seed: int | None = None
+    bending: int = 4
+    attachment: bool = True
+    method: Literal["splitting", "dormand_prince"] = "splitting"
+    step: float = 50e-6
+    tolerance: float = 1e-7
+
+    def __post_init__(self) -> None:
+        for name, unit, least in (
+            ("speed", "Hz", 0.0), ("seconds", "s", None), ("levitated", "s", 0.0), ("sampling", "Hz", None),
+            ("step", "s", None), ("tolerance", "", None),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if not math.isfinite(value) or (value <= 0 if least is None else value < least):
+                wanted = "positive" if least is None else "not negative"
+                sense = "; the sense of rotation is the machine's 'rotation'" if name == "speed" else ""
+                raise InputError(f"{name} {value:g} {unit}".rstrip() + f" must be {wanted}{sense}")
+        for name in ("set_point", "velocity", "ring_angle", "cage_angle", "shaft_angle"):
+            if not np.all(np.isfinite(getattr(self, name))):
+                raise InputError(f"{name} {getattr(self, name)} is not finite")
+        if self.method not in ("splitting", "dormand_prince"):
+            raise InputError(f"method '{self.method}' is neither 'splitting' nor 'dormand_prince'")
+        if self.bending < 0:
+            raise InputError(f"{self.bending} bending modes cannot be; give 0 or more")
+        if round(self.seconds * self.sampling) < 1:
+            raise InputError(f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster")
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """States of a drop at the sampling instants (see `tdbsim.rhs` for their order).
+
+    Attributes
+    ----------
+    model : DropModel
+    plan : DropPlan
+    time : (k,) array
+        s, from the first sample; the release is at ``plan.levitated``.
+    state : (k, size) array
+    peak_normal : (2,) array
+        Greatest normal force at each end over all steps, N.
+    """
+
+    model: DropModel
+    plan: DropPlan
+    time: Array
+    state: Array
+    peak_normal: Array
+
+
+def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -> xr.Dataset:
+    """Simulate a drop, and what the machine's sensors would record of it.
+
+    Parameters
+    ----------
+    machine : Machine
+        At its nominal values, with its own effects.
+    plan : DropPlan
+        Speed, time, initial state, method.
+    effects : sequence of Effect
+        More effects, as `tdbsim.effect.parse` or the effects' classes give them.
+
+    Returns
+    -------
+    xarray.Dataset
+        The channels of a record (see `tdbmon.record`): a variable a probe in m, ``speed`` in Hz, ``keyphasor``; and what
+        no probe sees, along ``end`` and ``time``: see `tdbsim.drop_record`.
+
+    Raises
+    ------
+    InputError
+        If a value is impossible, the set-point lies outside the gap, or the integration does not converge.
+    """
+    from tdbsim.drop_record import drop_record
+
+    return drop_record(run(build_model(machine, effects, plan.bending, plan.attachment), plan))
+
+
+def run(model: DropModel, plan: DropPlan) -> Trajectory:
+    """Integrate a drop; the part of `simulate` between model and record (raises as it does)."""
+    start = initial_state(model, plan)
+    count = 1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)
+    time = np.arange(count) / plan.sampling
+    state = np.empty((count, len(start)))
+    levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
+    state[:levitated] = levitated_states(model, plan, time[:levitated] - plan.levitated, start)
+    peak = np.zeros(2)
+    _integrate(model, plan, start, time[levitated:] - plan.levitated, state[levitated:], peak)
+    return Trajectory(model, plan, time, state, peak)
+
+
+def initial_state(model: DropModel, plan: DropPlan) -> Array:
+    """Return the state at the release; the model's angles, set-point and magnetic forces are set to the plan's."""
+    from tdbsim.rhs import LEDGER, positions
+    from tdbsim.standstill import rest
+
+    arrays, n = model.arrays, model.n
+    arrays.end[:, CAGE_ANGLE], arrays.end[:, RING_ANGLE] = plan.cage_angle, plan.ring_angle
+    nq = positions.py_func(n)
+    y = np.zeros(2 * nq + len(LEDGER))
+    omega = model.machine.sense * 2 * math.pi * plan.speed
+    mean_x, mean_y = hold(model, np.asarray(plan.set_point, dtype=float))
+    whirl = synchronous_response(arrays, omega) * np.exp(1j * plan.shaft_angle)
+    y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
+    push = np.linalg.solve(arrays.at_end[:, :2], np.asarray(plan.velocity, dtype=float))
+    y[nq : nq + n], y[nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
+    y[nq : nq + 2] += push[:, 0]
+    y[nq + n : nq + n + 2] += push[:, 1]
+    y[2 * n + 12] = plan.shaft_angle
+    y[2 * n + 13 : 2 * n + 15] = plan.ring_angle
+    y[nq + 2 * n + 12] = omega
+    for end, name in enumerate(model.machine.ends):
+        *places, found = rest(arrays, end)
+        if not found:
+            raise InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
+        y[2 * n + 6 * end : 2 * n + 6 * end + 6] = places
+        offset = arrays.at_end[end] @ np.array([mean_x, mean_y]).T - np.array(places[:2])
+        orbit = abs(arrays.at_end[end] @ whirl)
+        if np.hypot(*offset) + orbit >= arrays.end[end, GAP]:
+            raise InputError(
+                f"end '{name}': the levitated shaft, {np.hypot(*offset) * 1e6:.4g} um off the inner ring's centre with an"
+                f" orbit of {orbit * 1e6:.4g} um 0-pk, reaches the gap of {arrays.end[end, GAP] * 1e6:.4g} um;"
+                " check set-point, unbalance and speed"
+            )
+    return y
+
+
+def levitated_states(model: DropModel, plan: DropPlan, time: Array, start: Array) -> Array:
+    """Return the states (k, size) at times before the release, s and negative: the steady whirl."""
+    n, nq = model.n, (len(start) - 14) // 2
+    omega = start[nq + 2 * n + 12]
+    mean_x, mean_y = hold(model, np.asarray(plan.set_point, dtype=float))
+    angle = plan.shaft_angle + omega * time
+    whirl = synchronous_response(model.arrays, omega) * np.exp(1j * angle)[:, None]
+    states = np.tile(start, (len(time), 1))
+    states[:, :n], states[:, n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
+    states[:, nq : nq + n], states[:, nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
+    states[:, 2 * n + 12] = angle
+    return states
+
+
+def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out: Array, peak: Array) -> None:
+    from tdbsim.dormand_prince import DONE, integrate
+
+    code, t, _, _ = integrate(
+        model.arrays, start.copy(), 0.0, 1e-6, 5e-4, plan.tolerance, error_scale(model.n), times, out
+    )
+    if code != DONE:
+        raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
+
+
+def error_scale(n: int) -> Array:
+    """Return the size of each component of the state against which errors count."""
+    positions = np.concatenate([np.full(2 * n, 1e-3), np.full(12, 1e-4), np.ones(3)])
+    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), np.full(3, 1e2)])
+    return np.concatenate([positions, rates, np.ones(14)])

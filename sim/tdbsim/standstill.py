@@ -1,0 +1,78 @@
+"""Where inner and outer ring rest under the weight of the inner ring before they are hit."""
+
+from __future__ import annotations
+
+import math
+
+from tdbsim.cache import compiled
+from tdbsim.drop_model import (
+    FOUNDATION_MOBILITY,
+    FOUNDATION_STIFFNESS,
+    GRAVITY,
+    HALF_CLEARANCE,
+    RING_ANGLE,
+    RING_MASS,
+)
+from tdbsim.rhs import balls_on_ring
+from tdbsim.support import spring_force
+
+_NUDGE = 1e-10  # m, for slopes by differences
+
+
+@compiled
+def rest(m, end):  # type: ignore[no-untyped-def]
+    """Return positions (x, y) of inner ring, outer ring and foundation, m, and whether they were found."""
+    row = m.end[end]
+    weight = row[RING_MASS] * m.spin[GRAVITY]
+    if weight == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True
+    base = -weight / row[FOUNDATION_STIFFNESS] if row[FOUNDATION_MOBILITY] > 0.0 else 0.0
+
+    # outer ring on its spring
+    x, y = 0.0, 0.0
+    found = False
+    for _ in range(100):
+        fx, fy = spring_force(x, y, row, m.effect[end])
+        gx, gy = spring_force(x + _NUDGE, y, row, m.effect[end])
+        hx, hy = spring_force(x, y + _NUDGE, row, m.effect[end])
+        dx, dy = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
+        x += dx
+        y += dy
+        if abs(dx) + abs(dy) < 1e-13:
+            found = True
+            break
+
+    # inner ring on the balls, from where they press it up too much, so that Newton's method does not overshoot
+    u, v = 0.0, -(row[HALF_CLEARANCE] + 2e-5)
+    fx, fy = balls_on_ring(m, end, u, v, row[RING_ANGLE])
+    seated = False
+    for _ in range(200):
+        gx, gy = balls_on_ring(m, end, u + _NUDGE, v, row[RING_ANGLE])
+        hx, hy = balls_on_ring(m, end, u, v + _NUDGE, row[RING_ANGLE])
+        du, dv = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
+        share = min(1.0, 5e-6 / (math.hypot(du, dv) + 1e-30))
+        miss = math.hypot(fx, fy - weight)
+        for _ in range(40):
+            kx, ky = balls_on_ring(m, end, u + share * du, v + share * dv, row[RING_ANGLE])
+            if math.hypot(kx, ky - weight) < miss or miss < 1e-9 * weight:
+                break
+            share *= 0.5
+        u += share * du
+        v += share * dv
+        fx, fy = kx, ky
+        if math.hypot(fx, fy - weight) < 1e-9 * weight:
+            seated = True
+            break
+    return x + u, y + v + base, x, y + base, 0.0, base, found and seated
+
+
+@compiled
+def _newton(fx, fy, gx, gy, hx, hy):  # type: ignore[no-untyped-def]
+    """Return the Newton step of two residuals, whose changes over a nudge in x are g and in y are h."""
+    # a lone ball resists in one direction only: the little stiffness added leaves the other one where it is
+    a = gx / _NUDGE - 1.0
+    b = hx / _NUDGE
+    c = gy / _NUDGE
+    d = hy / _NUDGE - 1.0
+    determinant = a * d - b * c
+    return -(d * fx - b * fy) / determinant, -(a * fy - c * fx) / determinant
