@@ -1,0 +1,340 @@
+"""The sensor chain: from the motion of the shaft to the channels of a record.
+
+In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), sampling
+(lag), what the cables add (hum, noise), and the converter (16 bit, which clips).  Each step is a pure function on
+arrays; `measure` runs them all and returns a record in the form that measured files are read into: channels as in the
+file, SI, on the dimension ``time`` counted from the first sample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.machine import Machine
+from tdbsim.modes import Modes
+
+Array = NDArray[np.float64]
+
+_CODES = np.iinfo(np.int16)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What the sensors look at, at the sampling instants of the record.
+
+    Attributes
+    ----------
+    time : (n,) array
+        s.
+    x, y : (probes, n) arrays
+        Displacement of the shaft's centre in the plane of each of the machine's probes, in their order, m.
+    angle : (n,) array
+        Shaft angle from +x towards +y, rad, not wrapped; it falls where the machine turns clockwise.
+    speed_hz : (n,) array
+        Speed, Hz, positive.
+    """
+
+    time: Array
+    x: Array
+    y: Array
+    angle: Array
+    speed_hz: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.time)
+        for name in ("x", "y", "angle", "speed_hz"):
+            values = getattr(self, name)
+            if values.shape[-1:] != (n,) or not np.all(np.isfinite(values)):
+                raise InputError(
+                    f"motion: {name} of shape {values.shape} does not hold {n} finite samples, as time does"
+                )
+        if self.x.ndim != 2 or self.x.shape != self.y.shape:
+            raise InputError(f"motion: x {self.x.shape} and y {self.y.shape} must both be (probes, samples)")
+
+
+@dataclass(frozen=True)
+class Runout:
+    """One harmonic of the shaft's surface in a probe plane, the same for all probes that look at it.
+
+    The surface stands out by ``amplitude cos(order (beta - phase))``, beta counting on the shaft from the mark that
+    shaft angle 0 brings to +x, in the sense from +x towards +y.
+
+    Attributes
+    ----------
+    order : int
+        1 for an eccentric track, 2 for an oval one.
+    amplitude : float
+        m, 0-pk.
+    phase : float
+        Where a crest lies on the shaft, rad.
+    """
+
+    order: int
+    amplitude: float
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class ProbeChain:
+    """What a displacement channel does to what it sees; as it stands, nothing.
+
+    Attributes
+    ----------
+    gain : float
+        Reading over displacement.
+    offset : float
+        Added after the gain, m.
+    angle_error : float
+        True angle minus the machine file's, rad.
+    runout : tuple of Runout
+        Of the surface under the probe.
+    lag : float
+        Delay in samples, whole or not.
+    hum, hum_phase : float
+        0-pk amplitude, m, and phase, rad, at mains frequency.
+    noise : float
+        Standard deviation of white noise, m.
+    drift, drift_time : float
+        Standard deviation, m, and correlation time, s, of first-order autoregressive noise.
+    full_scale : float
+        Displacement of the 16-bit converter's greatest code, m; infinite for a converter without steps.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite where it cannot be.
+    """
+
+    gain: float = 1.0
+    offset: float = 0.0
+    angle_error: float = 0.0
+    runout: tuple[Runout, ...] = ()
+    lag: float = 0.0
+    hum: float = 0.0
+    hum_phase: float = 0.0
+    noise: float = 0.0
+    drift: float = 0.0
+    drift_time: float = 0.01
+    full_scale: float = math.inf
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.name in ("hum", "noise", "drift") and not 0 <= value < math.inf:
+                raise InputError(f"sensor chain: {each.name} {value:g} m is no amplitude; give 0 or more")
+            if each.name in ("gain", "offset", "angle_error", "lag", "hum_phase") and not math.isfinite(value):
+                raise InputError(f"sensor chain: {each.name} {value:g} is not finite")
+        if not self.full_scale > 0:
+            raise InputError(f"sensor chain: full scale {self.full_scale:g} m is not positive")
+        if not 0 < self.drift_time < math.inf:
+            raise InputError(f"sensor chain: drift_time {self.drift_time:g} s is not positive and finite")
+
+
+@dataclass(frozen=True)
+class SensorChain:
+    """The sensors of a machine.
+
+    Attributes
+    ----------
+    probe : ProbeChain
+        Of every probe that `probes` does not name.
+    probes : mapping
+        Probe name to its own `ProbeChain`.
+    speed_noise_hz : float
+        Standard deviation of the speed signal's white noise, Hz.
+    keyphasor_width : float
+        Part of a revolution for which the keyphasor's pulse lasts.
+    """
+
+    probe: ProbeChain = ProbeChain()
+    probes: Mapping[str, ProbeChain] = field(default_factory=dict)
+    speed_noise_hz: float = 0.0
+    keyphasor_width: float = 0.03
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed_noise_hz < math.inf:
+            raise InputError(f"sensor chain: speed noise {self.speed_noise_hz:g} Hz is no amplitude; give 0 or more")
+        if not 0 < self.keyphasor_width < 1:
+            raise InputError(f"sensor chain: keyphasor width {self.keyphasor_width:g} is not a part of a revolution")
+
+    def of(self, probe: str) -> ProbeChain:
+        """Return the chain of a probe."""
+        return self.probes.get(probe, self.probe)
+
+
+def at_probes(machine: Machine, modes: Modes, a: Array, b: Array) -> tuple[Array, Array]:
+    """Return x and y (probes, n) in the probe planes from the modal coordinates a (x) and b (y), each (modes, n)."""
+    shapes = modes.at([probe.position for probe in machine.probes])
+    return shapes @ a, shapes @ b
+
+
+def projected(x: ArrayLike, y: ArrayLike, angle: float) -> Array:
+    """Return the displacement along a probe's axis, which stands at `angle` from +x towards +y."""
+    return np.asarray(x) * math.cos(angle) + np.asarray(y) * math.sin(angle)
+
+
+def surface(harmonics: tuple[Runout, ...], shaft_angle: Array, probe_angle: float) -> Array:
+    """Return how far the shaft's surface stands out under a probe, m: it reads as if the shaft came nearer."""
+    beta = probe_angle - shaft_angle
+    height = np.zeros_like(shaft_angle)
+    for each in harmonics:
+        height += each.amplitude * np.cos(each.order * (beta - each.phase))
+    return height
+
+
+def delayed(values: Array, lag: float) -> Array:
+    """Return evenly sampled values later by `lag` samples (cubic spline between them; held beyond the ends)."""
+    if lag == 0:
+        return values
+    last = len(values) - 1
+    wanted = np.clip(np.arange(len(values)) - lag, 0, last)
+    if float(lag).is_integer() or last < 3:
+        return np.interp(wanted, np.arange(len(values)), values)
+    from scipy.interpolate import make_interp_spline
+
+    return np.asarray(make_interp_spline(np.arange(len(values)), values, k=3)(wanted))
+
+
+def hum(time: Array, frequency_hz: float, amplitude: float, phase: float = 0.0) -> Array:
+    """Return mains hum, ``amplitude cos(2 pi f t + phase)``."""
+    return amplitude * np.cos(2 * math.pi * frequency_hz * time + phase)
+
+
+def drifting(n: int, interval: float, deviation: float, correlation_time: float, rng: np.random.Generator) -> Array:
+    """Return stationary first-order autoregressive noise (Ornstein and Uhlenbeck, sampled).
+
+    Parameters
+    ----------
+    n : int
+        Samples.
+    interval : float
+        Between samples, s.
+    deviation : float
+        Standard deviation.
+    correlation_time : float
+        Time in which the correlation falls to 1/e, s.
+    rng : numpy.random.Generator
+        Source of the n normal numbers taken.
+    """
+    from scipy.signal import lfilter
+
+    memory = math.exp(-interval / correlation_time)
+    white = rng.standard_normal(n)
+    white[1:] *= math.sqrt(1 - memory**2)  # the first is drawn from the stationary distribution itself
+    return deviation * np.asarray(lfilter([1.0], [1.0, -memory], white))
+
+
+def quantised(values: ArrayLike, full_scale: float) -> Array:
+    """Return what a 16-bit converter of range +-full_scale makes of values: steps of full_scale/32768, clipped."""
+    if math.isinf(full_scale):
+        return np.asarray(values, dtype=float)
+    step = full_scale / -_CODES.min
+    return np.clip(np.rint(np.asarray(values) / step), _CODES.min, _CODES.max) * step
+
+
+def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Array:
+    """Return the keyphasor's level, 0 or 1, against the shaft angle (rad, from +x towards +y).
+
+    The edge that the machine file names comes where the shaft, turning in its sense, passes the keyphasor's `angle`.
+    """
+    mark = machine.keyphasor
+    since = machine.sense * (shaft_angle - (mark.angle if mark else 0.0)) / (2 * math.pi)
+    pulse = np.where(since - np.floor(since) < width, 1.0, 0.0)
+    return 1.0 - pulse if mark is not None and mark.edge == "falling" else pulse
+
+
+def measure(
+    motion: Motion, chain: SensorChain, machine: Machine, rng: np.random.Generator, title: str = "Synthetic record"
+) -> xr.Dataset:
+    """Return the record that the machine's sensors make of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+        At the record's evenly spaced sampling instants.
+    chain : SensorChain
+        What the sensors do.
+    machine : Machine
+        Its probes, speed and keyphasor channels, mains frequency and sense of rotation.
+    rng : numpy.random.Generator
+        Source of all noise.  Each channel has a stream of its own, so that a change of one leaves the others.
+    title : str
+        Of the record.
+
+    Returns
+    -------
+    xarray.Dataset
+        Channels by their names in the machine's files: probes in m (as 16-bit codes in the packing that a file keeps),
+        ``speed`` in Hz and ``keyphasor`` of levels 0 and 1 where the machine has them; `time` from 0 in s.
+
+    Raises
+    ------
+    InputError
+        If the chain names a probe that the machine lacks, the motion is of another number of probes, or its samples
+        are fewer than two or not evenly spaced.
+    """
+    names = [probe.name for probe in machine.probes]
+    for name in chain.probes:
+        if name not in names:
+            raise InputError(f"sensor chain: '{name}' is no probe of this machine{did_you_mean(name, names)}")
+    if len(motion.x) != len(names):
+        raise InputError(f"motion: {len(motion.x)} probe planes given, the machine has {len(names)} probes")
+    interval = _interval(motion.time)
+    time = motion.time - motion.time[0]
+    streams = rng.spawn(len(names) + 1)
+    data: dict[str, xr.DataArray] = {}
+    for row, (probe, stream) in enumerate(zip(machine.probes, streams[1:], strict=True)):
+        link = chain.of(probe.name)
+        angle = probe.angle + link.angle_error
+        seen = projected(motion.x[row], motion.y[row], angle) + surface(link.runout, motion.angle, angle)
+        seen = delayed(link.gain * seen + link.offset, link.lag) + hum(time, machine.mains, link.hum, link.hum_phase)
+        if link.noise:
+            seen = seen + link.noise * stream.standard_normal(len(time))
+        if link.drift:
+            seen = seen + drifting(len(time), interval, link.drift, link.drift_time, stream)
+        data[machine.channel_in_file(probe.name)] = _displacement(seen, link.full_scale, probe.name)
+    if machine.speed is not None:
+        speed = motion.speed_hz + chain.speed_noise_hz * streams[0].standard_normal(len(time))
+        data[machine.channel_in_file("speed")] = _channel(speed, "Hz", "rotor speed")
+    if machine.keyphasor is not None:
+        level = keyphasor_pulses(motion.angle, machine, chain.keyphasor_width)
+        data[machine.channel_in_file("keyphasor")] = _channel(level, "1", "one pulse a revolution")
+    record = xr.Dataset(data, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
+    record.attrs = {
+        "source_file": "synthetic record",
+        "sha256": "",
+        "reader": "tdbsim",
+        "title": title,
+        "drop_time": "",
+    }
+    return record
+
+
+def _interval(time: Array) -> float:
+    steps = np.diff(time)
+    if not len(steps):
+        raise InputError(f"motion: {len(time)} samples make no record; give at least two")
+    interval = float(steps.mean())
+    if not interval > 0 or np.abs(steps - interval).max() > 1e-3 * interval:
+        raise InputError("motion: its times are not evenly spaced; a record is sampled evenly")
+    return interval
+
+
+def _channel(values: Array, units: str, long_name: str) -> xr.DataArray:
+    return xr.DataArray(values, dims=("time",), attrs={"units": units, "source_units": units, "long_name": long_name})
+
+
+def _displacement(values: Array, full_scale: float, probe: str) -> xr.DataArray:
+    array = _channel(quantised(values, full_scale), "m", f"shaft displacement, probe {probe}")
+    if math.isfinite(full_scale):
+        step = full_scale / -_CODES.min
+        array.attrs["full_scale"] = [_CODES.min * step, _CODES.max * step]
+        array.encoding = {"dtype": np.dtype(np.int16), "scale_factor": step, "add_offset": 0.0}
+    return array
