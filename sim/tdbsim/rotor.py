@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
+from tdbsim.timoshenko import element_matrices, shape_functions, shear_coefficient
 
 Array = NDArray[np.float64]
 
@@ -223,7 +224,7 @@ def build_rotor(machine: Machine, max_element: float | None = None) -> RotorMode
     bending = rotor.elastic_modulus * second_moment
     shear = 12 * bending / (kappa * shear_modulus * area * length**2)
 
-    mass, stiffness, polar = _element_matrices(
+    mass, stiffness, polar = element_matrices(
         length, shear, bending, rotor.density * area, rotor.density * second_moment
     )
     size = 2 * len(nodes)
@@ -233,23 +234,6 @@ def build_rotor(machine: Machine, max_element: float | None = None) -> RotorMode
         plane_mass += disk.mass * deflection.T @ deflection + disk.diametral_inertia * rotation.T @ rotation
         plane_polar += disk.polar_inertia * rotation.T @ rotation
     return RotorModel(nodes, shear, plane_mass, plane_stiffness, plane_polar, rotor.modal_damping_ratio)
-
-
-def shear_coefficient(bore_ratio: ArrayLike, poisson_ratio: float) -> Array:
-    """Return the shear coefficient of a hollow circular section (Cowper, J. Appl. Mech. 33, 1966).
-
-    Parameters
-    ----------
-    bore_ratio : array
-        Inner over outer diameter, 0 where solid.
-    poisson_ratio : float
-        Of the shaft's material.
-    """
-    m2 = np.square(bore_ratio)
-    square = (1 + m2) ** 2
-    return np.asarray(
-        6 * (1 + poisson_ratio) * square / ((7 + 6 * poisson_ratio) * square + (20 + 12 * poisson_ratio) * m2)
-    )
 
 
 def static_loads(machine: Machine, model: RotorModel) -> dict[str, float]:
@@ -362,46 +346,6 @@ def _mesh(ends: Array, limits: Array, named: list[float]) -> Array:
     return np.concatenate([*parts, ends[-1:]])
 
 
-def _shape_functions(xi: Array, length: Array, shear: Array) -> tuple[Array, Array]:
-    """Return deflection and rotation (..., 4) of a Timoshenko element at xi = z/length (Nelson 1980)."""
-    over = 1 / (1 + shear)
-    deflection = [
-        over * (1 - 3 * xi**2 + 2 * xi**3 + shear * (1 - xi)),
-        over * length * (xi - 2 * xi**2 + xi**3 + shear / 2 * (xi - xi**2)),
-        over * (3 * xi**2 - 2 * xi**3 + shear * xi),
-        over * length * (-(xi**2) + xi**3 - shear / 2 * (xi - xi**2)),
-    ]
-    rotation = [
-        over * 6 / length * (xi**2 - xi),
-        over * (1 - 4 * xi + 3 * xi**2 + shear * (1 - xi)),
-        over * 6 / length * (xi - xi**2),
-        over * (-2 * xi + 3 * xi**2 + shear * xi),
-    ]
-    return np.stack(deflection, axis=-1), np.stack(rotation, axis=-1)
-
-
-def _element_matrices(
-    length: Array, shear: Array, bending: Array, line_mass: Array, line_inertia: Array
-) -> tuple[Array, Array, Array]:
-    """Return consistent mass, stiffness and polar matrices (elements, 4, 4) of one plane."""
-    points, weights = np.polynomial.legendre.leggauss(4)  # exact for the products of cubics
-    xi = (points[:, None] + 1) / 2
-    deflection, rotation = _shape_functions(xi, length, shear)
-    by_length = weights[:, None] / 2 * length
-    translatory = np.einsum("pe,pei,pej->eij", by_length * line_mass, deflection, deflection)
-    rotary = np.einsum("pe,pei,pej->eij", by_length * line_inertia, rotation, rotation)
-
-    zero, one = np.zeros_like(length), np.ones_like(length)
-    shearing = np.stack([2 / length, one, -2 / length, one], axis=-1)  # constant along the element
-    curving = np.stack([zero, one, zero, -one], axis=-1)
-    # exact for end loads: curvature is a constant and an antisymmetric part, the latter in series with the shear
-    stiffness = (bending / length)[:, None, None] * (
-        np.einsum("ei,ej->eij", curving, curving)
-        + (3 / (1 + shear))[:, None, None] * np.einsum("ei,ej->eij", shearing, shearing)
-    )
-    return translatory + rotary, stiffness, 2 * rotary  # polar inertia of a round section is twice the diametral
-
-
 def _assembled(elements: Array, size: int) -> Array:
     matrix = np.zeros((size, size))
     start = 2 * np.arange(len(elements))[:, None, None]
@@ -417,7 +361,7 @@ def _rows(nodes: Array, shear: Array, positions: Array) -> tuple[Array, Array]:
         )
     element = np.clip(np.searchsorted(nodes, positions, side="right") - 1, 0, len(nodes) - 2)
     length = np.diff(nodes)[element]
-    values = _shape_functions((positions - nodes[element]) / length, length, shear[element])
+    values = shape_functions((positions - nodes[element]) / length, length, shear[element])
     columns = 2 * element[:, None] + np.arange(4)
     deflection, rotation = np.zeros((2, len(positions), 2 * len(nodes)))
     for rows, value in zip((deflection, rotation), values, strict=True):

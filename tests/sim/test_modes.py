@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 from tdbsim.errors import InputError
 from tdbsim.machine import Disk, Rotor, load_machine
 from tdbsim.modes import Spring, campbell, critical_speed_map, free_free, supported, truncation_error, whirl_modes
-from tdbsim.rotor import build_rotor, shear_coefficient
+from tdbsim.rotor import build_rotor
+from tdbsim.timoshenko import shear_coefficient
 
 MACHINE = load_machine(Path(__file__).parents[2] / "datasets" / "coastdown" / "machine.toml")
 STIFFNESS = {"NDE": 1.31e8, "DE": 4.03e8}

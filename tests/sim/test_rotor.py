@@ -14,11 +14,11 @@ from tdbsim.rotor import (
     build_rotor,
     end_mass,
     shape_at,
-    shear_coefficient,
     slope_at,
     static_deflection,
     static_loads,
 )
+from tdbsim.timoshenko import shear_coefficient
 
 MACHINE = load_machine(Path(__file__).parents[2] / "datasets" / "coastdown" / "machine.toml")
 E, RHO, NU = 2e11, 7850.0, 0.3
