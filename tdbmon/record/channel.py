@@ -241,7 +241,8 @@ def _clock(time: np.ndarray) -> dict[str, Any]:
     if time.size > 2:
         intervals = np.diff(time)
         typical = float(np.median(intervals))
-        jitter = float(np.std(intervals[intervals < 1.5 * typical]))
+        usual = intervals[intervals <= 1.5 * typical]
+        jitter = float(np.std(usual)) if usual.size else 0.0
         resolution = np.spacing(np.abs(time[[0, -1]]).max())
         if jitter > max(_ROUNDING * typical, 4 * resolution):
             attributes["jitter"] = jitter

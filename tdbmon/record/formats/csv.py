@@ -46,7 +46,15 @@ class CSV:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
         title = first_text(layout.entries, ("title", "name", "test", "versuch")) or ""
-        return Content(channels_of(Branch("", tuple(leaves), layout.entries), path), title, date)
+        return Content(channels_of(Branch("", tuple(leaves), layout.entries), path), title, date, _cut_off(lines))
+
+
+def _cut_off(lines: list[str]) -> str:
+    """Tell of a last line without an end that is shorter than the ones before: its last number may lack digits."""
+    before = [len(line) for line in lines[-21:-1] if line.strip()]
+    if lines[-1].strip() and len(before) == 20 and len(lines[-1]) < min(before):
+        return "the last line has no end and is the shortest: its last number may have been cut off"
+    return ""
 
 
 _Column = tuple[np.ndarray, str | None] | None

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.netcdf import HDF5_MAGIC
+from tdbmon.record.formats.netcdf import HDF5_MAGIC, check_size
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
 
 DATE_KEYS = ("drop_time", "date", "datetime", "start_time", "timestamp", "recording_date", "test_date", "date_time")
@@ -44,6 +44,7 @@ def branch_of(group: Any, name: str) -> Branch:
             branches.append(branch_of(item, key))
         elif isinstance(item, h5py.Dataset):
             if item.dtype.kind in "iufb" and item.size and item.size > 1:
+                check_size(item.nbytes, Path(item.file.filename), compressed=True)
                 leaves.append(Leaf(key, np.asarray(item[()]), _attributes(item)))
             elif item.size == 1 and item.dtype.kind in "iufbSO":
                 entries[key] = np.asarray(item[()]).reshape(-1)[0]

@@ -10,7 +10,8 @@ from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
 from tdbmon.record.formats.hdf5 import DATE_KEYS
-from tdbmon.record.formats.netcdf import HDF5_MAGIC
+from tdbmon.record.formats.mat5_structure import check_structure
+from tdbmon.record.formats.netcdf import HDF5_MAGIC, check_size
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
 
 
@@ -34,6 +35,7 @@ class MAT:
 def _version_5(path: Path) -> Branch:
     from scipy.io import loadmat
 
+    check_structure(path)
     content = loadmat(path, struct_as_record=True, squeeze_me=False, chars_as_strings=True)
     return _branch("", {key: value for key, value in content.items() if not key.startswith("__")})
 
@@ -95,6 +97,7 @@ def _group_73(group: Any, file: Any, name: str) -> Branch:
         elif item.size == 1:
             entries[key] = np.asarray(item[()]).reshape(-1)[0]
         elif item.size:
+            check_size(item.nbytes, Path(item.file.filename), compressed=True)
             leaves.append(Leaf(key, np.asarray(item[()])))
     return _struct_array(Branch(name, tuple(leaves), entries, tuple(branches)), group, file)
 

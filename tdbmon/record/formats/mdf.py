@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+import io
 import logging
+import sys
 from collections import Counter
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,31 +30,45 @@ class MDF:
     def read(self, path: Path) -> Content:
         asammdf = library("asammdf", "mdf", path, self.name)
         logging.getLogger("asammdf").setLevel(logging.CRITICAL)
-        found: list[tuple[str, Channel]] = []
-        with asammdf.MDF(path) as file:
-            masters = file.masters_db
-            for group, block in enumerate(file.groups):
-                clock: np.ndarray | None = None
-                for index in range(len(block.channels)):
-                    if masters.get(group) == index:
-                        continue
-                    signal = file.get(group=group, index=index)
-                    values = np.asarray(signal.samples)
-                    if values.dtype.kind not in "iufb" or values.ndim != 1 or values.size == 0:
-                        continue
-                    time = np.array(signal.timestamps, dtype=np.float64)
-                    if clock is None or clock.size != time.size or not np.array_equal(clock, time):
-                        clock = time
-                    values = values.astype(np.int8) if values.dtype.kind == "b" else values.copy()
-                    channel = Channel(
-                        signal.name, values, signal.unit or "", time=clock, long_name=str(signal.comment or "")
-                    )
-                    found.append((f"group_{group + 1}", channel))
-            began = file.header.start_time
-            title = str(getattr(file.header, "subject", "") or "")
-        count = Counter(channel.name for _, channel in found)
-        channels = tuple(
-            replace(channel, name=f"{place}/{channel.name}") if count[channel.name] > 1 else channel
-            for place, channel in found
-        )
-        return Content(channels, title, began.isoformat() if began else "")
+        hook = sys.unraisablehook
+        sys.unraisablehook = lambda _: None  # the library's own clean-up fails on files that it could not open
+        try:
+            return _content(asammdf, path)
+        except Exception as error:
+            wrong = str(error) or type(error).__name__
+        finally:
+            gc.collect()
+            sys.unraisablehook = hook
+        raise ValueError(wrong)
+
+
+def _content(asammdf: Any, path: Path) -> Content:
+    found: list[tuple[str, Channel]] = []
+    # from memory: a damaged file then leaves no handle behind; what the library prints of it is no message to users
+    with redirect_stdout(io.StringIO()), asammdf.MDF(io.BytesIO(path.read_bytes())) as file:
+        masters = file.masters_db
+        for group, block in enumerate(file.groups):
+            clock: np.ndarray | None = None
+            for index in range(len(block.channels)):
+                if masters.get(group) == index:
+                    continue
+                signal = file.get(group=group, index=index)
+                values = np.asarray(signal.samples)
+                if values.dtype.kind not in "iufb" or values.ndim != 1 or values.size == 0:
+                    continue
+                time = np.array(signal.timestamps, dtype=np.float64)
+                if clock is None or clock.size != time.size or not np.array_equal(clock, time):
+                    clock = time
+                values = values.astype(np.int8) if values.dtype.kind == "b" else values.copy()
+                channel = Channel(
+                    signal.name, values, signal.unit or "", time=clock, long_name=str(signal.comment or "")
+                )
+                found.append((f"group_{group + 1}", channel))
+        began = file.header.start_time
+        title = str(getattr(file.header, "subject", "") or "")
+    count = Counter(channel.name for _, channel in found)
+    channels = tuple(
+        replace(channel, name=f"{place}/{channel.name}") if count[channel.name] > 1 else channel
+        for place, channel in found
+    )
+    return Content(channels, title, began.isoformat() if began else "")

@@ -30,8 +30,10 @@ class NetCDF:
         return head.startswith(HDF5_MAGIC) and _has_netcdf_marks(path)
 
     def read(self, path: Path) -> Content:
+        _check_classic(path)
         with netCDF4.Dataset(path, "r") as file:
             file.set_auto_maskandscale(False)
+            check_size(_stored_bytes(file), path, compressed=not file.data_model.startswith("NETCDF3"))
             channels = tuple(_channels(file))
             title = str(getattr(file, "title", ""))
             dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
@@ -55,6 +57,17 @@ def write_netcdf(record: xr.Dataset, path: Path) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}; choose another place") from None
     finally:
         part.unlink(missing_ok=True)
+
+
+def _check_classic(path: Path) -> None:
+    """Refuse a classic file that was cut off: the library would fill it up with zeros in silence."""
+    with path.open("rb") as file:
+        if file.read(4) not in (b"CDF\x01", b"CDF\x02"):
+            return
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "r", mmap=True):
+        pass  # it maps every variable onto the file, and raises where the file is too short
 
 
 def _has_netcdf_marks(path: Path) -> bool:
@@ -89,6 +102,31 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
     for name, inner in group.groups.items():
         channels += _channels(inner, f"{prefix}{name}/")
     return channels
+
+
+def check_size(stored: int, path: Path, compressed: bool) -> None:
+    """Refuse a file whose header promises more than it can hold: cut off, or damaged so that memory would run out.
+
+    Raises
+    ------
+    InputError
+        If `stored` bytes of values cannot come out of the file; zlib shrinks to a thousandth at best.
+    """
+    size = path.stat().st_size
+    if stored > (2000 * size if compressed else size):
+        raise InputError(
+            f"{path}: its header promises {stored / 1e6:.3g} MB of values, the file has {size / 1e6:.3g} MB;"
+            " it is damaged or cut off: export it again"
+        )
+
+
+def _stored_bytes(group: Any) -> int:
+    own = sum(
+        variable.size * np.dtype(variable.dtype).itemsize
+        for variable in group.variables.values()
+        if _is_number(variable)
+    )
+    return int(own) + sum(_stored_bytes(inner) for inner in group.groups.values())
 
 
 def _attributes(item: Any) -> dict[str, Any]:

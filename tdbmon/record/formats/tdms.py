@@ -27,7 +27,7 @@ class TDMS:
 
     def read(self, path: Path) -> Content:
         nptdms = library("nptdms", "tdms", path, self.name)
-        logging.getLogger("nptdms").setLevel(logging.ERROR)
+        nptdms.log.log_manager.set_level(logging.CRITICAL)
         with nptdms.TdmsFile.open(path) as file:
             cut = file.file_status.incomplete_final_segment
             groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]

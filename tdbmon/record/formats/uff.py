@@ -36,7 +36,13 @@ class UFF58:
         names = _names(responses)
         channels = tuple(_channel(entry, name, path) for entry, name in zip(responses, names, strict=True))
         first = responses[0]
-        return Content(channels, _text(first, "id2"), _text(first, "id3"))
+        return Content(channels, _text(first, "id2"), _text(first, "id3"), _cut_off(path))
+
+
+def _cut_off(path: Path) -> str:
+    """Tell of a data set without its end, which the library leaves out in silence: every set stands between two marks."""
+    marks = re.findall(rb"(?m)^ {4}-1[ \t]*\r?$", path.read_bytes())
+    return "the last data set was cut off and is left out" if len(marks) % 2 else ""
 
 
 def _text(entry: Mapping[str, Any], key: str) -> str:
