@@ -226,6 +226,14 @@ def supported(
     InputError
         If an end is missing or unknown, or a stiffness is not positive.
     """
+    return whirl_modes(model, _springs(machine, stiffness, damping), machine.sense * speed_hz, n)
+
+
+def _springs(
+    machine: Machine,
+    stiffness: Mapping[str, float | tuple[float, float]],
+    damping: Mapping[str, float] | None,
+) -> list[Spring]:
     damping = damping or {}
     for end in damping:
         machine.bearing(end)
@@ -233,7 +241,7 @@ def supported(
     for end, (position, value) in zip(machine.ends, spring_positions(machine, stiffness), strict=True):
         x, y = np.broadcast_to(np.asarray(value, dtype=float), (2,))
         springs.append(Spring(position, float(x), float(y), damping.get(end, 0.0)))
-    return whirl_modes(model, springs, machine.sense * speed_hz, n)
+    return springs
 
 
 def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 0.0, n: int = 6) -> SupportedModes:
@@ -242,13 +250,13 @@ def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 
     The eigenproblem is solved in n + 10 free-free modes plus the attachment modes of the springs (relative error of the
     frequencies 1e-6 to 2e-5, up to pinned ends).
     """
-    if n < 1:
-        raise InputError(f"{n} modes asked for; ask for at least one")
     basis = _basis(model, [spring.position for spring in springs], n)
     return _whirl_modes(basis, springs, speed_hz, n)
 
 
 def _basis(model: RotorModel, positions: Sequence[float], n: int) -> Modes:
+    if n < 1:
+        raise InputError(f"{n} modes asked for; ask for at least one")
     attach = sorted(set(positions))
     elastic = len(model.plane_mass) - _RIGID - len(attach)
     return free_free(model, min(elastic, n + 10), attach)
@@ -360,7 +368,9 @@ def campbell(
 ) -> Campbell:
     """Return the whirl modes against speed (Hz), on springs as in `supported`; each row by rising frequency."""
     values = np.atleast_1d(np.asarray(speeds, dtype=float))
-    found = [supported(machine, model, stiffness, float(speed), n, damping) for speed in values]
+    springs = _springs(machine, stiffness, damping)
+    basis = _basis(model, [spring.position for spring in springs], n)
+    found = [_whirl_modes(basis, springs, machine.sense * float(speed), n) for speed in values]
     return Campbell(
         values,
         np.array([modes.frequencies for modes in found]),
