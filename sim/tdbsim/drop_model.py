@@ -16,6 +16,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import hooks
+from tdbsim.columns import (
+    BALL_COUNT,
+    BALL_DAMPING,
+    BALL_STIFFNESS,
+    CAGE_RATIO,
+    CONTACT_DAMPING,
+    CONTACT_STIFFNESS,
+    DECAY_RATE,
+    END_COLUMNS,
+    FRICTION,
+    GAP,
+    GRAVITY,
+    HALF_CLEARANCE,
+    HAS_HOLDING,
+    HAS_SHAPE,
+    HAS_SLIP_LAW,
+    HAS_SPRING,
+    HAS_WAVES,
+    HAS_WINDAGE,
+    INERTIA,
+    JOURNAL_RADIUS,
+    MAGNET_COLUMNS,
+    MAGNET_DAMPING,
+    MAGNET_STIFFNESS,
+    RING_DRAG,
+    RING_INERTIA,
+    RING_MASS,
+    ROTOR_ROW,
+    SPIN_COLUMNS,
+    SUPPORT_DAMPING,
+    SUPPORT_MASS,
+    SUPPORT_XX,
+    SUPPORT_XY,
+    SUPPORT_YY,
+)
 from tdbsim.effect import Effect, all_effects
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, TouchdownBearing
@@ -23,26 +58,6 @@ from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import build_rotor
 
 Array = NDArray[np.float64]
-
-# columns of `Arrays.end`, SI
-(
-    GAP, JOURNAL_RADIUS, CONTACT_STIFFNESS, CONTACT_DAMPING, FRICTION,
-    RING_MASS, RING_INERTIA, RING_DRAG,
-    BALL_COUNT, BALL_STIFFNESS, HALF_CLEARANCE, BALL_DAMPING, CAGE_RATIO, CAGE_ANGLE, RING_ANGLE,
-    SUPPORT_MASS, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY, SUPPORT_DAMPING,
-    FOUNDATION_MOBILITY, FOUNDATION_STIFFNESS, FOUNDATION_DAMPING,
-    COOLING_RATE,
-    HAS_SHAPE, HAS_WAVES, HAS_SPRING, HAS_SLIP_LAW,
-) = range(28)  # fmt: skip
-END_COLUMNS = 28
-# columns of `Arrays.spin`
-INERTIA, DECAY_RATE, GRAVITY, HAS_WINDAGE, HAS_HOLDING, HAS_CIRCULATORY, HAS_BOW = range(7)
-SPIN_COLUMNS = 7
-# columns of `Arrays.magnet`
-MAGNET_STIFFNESS, MAGNET_DAMPING, MAGNET_X, MAGNET_Y, MAGNET_FX, MAGNET_FY = range(6)
-MAGNET_COLUMNS = 6
-
-ROTOR_ROW = 2  # row of `Arrays.effect` that belongs to the rotor
 
 _FLAGS = {"gap": HAS_SHAPE, "bore": HAS_SHAPE, "ball": HAS_WAVES, "support": HAS_SPRING, "friction": HAS_SLIP_LAW}
 _SPIN_FLAGS = {"windage": HAS_WINDAGE, "holding": HAS_HOLDING}
@@ -138,7 +153,7 @@ def build_model(
     start = hooks.offsets()
     for effect in applied:
         effect.modify(draft)
-        if effect.slots:
+        if effect.slots and not effect.is_off:
             _fill_slots(draft, effect, start[effect.identifier()])
     arrays = draft.arrays
     for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):

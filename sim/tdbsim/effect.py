@@ -9,7 +9,7 @@ How an effect changes the model
     hooks              plain functions in the file, compiled into the right-hand side.  They only add, so their order
                        does not matter.  `Effect.coefficients` fills their numbers ``p[i], p[i + 1] ...``, which are
                        all zero where the effect is not used.  ``HOOKS`` in `tdbsim.hooks` lists them.
-    `Effect.distort`   changes what a sensor sees, after the run.
+    `Effect.sense`     changes the chain of the sensors (`tdbsim.sensors`), after the run; `Effect.mix` mixes channels.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from tdbsim.drop_model import Draft
-    from tdbsim.signals import Signals
+    from tdbsim.sensors import SensorChain
 
 
 class Place(StrEnum):
@@ -157,7 +157,7 @@ class Effect:
     place: ClassVar[Place]
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
-    stage: ClassVar[int] = 0  # place in the chain of a sensor: geometry 1, surface 2, electronics 3, sampling 4
+    rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
 
     def __post_init__(self) -> None:
         for each in self.parameters():
@@ -172,6 +172,11 @@ class Effect:
     def parameters(cls) -> tuple[Parameter, ...]:
         """Return the declared parameters; the first is the one that switches the effect off."""
         return _parameters(cls)
+
+    def __str__(self) -> str:
+        """Return it as `parse` reads it."""
+        values = [f"{each.name}={each.text(getattr(self, each.name))}" for each in self.parameters()]
+        return f"{self.identifier()}:" + ",".join([f"where={self.where}", *values])
 
     @property
     def is_off(self) -> bool:
@@ -201,9 +206,13 @@ class Effect:
         """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor 2)."""
         raise NotImplementedError
 
-    def distort(self, signals: Signals) -> Signals:
-        """Return what the sensors give, changed."""
-        return signals
+    def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
+        """Return the chain of the sensors, changed; `sampling` in Hz."""
+        return chain
+
+    def mix(self, record: xr.Dataset, machine: Machine) -> xr.Dataset:
+        """Return the record's channels, mixed with each other."""
+        return record
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:

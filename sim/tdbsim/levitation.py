@@ -9,17 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbsim.drop_model import (
-    MAGNET_DAMPING,
-    MAGNET_FX,
-    MAGNET_FY,
-    MAGNET_STIFFNESS,
-    MAGNET_X,
-    MAGNET_Y,
-    Array,
-    Arrays,
-    DropModel,
-)
+from tdbsim.columns import MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS, MAGNET_X, MAGNET_Y
+from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
 
 _RIGID = 2  # modes

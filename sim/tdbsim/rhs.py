@@ -16,7 +16,7 @@ from tdbsim import hooks
 from tdbsim.ball_bearing import ring_force, ring_force_wavy
 from tdbsim.cache import compiled, inlined
 from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
-from tdbsim.drop_model import (
+from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
     BALL_STIFFNESS,

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from tdbsim.drop_model import CAGE_ANGLE, GAP, RING_ANGLE, Array, DropModel, build_model
+from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
+from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.levitation import hold, synchronous_response
 from tdbsim.machine import Machine
+from tdbsim.sensors import SensorChain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +45,10 @@ class DropPlan:
         Of the shaft at the release, from +x towards +y.
     ring_angle, cage_angle : pair of float
         Of each end's inner ring and cage at the release; ball 1 stands at the cage's angle.
-    seed : int or None
-        Of the sensors' noise; None leaves the sensors without noise.
+    sensors : SensorChain
+        Noise, hum, quantisation of the sensors; as it stands, none.
+    seed : int
+        Of the sensors' noise.
     bending : int
         Bending modes a plane.
     attachment : bool
@@ -66,7 +70,8 @@ class DropPlan:
     shaft_angle: float = 0.0
     ring_angle: Pair = (0.0, 0.0)
     cage_angle: Pair = (0.0, 0.0)
-    seed: int | None = None
+    sensors: SensorChain = SensorChain()
+    seed: int = 0
     bending: int = 4
     attachment: bool = True
     method: Literal["splitting", "dormand_prince"] = "splitting"

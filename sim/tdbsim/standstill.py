@@ -5,14 +5,7 @@ from __future__ import annotations
 import math
 
 from tdbsim.cache import compiled
-from tdbsim.drop_model import (
-    FOUNDATION_MOBILITY,
-    FOUNDATION_STIFFNESS,
-    GRAVITY,
-    HALF_CLEARANCE,
-    RING_ANGLE,
-    RING_MASS,
-)
+from tdbsim.columns import FOUNDATION_MOBILITY, FOUNDATION_STIFFNESS, GRAVITY, HALF_CLEARANCE, RING_ANGLE, RING_MASS
 from tdbsim.rhs import balls_on_ring
 from tdbsim.support import spring_force
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tdbsim import hooks
 from tdbsim.cache import inlined
-from tdbsim.drop_model import HAS_SPRING, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY
+from tdbsim.columns import HAS_SPRING, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY
 
 
 @inlined

@@ -1,0 +1,104 @@
+"""A simulated drop as a Dataset: the channels that a machine's sensors would record, and what no probe sees.
+
+Channels along ``time``, named as in the machine's files: each probe in m, speed in Hz, keyphasor (0 or 1).
+Along (``end``, ``time``): ``rotor_x``, ``rotor_y``, ``ring_x``, ``ring_y``, ``support_x``, ``support_y`` in m;
+``force_x``, ``force_y`` on the rotor, ``normal_force``, ``friction_force`` (positive counter-clockwise on the rotor) in N;
+``slip_speed`` in m/s; ``depth`` in m; ``ring_speed`` in Hz, ``ring_angle`` and ``cage_angle`` in rad, positive counter-clockwise.
+Along (``end``, ``ball``, ``time``): ``ball_load`` in N.  Along (``energy_kind``, ``time``): ``energy`` in J; along
+(``work_kind``, ``time``): ``work`` in J, what was dissipated or supplied since the release.
+Along (``probe``, ``time``): ``shaft_x``, ``shaft_y`` in m, the shaft's centre in the plane of each probe.
+Along ``time``: ``shaft_angle`` in rad and ``rotor_speed`` in Hz, positive counter-clockwise.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.errors import InputError
+from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.rhs import LEDGER
+from tdbsim.sensors import Motion, at_probes, measure
+from tdbsim.simulate import Trajectory
+
+_FORCE_UNITS = {"slip_speed": "m/s", "depth": "m"}
+
+
+def sensed(trajectory: Trajectory) -> xr.Dataset:
+    """Return the record that the machine's sensors make of a drop, with the effects that act on them."""
+    model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
+    machine, state = model.machine, trajectory.state
+    x, y = at_probes(machine, model.modes, state[:, :n].T, state[:, n : 2 * n].T)
+    omega = state[:, 2 * n + 15 + 2 * n + 12]
+    motion = Motion(trajectory.time, x, y, state[:, 2 * n + 12], np.abs(omega) / (2 * math.pi))
+    chain = plan.sensors
+    for effect in model.effects:
+        chain = effect.sense(chain, machine, plan.sampling)
+    record = measure(motion, chain, machine, np.random.default_rng(plan.seed), f"Simulated drop from {plan.speed:g} Hz")
+    for effect in model.effects:
+        record = effect.mix(record, machine)
+    for probe in machine.probes:
+        record[machine.channel_in_file(probe.name)].attrs |= {"end": probe.end, "angle_rad": probe.angle}
+    return record
+
+
+def drop_record(trajectory: Trajectory) -> xr.Dataset:
+    """Return the Dataset of a drop; see the head of this module for its variables."""
+    model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
+    machine, state = model.machine, trajectory.state
+    nq = 2 * n + 15
+    count, balls = len(state), model.arrays.ball_cosine.shape[1]
+    forces, loads = np.zeros((2, len(FORCES), count)), np.zeros((2, balls, count))
+    energies = np.zeros((len(ENERGIES), count))
+    observe(model.arrays, state, forces, loads, energies)
+
+    record = sensed(trajectory).assign_coords(
+        probe=[probe.name for probe in machine.probes],
+        end=list(machine.ends),
+        ball=np.arange(1, balls + 1),
+        energy_kind=list(ENERGIES),
+        work_kind=list(LEDGER),
+    )
+    omega = state[:, nq + 2 * n + 12]
+    x, y = at_probes(machine, model.modes, state[:, :n].T, state[:, n : 2 * n].T)
+    record["shaft_x"] = (("probe", "time"), x, {"units": "m"})
+    record["shaft_y"] = (("probe", "time"), y, {"units": "m"})
+    place = 2 * n + 6 * np.arange(2)
+    for name, column in (("ring", 0), ("support", 2)):
+        for axis in range(2):
+            values = state[:, place + column + axis].T
+            record[f"{name}_{'xy'[axis]}"] = (("end", "time"), values, {"units": "m"})
+    at_end = model.arrays.at_end
+    record["rotor_x"] = (("end", "time"), at_end @ state[:, :n].T, {"units": "m"})
+    record["rotor_y"] = (("end", "time"), at_end @ state[:, n : 2 * n].T, {"units": "m"})
+    for k, name in enumerate(FORCES):
+        record[name] = (("end", "time"), forces[:, k], {"units": _FORCE_UNITS.get(name, "N")})
+    record["ball_load"] = (("end", "ball", "time"), loads, {"units": "N"})
+    rings = slice(nq + 2 * n + 13, nq + 2 * n + 15)
+    record["ring_speed"] = (("end", "time"), state[:, rings].T / (2 * math.pi), {"units": "Hz"})
+    turned = state[:, 2 * n + 13 : 2 * n + 15] - model.arrays.end[:, RING_ANGLE]
+    cage = model.arrays.end[:, CAGE_ANGLE] + model.arrays.end[:, CAGE_RATIO] * turned
+    record["cage_angle"] = (("end", "time"), cage.T, {"units": "rad"})
+    record["ring_angle"] = (("end", "time"), state[:, 2 * n + 13 : 2 * n + 15].T, {"units": "rad"})
+    record["shaft_angle"] = ("time", state[:, 2 * n + 12], {"units": "rad"})
+    record["rotor_speed"] = ("time", omega / (2 * math.pi), {"units": "Hz"})
+    record["energy"] = (("energy_kind", "time"), energies, {"units": "J"})
+    record["work"] = (("work_kind", "time"), state[:, 2 * nq :].T, {"units": "J"})
+    record["peak_normal_force"] = ("end", trajectory.peak_normal, {"units": "N", "long_name": "of all steps"})
+    record.attrs |= {
+        "synthetic": "yes",
+        "machine": machine.name,
+        "release_time_s": plan.levitated,
+        "effects": "; ".join(str(effect) for effect in model.effects),
+    }
+    _check_finite(record)
+    return record
+
+
+def _check_finite(record: xr.Dataset) -> None:
+    for name, channel in record.data_vars.items():
+        if not np.all(np.isfinite(channel.values)):
+            raise InputError(f"the simulated '{name}' is not finite: the run did not converge; give a smaller step")

@@ -1,0 +1,41 @@
+"""Cross-coupled stiffness of a seal or wheel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from tdbsim.columns import HAS_CIRCULATORY
+from tdbsim.effect import Effect, Place, parameter, planes
+from tdbsim.signature import after_release
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class CrossCoupledStiffness(Effect):
+    """A force across the displacement: F_x = -k y, F_y = k x where the rotor turns counter-clockwise."""
+
+    title: ClassVar = "Cross-coupled stiffness"
+    what: ClassVar = "A seal or wheel feeds energy into forward whirl."
+    place: ClassVar = Place.PLANE
+    signature: ClassVar = "Work is done on the lateral motion; the rotor is pushed sideways of its displacement."
+
+    stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 5e5, "positive feeds whirl in the sense of rotation")
+
+    def modify(self, draft: Draft) -> None:
+        shape = draft.modes.at(planes(draft.machine)[self.where])
+        draft.arrays.circulatory[:] += draft.machine.sense * self.stiffness * np.outer(shape, shape)
+        if not self.is_off:
+            draft.arrays.spin[HAS_CIRCULATORY] = 1.0
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the mean sideways force of the bearings, which cross-coupling must balance, N, and 5 N."""
+        fallen = after_release(drop, 0.02)
+        return abs(float(fallen["force_x"].sum("end").mean())) + 5.0

@@ -1,0 +1,49 @@
+"""Play of the bearing in its housing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from tdbsim.columns import SUPPORT_XX, SUPPORT_YY
+from tdbsim.effect import Effect, Place, parameter
+from tdbsim.signature import after_release, bearings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class LooseSupport(Effect):
+    """Within the radial play the spring has `stiffness_ratio` times its stiffness, beyond it all of it."""
+
+    title: ClassVar = "Loose support"
+    what: ClassVar = "The bearing has play in its housing: soft within the play, stiff beyond it."
+    place: ClassVar = Place.BEARING
+    signature: ClassVar = "The support moves by about the play under little force; deeper contacts."
+    rise: ClassVar = 1.2
+    slots: ClassVar = 2
+
+    play: float = parameter("um", 0.0, (0.0, 200.0), 20.0, "radial distance from the middle to where it is stiff", si="m")
+    stiffness_ratio: float = parameter("1", 0.1, (0.001, 1.0), 0.1, "stiffness within the play over that beyond it")
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        row = draft.arrays.end[end]
+        return self.play, (1 - self.stiffness_ratio) * (row[SUPPORT_XX] + row[SUPPORT_YY]) / 2
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the greatest support motion, m."""
+        at = bearings(after_release(drop), where)[0]
+        return float(((at["support_x"] ** 2 + at["support_y"] ** 2) ** 0.5).max())
+
+
+def support(x, y, p, i):  # type: ignore[no-untyped-def]
+    if p[i] == 0.0:
+        return 0.0, 0.0
+    radius = math.sqrt(x * x + y * y)
+    missing = p[i + 1] * (1.0 if radius <= p[i] else p[i] / radius)
+    return missing * x, missing * y

@@ -1,0 +1,52 @@
+"""Windage that grows with speed squared."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from tdbsim.columns import DECAY_RATE
+from tdbsim.effect import Effect, Place, parameter
+from tdbsim.errors import InputError
+from tdbsim.signature import after_release
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class QuadraticWindage(Effect):
+    """Deceleration = speed/tau ((1 - share) + share speed/reference_speed)."""
+
+    title: ClassVar = "Quadratic windage"
+    what: ClassVar = "The speed does not fall exponentially: drag grows with speed squared."
+    place: ClassVar = Place.ROTOR
+    signature: ClassVar = "At high speed the deceleration over speed is greater than at low speed."
+    rise: ClassVar = 1.1
+    slots: ClassVar = 2
+
+    share: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "part of the drag at the reference speed that is quadratic")
+    reference_speed: float = parameter("Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the drag stays as it was")
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        rate = float(draft.arrays.spin[DECAY_RATE])
+        if rate == 0.0 and not self.is_off:
+            raise InputError("quadratic_windage: the machine file states no speed_decay_time; state one under [rotor]")
+        return self.share * rate, 2 * math.pi * self.reference_speed
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the work of windage over the mean kinetic energy of spin and the time, 1/s."""
+        fallen = after_release(drop)
+        work = float(fallen["work"].sel(work_kind="windage")[-1])
+        energy = float(fallen["energy"].sel(energy_kind="spin").mean())
+        return work / energy / float(np.ptp(fallen["time"].values))
+
+
+def windage(omega, p, i):  # type: ignore[no-untyped-def]
+    return -p[i] * omega * (abs(omega) / p[i + 1] - 1.0) if p[i] != 0.0 else 0.0

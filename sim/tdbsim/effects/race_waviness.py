@@ -1,0 +1,50 @@
+"""A wavy raceway."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from tdbsim.effect import Effect, Place, choice, parameter
+from tdbsim.signature import after_release
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class RaceWaviness(Effect):
+    """Interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)), or order beta, - phase."""
+
+    title: ClassVar = "Race waviness"
+    what: ClassVar = "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed."
+    place: ClassVar = Place.BEARING
+    signature: ClassVar = "Ball loads follow the waves of the race; lines at multiples of ring or cage speed."
+    slots: ClassVar = 4
+
+    amplitude: float = parameter("um", 0.0, (0.0, 20.0), 5.0, "0-pk height of the waves", si="m")
+    order: float = parameter("1", 2.0, (1.0, 30.0), 2.0, "waves around the race", whole=True)
+    phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "of the waves in the race at the release", si="rad")
+    race: str = choice(("inner", "outer"), "the race that is wavy; the inner one turns with the ring")
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        return self.amplitude, self.order, self.phase, 1.0 if self.race == "inner" else 0.0
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return how strongly the ball loads follow two waves in the inner race: 0 not, 1 wholly."""
+        at = after_release(drop).sel(end=where)
+        load, count = at["ball_load"].values, at.sizes["ball"]
+        azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(count)[:, None] / count
+        return float(abs(np.sum(load * np.exp(-2j * (azimuth - at["ring_angle"].values)))) / np.sum(load))
+
+
+def ball(azimuth, ring_angle, p, i):  # type: ignore[no-untyped-def]
+    if p[i] == 0.0:
+        return 0.0
+    return p[i] * math.cos(p[i + 1] * (azimuth - p[i + 3] * ring_angle) - p[i + 2])

@@ -1,0 +1,44 @@
+"""Magnetic force that is left after switch-off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from tdbsim.effect import Effect, Place, parameter
+from tdbsim.signature import after_release
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class ResidualMagneticForce(Effect):
+    """The closed loop's force, spring and damper about the set-point, fades as exp(-t / decay_time)."""
+
+    title: ClassVar = "Residual magnetic force"
+    what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."
+    place: ClassVar = Place.ROTOR
+    signature: ClassVar = "At the release the rotor accelerates by less than gravity; the first contact comes late."
+    slots: ClassVar = 1
+
+    decay_time: float = parameter("ms", 0.0, (0.0, 50.0), 2.0, "time in which the force falls to 1/e", si="s")
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        return (self.decay_time,)
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the time to the first contact, s, beyond the free fall through what was fallen by then."""
+        fallen = after_release(drop)
+        touch = int((fallen["depth"].max("end").values > 0).argmax())
+        height = float((fallen["rotor_y"].isel(time=0) - fallen["rotor_y"].isel(time=touch)).mean())
+        flight = float(fallen["time"][touch]) - float(drop.attrs["release_time_s"])
+        return abs(flight - math.sqrt(2 * height / 9.80665)) + 1e-4
+
+
+def holding(seconds, p, i):  # type: ignore[no-untyped-def]
+    return math.exp(-seconds / p[i]) if p[i] > 0.0 else 0.0

@@ -1,0 +1,38 @@
+"""An inner ring that is hard to turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from tdbsim.columns import RING_DRAG
+from tdbsim.effect import Effect, Place, parameter
+from tdbsim.signature import after_release
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class RingDrag(Effect):
+    """Adds to the drag that the machine file names."""
+
+    title: ClassVar = "Ring drag"
+    what: ClassVar = "The inner ring is hard to turn (dried grease, damaged bearing): it takes long to reach shaft speed."
+    place: ClassVar = Place.BEARING
+    signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
+    rise: ClassVar = 1.05
+
+    torque: float = parameter("N m", 0.0, (0.0, 50.0), 0.5, "added drag torque")
+
+    def modify(self, draft: Draft) -> None:
+        for end in self.ends(draft.machine):
+            draft.arrays.end[end, RING_DRAG] += self.torque
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the mean of slip over shaft speed after the release."""
+        fallen = after_release(drop)
+        return float(1 - abs(fallen["ring_speed"].sel(end=where)).mean() / abs(fallen["rotor_speed"]).mean())

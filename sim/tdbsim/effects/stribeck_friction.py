@@ -1,0 +1,44 @@
+"""Friction that falls with slip speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from tdbsim.effect import Effect, Place, parameter
+from tdbsim.signature import bearings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbsim.drop_model import Draft
+
+
+@dataclass(frozen=True)
+class StribeckFriction(Effect):
+    """Coefficient = sliding value + static_excess exp(-(slip / stribeck_speed)^2)."""
+
+    title: ClassVar = "Stribeck friction"
+    what: ClassVar = "Friction falls from a static to a sliding value with slip speed."
+    place: ClassVar = Place.BEARING_OR_BOTH
+    signature: ClassVar = "As ring and shaft come to one speed, friction grows: the ring catches up in a jerk."
+    slots: ClassVar = 2
+
+    static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient less the sliding one")
+    stribeck_speed: float = parameter("m/s", 3.0, (0.05, 50.0), 3.0, "slip at which the excess has fallen to 1/e")
+
+    def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        return self.static_excess, self.stribeck_speed
+
+    @classmethod
+    def measure(cls, drop: xr.Dataset, where: str) -> float:
+        """Return the greatest friction over normal force."""
+        pressed = [at.isel(time=at["normal_force"].values > 50.0) for at in bearings(drop, where)]
+        return max(float(np.max(np.abs(at["friction_force"]) / at["normal_force"])) for at in pressed)
+
+
+def friction(slip, p, i):  # type: ignore[no-untyped-def]
+    return p[i] * math.exp(-((slip / p[i + 1]) ** 2)) if p[i] != 0.0 else 0.0

@@ -1,0 +1,115 @@
+"""Forces and energies of states, for what no probe sees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tdbsim.ball_bearing import ball_load
+from tdbsim.cache import compiled
+from tdbsim.contact import EXPONENT, elastic_force
+from tdbsim.columns import (
+    BALL_COUNT,
+    BALL_STIFFNESS,
+    CAGE_ANGLE,
+    CAGE_RATIO,
+    CONTACT_STIFFNESS,
+    FOUNDATION_MOBILITY,
+    FOUNDATION_STIFFNESS,
+    GRAVITY,
+    HALF_CLEARANCE,
+    HAS_WAVES,
+    INERTIA,
+    RING_ANGLE,
+    RING_INERTIA,
+    RING_MASS,
+    SUPPORT_MASS,
+)
+from tdbsim.hooks import ball
+from tdbsim.rhs import HEAT, contact_forces, positions, touching
+from tdbsim.support import spring_force
+
+FORCES = ("force_x", "force_y", "normal_force", "friction_force", "slip_speed", "depth")
+ENERGIES = ("lateral", "spin", "ring_spin", "elastic", "weight")
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_NODES = (_NODES + 1) / 2
+_WEIGHTS = _WEIGHTS / 2
+
+
+@compiled
+def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
+    """Fill forces (2, 6, k), ball loads (2, b, k) and energies (5, k) of the states (k, size).
+
+    Energies in J: of the lateral motion of rotor,
+    rings and supports; of the rotor's spin; of the rings' spin; of all springs; of the weight.
+    """
+    n = len(m.square)
+    nq = positions(n)
+    for t in range(len(states)):
+        y = states[t]
+        omega = y[nq + 2 * n + 12]
+        lateral = 0.0
+        elastic_sum = 0.0
+        weight = 0.0
+        for k in range(n):
+            lateral += 0.5 * (y[nq + k] ** 2 + y[nq + n + k] ** 2)
+            elastic_sum += 0.5 * m.square[k] * (y[k] ** 2 + y[n + k] ** 2)
+            weight -= m.weight[k] * y[n + k]
+        turning = 0.0
+        for end in range(2):
+            row = m.end[end]
+            i = 2 * n + 6 * end
+            j = 2 * n + 13 + end
+            x = 0.0
+            z = 0.0
+            vx = 0.0
+            vy = 0.0
+            for k in range(n):
+                shape = m.at_end[end, k]
+                x += shape * y[k]
+                z += shape * y[n + k]
+                vx += shape * y[nq + k]
+                vy += shape * y[nq + n + k]
+            heat = y[2 * nq + HEAT + end]
+            nx, ny, depth, swing = touching(m, end, x - y[i], z - y[i + 1], y[j], heat)
+            elastic = elastic_force(depth, row[CONTACT_STIFFNESS])
+            vx -= y[nq + i]
+            vy -= y[nq + i + 1]
+            fx, fy, normal, rub, slip = contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, y[nq + j])
+            forces[end, 0, t] = fx
+            forces[end, 1, t] = fy
+            forces[end, 2, t] = normal
+            forces[end, 3, t] = rub
+            forces[end, 4, t] = slip
+            forces[end, 5, t] = depth
+            if depth > 0.0:
+                elastic_sum += elastic * depth / (EXPONENT + 1.0)
+
+            ex = y[i] - y[i + 2]
+            ey = y[i + 1] - y[i + 3]
+            count = int(row[BALL_COUNT])
+            for b in range(count):
+                azimuth = row[CAGE_ANGLE] + row[CAGE_RATIO] * (y[j] - row[RING_ANGLE]) + b * 2.0 * np.pi / count
+                press = ex * np.cos(azimuth) + ey * np.sin(azimuth) - row[HALF_CLEARANCE] + m.ball_oversize[end, b]
+                if row[HAS_WAVES] > 0.0:
+                    press += ball(azimuth, y[j], m.effect[end])
+                loads[end, b, t] = ball_load(press, row[BALL_STIFFNESS])
+                if press > 0.0:
+                    elastic_sum += 0.4 * loads[end, b, t] * press
+            sx = y[i + 2] - y[i + 4]
+            sy = y[i + 3] - y[i + 5]
+            for p in range(len(_NODES)):  # the work against the spring along the straight way to where it is
+                gx, gy = spring_force(_NODES[p] * sx, _NODES[p] * sy, row, m.effect[end])
+                elastic_sum -= _WEIGHTS[p] * (gx * sx + gy * sy)
+            if row[FOUNDATION_MOBILITY] > 0.0:
+                elastic_sum += 0.5 * row[FOUNDATION_STIFFNESS] * (y[i + 4] ** 2 + y[i + 5] ** 2)
+                lateral += 0.5 * (y[nq + i + 4] ** 2 + y[nq + i + 5] ** 2) / row[FOUNDATION_MOBILITY]
+            lateral += 0.5 * row[RING_MASS] * (y[nq + i] ** 2 + y[nq + i + 1] ** 2)
+            lateral += 0.5 * row[SUPPORT_MASS] * (y[nq + i + 2] ** 2 + y[nq + i + 3] ** 2)
+            weight += row[RING_MASS] * m.spin[GRAVITY] * y[i + 1]
+            turning += 0.5 * row[RING_INERTIA] * y[nq + j] ** 2
+        energies[0, t] = lateral
+        energies[1, t] = 0.5 * m.spin[INERTIA] * omega**2
+        energies[2, t] = turning
+        energies[3, t] = elastic_sum
+        energies[4, t] = weight
