@@ -1,0 +1,105 @@
+"""The gap map: settled positions, the clearance circle fitted to them, and how far they lie off it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    UM,
+    legend_below,
+    new_figure,
+    said,
+    say,
+    seen_ends,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.gap import Gap
+    from tdbmon.analysis.result import Analysis
+
+_BIN_DEG = 2.0
+
+
+@styled
+def gap_map(analysis: Analysis) -> Figure:
+    """Draw the clearance circle of each end, and below it the settled radius over the angle, where micrometres show."""
+    ends = seen_ends(analysis)
+    figure = new_figure(150, said(analysis, "settled positions only, thinned", "not filtered"))
+    axes = figure.subplots(2, len(ends), squeeze=False, height_ratios=[1.7, 1])
+    for column, end in enumerate(ends):
+        _plan(axes[0, column], analysis, end)
+        _strip(axes[1, column], analysis.ends[end].gap)
+    legend_below(figure)
+    return figure
+
+
+def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
+    ax.set_title(f"{end}: clearance circle")
+    ax.set_xlabel("x (right) [µm]")
+    ax.set_ylabel("y (up) [µm]")
+    ax.set_aspect("equal", adjustable="box")
+    gap = analysis.ends[end].gap
+    if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
+        say(ax, "the shaft does not settle:\nno clearance circle")
+        return
+    centre = (gap.centre[0].value * UM, gap.centre[1].value * UM)
+    radius = gap.radius.value * UM
+    ax.plot(*(gap.points.T * UM), ".", markersize=1.5, color=BLUE, rasterized=True, label="settled positions")
+    ax.add_patch(Circle(centre, radius, fill=False, color=BLACK, linewidth=1.0, label="fitted circle, radius at rest"))
+    if gap.radius.low is not None and gap.radius.high is not None:
+        for limit in (gap.radius.low, gap.radius.high):
+            ax.add_patch(Circle(centre, limit * UM, fill=False, color=BLACK, linewidth=0.5, linestyle=(0, (4, 2))))
+    air, drawing = analysis.ends[end].air_gap.value, analysis.machine.bearing(end).radial_gap.nominal
+    if air is not None:
+        ax.add_patch(Circle(centre, air * UM, fill=False, color=GREEN, linewidth=1.0, label="air gap"))
+    ax.add_patch(Circle(centre, drawing * UM, fill=False, color=ORANGE, linewidth=1.0, linestyle=(0, (1, 1)), label="gap on the drawing"))  # fmt: skip
+    ax.plot(*centre, "+", color=BLACK, markersize=8, label="centre")
+    rest = np.nanmean(gap.points[-max(1, len(gap.points) // 10) :], axis=0) * UM
+    ax.plot(*rest, "o", color=PURPLE, markersize=4, markerfacecolor="none", markeredgewidth=1.2, label="mean of the last tenth")
+    reach = 1.15 * radius
+    ax.set_xlim(centre[0] - reach, centre[0] + reach)
+    ax.set_ylim(centre[1] - reach, centre[1] + reach)
+
+
+def _strip(ax: Axes, gap: Gap | None) -> None:
+    """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
+    ax.set_xlabel("angle from the bottom, towards +x [°]")
+    ax.set_ylabel("radius less fitted [µm]")
+    if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
+        say(ax, "no clearance circle")
+        return
+    away = gap.points - np.array([gap.centre[0].value, gap.centre[1].value])
+    deviation = (np.hypot(*away.T) - gap.radius.value) * UM
+    angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
+    bins = np.round(angle / _BIN_DEG).astype(int)
+    rows = []
+    for b in np.unique(bins):
+        part = deviation[bins == b]
+        if len(part) >= 20:  # a 95 % range of fewer is their extremes
+            rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
+    ax.plot(angle, deviation, ".", markersize=1.2, color=SKY, alpha=0.6, rasterized=True)
+    if rows:
+        at, middle, low, high = np.array(rows).T
+        ax.errorbar(at, middle, [middle - low, high - middle], fmt=".", color=BLUE, markersize=3.5, elinewidth=0.7,
+                    label=f"median and 95 % range, bins of {_BIN_DEG:g}°")  # fmt: skip
+    ax.axhline(0.0, color=BLACK, linewidth=0.9)
+    reach = 1.3 * float(np.max(np.abs(np.quantile(deviation, [0.01, 0.99]))))
+    ax.set_ylim(-reach, reach)
+    ax.set_xlim(*np.quantile(angle, [0.0, 1.0]))
+    if gap.radius.high is not None:
+        width = (gap.radius.high - gap.radius.value) * UM
+        ax.axhspan(-width, width, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
+    ax.set_ylim(*(1.1 * np.quantile(deviation, [0.002, 0.998])))

@@ -1,0 +1,147 @@
+"""The look that all figures share: colours, fonts, sizes, and the words that say what was drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+P = ParamSpec("P")
+
+WIDTH_MM = 170.0  # the text width of an A4 page
+UM = 1e6
+
+# Okabe and Ito, Color Universal Design (2008): told apart with every common colour vision
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
+)  # fmt: skip
+GREY, LIGHT = "#666666", "#DDDDDD"
+AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
+AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
+PHASE_COLOUR = {
+    "levitated": "#E8F1F8", "fall": "#FFF3D6", "contacts": "#FBE3D6", "run-down": "#E6F4EE", "rest": "#F0F0F0",
+}  # fmt: skip
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 7.5,
+    "axes.titlesize": 8.0,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 7.5,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.0,
+    "legend.frameon": True,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": LIGHT,
+    "legend.borderpad": 0.3,
+    "legend.handlelength": 1.6,
+    "figure.titlesize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#E4E4E4",
+    "lines.linewidth": 0.9,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": False,
+    "text.parse_math": False,  # names come from files: a dollar sign is a dollar sign
+    "axes.unicode_minus": True,
+    "svg.fonttype": "none",
+    "figure.dpi": 170,
+    "image.composite_image": True,
+}
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Let a figure function draw with the shared style."""
+
+    @wraps(draw)
+    def inside(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with rc_context(STYLE):
+            return draw(*args, **kwargs)
+
+    return inside
+
+
+def new_figure(height_mm: float, note: str = "") -> Figure:
+    """Return an empty figure of the page's width; `note` says above it what was drawn."""
+    figure = Figure(figsize=(WIDTH_MM / 25.4, height_mm / 25.4), layout="constrained")
+    if note:
+        figure.suptitle(note, x=0.01, ha="left", color=GREY, fontsize=7)
+    return figure
+
+
+def said(analysis: Analysis, *more: str) -> str:
+    """Say at which plane displacement was drawn, how it was filtered, and that runout was not taken off."""
+    planes = {end: result.plane for end, result in analysis.ends.items() if result.plane != "none"}
+    if set(planes.values()) == {"bearing"}:
+        where = "at the bearing planes"
+    else:
+        where = ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
+    return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), "runout not compensated"])
+
+
+def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
+    """Shade the phases of the drop behind a time axis, and name them above it where they are wide enough."""
+    left, right = ax.get_xlim()
+    for phase in analysis.phases:
+        start, end = max(phase.start, left), min(phase.end, right)
+        if end <= start:
+            continue
+        ax.axvspan(start, end, color=PHASE_COLOUR.get(phase.name, "white"), zorder=0, linewidth=0)
+        if names and end - start > 0.07 * (right - left):
+            ax.annotate(
+                phase.name,
+                ((start + end) / 2, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 2),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                fontsize=7,
+                color=GREY,
+            )
+    ax.set_xlim(left, right)
+
+
+def legend_below(figure: Figure, columns: int = 4) -> None:
+    """One legend for the whole figure, below its axes; equal labels count once."""
+    found: dict[str, Any] = {}
+    for ax in figure.axes:
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    if found:
+        figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns, frameon=False)
+
+
+def say(ax: Axes, words: str) -> None:
+    """Say in the axes why they are empty or incomplete."""
+    ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY, wrap=True)
+
+
+def seen_ends(analysis: Analysis) -> list[str]:
+    """Ends whose orbit the record holds."""
+    return [end for end, result in analysis.ends.items() if result.plane != "none"]
+
+
+def released(analysis: Analysis) -> float | None:
+    """Instant of the release, s; None where it is not known."""
+    return None if analysis.release is None else analysis.release.time.value
+
+
+def centre_of(analysis: Analysis, end: str) -> np.ndarray:
+    """Clearance centre of an end, m; the probes' zero where it is not known."""
+    gap = analysis.ends[end].gap
+    if gap is None or gap.centre[0].value is None or gap.centre[1].value is None:
+        return np.zeros(2)
+    return np.array([gap.centre[0].value, gap.centre[1].value])

@@ -1,0 +1,116 @@
+"""Displacement against time at both ends, with the phases, the release, the contacts and the clearance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tdbmon.figures.envelope import envelope_line
+from tdbmon.figures.style import (
+    AXIS_COLOUR,
+    AXIS_WORD,
+    BLACK,
+    GREY,
+    PURPLE,
+    UM,
+    centre_of,
+    legend_below,
+    mark_phases,
+    new_figure,
+    released,
+    said,
+    seen_ends,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+_BINS = 1500
+
+
+@styled
+def time_history(analysis: Analysis, start: float | None = None, stop: float | None = None) -> Figure:
+    """Draw x and y of each end against time.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        With displacement.
+    start, stop : float, optional
+        Stretch of the record, s; the whole of it by default.
+    """
+    planes = analysis.planes
+    if planes is None:
+        raise ValueError("a record without displacement has no time history")
+    time = planes.time.to_numpy()
+    start, stop = float(time[0]) if start is None else start, float(time[-1]) if stop is None else stop
+    inside = slice(*np.searchsorted(time, [start, stop]))
+    thinned = inside.stop - inside.start > 2 * _BINS
+    how = "least and largest of each bin drawn" if thinned else "every sample drawn"
+    ends = seen_ends(analysis)
+    figure = new_figure(18 + 32 * 2 * len(ends), said(analysis, "not filtered", how))
+    axes = figure.subplots(2 * len(ends), 1, sharex=True, squeeze=False)[:, 0]
+    for i, end in enumerate(ends):
+        for j, axis in enumerate(("y", "x")):
+            ax = axes[2 * i + j]
+            values = planes.displacement.sel(end=end, axis=axis).to_numpy()[inside]
+            ax.set_xlim(start, stop)
+            mark_phases(ax, analysis, names=i == j == 0)
+            ax.plot(
+                *_scaled(envelope_line(time[inside], values, _BINS)),
+                color=AXIS_COLOUR[axis],
+                linewidth=0.7,
+                rasterized=len(values) > 1200,
+                label=AXIS_WORD[axis],
+            )
+            _clearance(ax, analysis, end, axis)
+            _events(ax, analysis, end, start, stop)
+            ax.set_ylabel(f"{end} {axis} [µm]")
+            ax.margins(y=0.08)
+    axes[-1].set_xlabel("time from the record's first sample [s]")
+    figure.align_ylabels()
+    legend_below(figure)
+    return figure
+
+
+def _scaled(line: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    return line[0], line[1] * UM
+
+
+def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
+    """Draw how far the shaft centre can go along this axis before it touches, about the clearance centre."""
+    gap = analysis.ends[end].gap
+    if gap is None or gap.radius.value is None:
+        return
+    middle = centre_of(analysis, end)[0 if axis == "x" else 1]
+    for sign, label in ((1, "clearance circle at rest load"), (-1, None)):
+        ax.axhline((middle + sign * gap.radius.value) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label)
+
+
+def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:
+    release = released(analysis)
+    if release is not None and start <= release <= stop:
+        ax.axvline(release, color=GREY, linewidth=0.8)
+        early = release - start < 0.05 * (stop - start)
+        ax.annotate("release", (release, 0.04), xycoords=("data", "axes fraction"), xytext=(2 if early else -2, 0),
+                    textcoords="offset points", rotation=90, fontsize=6.5, color=GREY, ha="left" if early else "right")  # fmt: skip
+    contacts = analysis.ends[end].contacts
+    if contacts is None:
+        return
+    shown = [c for c in contacts.events if start <= c.start <= stop]
+    if shown and stop - start < 2.0:
+        ax.plot(
+            [c.start for c in shown],
+            [0.0] * len(shown),
+            marker="^",
+            linestyle="none",
+            markersize=4,
+            color=PURPLE,
+            transform=ax.get_xaxis_transform(),
+            clip_on=False,
+            label="touch",
+        )

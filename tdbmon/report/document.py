@@ -1,0 +1,163 @@
+"""A report as one tree of sections, words, tables and figures, from which every output format is written."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+    from tdbmon.report.signal import Signals
+
+Tone = Literal["good", "attention", "plain"]
+
+_HEAVY_BYTES = 300_000  # an SVG beyond this is heavier than the PNG of the same figure
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Plain words."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A finding that stands out; `tone` says whether it asks for attention."""
+
+    text: str
+    tone: Tone = "plain"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cells of a table's row, the first being its heading."""
+
+    cells: tuple[str, ...]
+    tone: Tone = "plain"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with a caption, a header and rows of as many cells."""
+
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row.cells) != len(self.header):
+                raise ValueError(f"table '{self.caption}': {len(row.cells)} cells under {len(self.header)} headings")
+
+
+@dataclass(frozen=True)
+class Image:
+    """A figure as drawn: SVG where that is light, PNG where it is not."""
+
+    kind: Literal["svg", "png"]
+    data: bytes
+    width_mm: float
+    height_mm: float
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure: `draw` makes it once, on first use, for all formats.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the document; letters, digits and hyphens.
+    caption : str
+        What it shows and how to read it.
+    alt : str
+        The same for those who cannot see it, in a sentence.
+    draw : callable
+        Returns a matplotlib figure.
+    """
+
+    name: str
+    caption: str
+    alt: str
+    draw: Callable[[], Drawing]
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"[a-z0-9-]+", self.name):
+            raise ValueError(f"figure name '{self.name}' may hold small letters, digits and hyphens only")
+
+    @cached_property
+    def image(self) -> Image:
+        """The figure, drawn."""
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+        from tdbmon.figures.style import STYLE
+
+        drawing = self.draw()
+        width, height = (float(inches) * 25.4 for inches in drawing.get_size_inches())
+        out = io.BytesIO()
+        # the salt makes the identifiers inside the SVG the same in every run, and different in every figure; printing by
+        # the canvas lays out and draws once, where savefig draws twice
+        with rc_context({**STYLE, "svg.hashsalt": self.name}):
+            FigureCanvasSVG(drawing).print_svg(out, metadata={"Date": None, "Creator": None})
+            if out.tell() <= _HEAVY_BYTES:
+                return Image("svg", out.getvalue(), width, height)
+            out = io.BytesIO()
+            FigureCanvasAgg(drawing).print_png(out, metadata={"Software": None})
+        return Image("png", out.getvalue(), width, height)
+
+
+@dataclass(frozen=True)
+class SignalViewer:
+    """A place to look at the signals closely; only formats that can zoom have it."""
+
+    title: str
+    signals: Signals
+
+
+Block = Paragraph | Verdict | Table | Figure | SignalViewer
+
+
+@dataclass(frozen=True)
+class Section:
+    """A headed part of the report."""
+
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A report.
+
+    Attributes
+    ----------
+    title : str
+    subtitle : str
+        Machine and drop, for the page header.
+    note : str
+        Said under the title, e.g. that the record is synthetic; empty for none.
+    made : str
+        By what it was made, for the page footer.
+    sections : tuple of Section
+        The first one is the summary.
+    """
+
+    title: str
+    subtitle: str
+    sections: tuple[Section, ...]
+    note: str = ""
+    language: str = "en"
+    made: str = ""
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """All figures, in order."""
+        return tuple(block for section in self.sections for block in section.blocks if isinstance(block, Figure))

@@ -1,0 +1,34 @@
+"""The report of one analysed drop."""
+
+from __future__ import annotations
+
+from tdbmon import __version__
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.report.document import Document
+from tdbmon.report.sections import gap, limits, quality, release, source, summary
+
+_SECTIONS = (summary, quality, release, gap, limits, source)
+
+
+def build_report(analysis: Analysis, note: str = "") -> Document:
+    """Return the report of a drop as a document; `write_html` and `write_pdf` write it.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    note : str, optional
+        Said under the title, e.g. that the record is synthetic.  A record that says so itself needs none.
+    """
+    attributes = analysis.record.attrs
+    if not note and attributes.get("synthetic"):
+        note = "The record is synthetic: it was computed, not measured."
+    drop = " · ".join(str(attributes[key]) for key in ("title", "drop_time", "source_file") if attributes.get(key))
+    sections = tuple(made for part in _SECTIONS if (made := part.section(analysis)) is not None)
+    return Document(
+        "Dropdown report",
+        f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,
+        sections,
+        note=note,
+        made=f"tdbmon {__version__}",
+    )

@@ -1,0 +1,89 @@
+"""A report as one HTML file that needs nothing else: no network, no script but its own."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tdbmon.report.document import Document, Figure, Image, SignalViewer
+from tdbmon.report.output import write_whole
+from tdbmon.report.svg import inline_svg
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def write_html(document: Document, path: str | Path) -> None:
+    """Write a report as a self-contained HTML file; it appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written.
+    """
+    write_whole(render_html(document).encode("utf-8"), Path(path))
+
+
+def render_html(document: Document) -> str:
+    """Return a report as HTML text.
+
+    Every word of the document is escaped.  A content security policy allows the page's own style sheet and script by
+    their hashes, images inside the page, and nothing else.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    style = (TEMPLATES / "report.css").read_text(encoding="utf-8")
+    viewers = any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
+    script = (TEMPLATES / "viewer.js").read_text(encoding="utf-8") if viewers else ""
+    return environment.get_template("report.html").render(
+        document=document,
+        style=_verbatim(style),
+        script=_verbatim(script),
+        policy=_policy(style, script),
+        kind=lambda block: type(block).__name__,
+        picture=_picture,
+        data=lambda viewer: _json(viewer.signals.packed()),
+    )
+
+
+def _policy(style: str, script: str) -> str:
+    allowed = [f"style-src {_hash(style)}", "img-src data:", "base-uri 'none'", "form-action 'none'"]
+    if script:
+        allowed.append(f"script-src {_hash(script)}")
+    return "; ".join(["default-src 'none'", *allowed])
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode()}'"
+
+
+def _verbatim(text: str) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(text)  # our own style sheet and script; nothing from a file is in them
+
+
+def _json(data: Any) -> Markup:
+    """JSON that cannot end the script element it stands in: markup characters are written as escapes."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    for character in "<>&":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return _verbatim(text)
+
+
+def _picture(figure: Figure) -> Markup:
+    from markupsafe import Markup
+
+    image: Image = figure.image
+    if image.kind == "svg":
+        return Markup(inline_svg(image.data, figure.name, figure.alt))
+    source = base64.b64encode(image.data).decode()
+    return Markup('<img src="data:image/png;base64,{}" alt="{}">').format(source, figure.alt)

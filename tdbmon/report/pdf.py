@@ -1,0 +1,88 @@
+"""A report as PDF (A4), set by typst; the same document gives the same bytes."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
+from tdbmon.report.output import write_whole
+
+_TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
+_WIDEST = 60  # characters of a cell that may still widen its column
+
+
+def write_pdf(document: Document, path: str | Path) -> None:
+    """Write a report as PDF; it appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written.
+    """
+    write_whole(render_pdf(document), Path(path))
+
+
+def render_pdf(document: Document) -> bytes:
+    """Return a report as PDF/A-2a with alternative texts.
+
+    Words reach typst as JSON data, never as source, so that markup in a name stays text.  The fonts are those that come
+    with matplotlib; no clock is read.
+    """
+    import typst
+    from matplotlib import get_data_path
+
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        source = place / _TEMPLATE.name
+        source.write_bytes(_TEMPLATE.read_bytes())
+        pdf: bytes = typst.compile(
+            str(source),
+            root=folder,
+            font_paths=[str(Path(get_data_path()) / "fonts" / "ttf")],
+            ignore_system_fonts=True,
+            sys_inputs={"report": json.dumps(_tree(document, place), allow_nan=False)},
+            pdf_standards=["a-2a"],
+            timestamp=0,
+        )
+    return pdf
+
+
+def _tree(document: Document, folder: Path) -> dict[str, Any]:
+    sections = [
+        {"title": section.title, "blocks": [made for block in section.blocks if (made := _block(block, folder))]}
+        for section in document.sections
+    ]
+    return {
+        "title": document.title,
+        "subtitle": document.subtitle,
+        "note": document.note,
+        "language": document.language,
+        "made": document.made,
+        "sections": sections,
+    }
+
+
+def _block(block: Block, folder: Path) -> dict[str, Any] | None:
+    """A block as data; None for one that paper cannot show."""
+    if isinstance(block, Paragraph):
+        return {"kind": "Paragraph", "text": block.text}
+    if isinstance(block, Verdict):
+        return {"kind": "Verdict", "text": block.text, "tone": block.tone}
+    if isinstance(block, Table):
+        rows = [{"cells": list(row.cells), "tone": row.tone} for row in block.rows]
+        return {"kind": "Table", "caption": block.caption, "header": list(block.header), "rows": rows, "columns": _columns(block)}
+    if isinstance(block, Figure):
+        image = block.image
+        file = folder / f"{block.name}.{image.kind}"
+        file.write_bytes(image.data)
+        return {"kind": "Figure", "file": file.name, "width": image.width_mm, "caption": block.caption, "alt": block.alt}
+    return None
+
+
+def _columns(table: Table) -> list[float]:
+    """Shares of the width: after the longest cell of each column, long ones wrapped."""
+    cells = [table.header, *(row.cells for row in table.rows)]
+    return [float(min(max(6, *(len(row[i]) for row in cells)), _WIDEST)) for i in range(len(table.header))]

@@ -1,0 +1,93 @@
+"""Quantities as words: a value with its interval, with as many digits as the interval bears, in a readable unit."""
+
+from __future__ import annotations
+
+import math
+
+from tdbmon.estimate import OUTSIDE, Estimate
+
+_UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
+_PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+
+
+def words(estimate: Estimate, unit: str | None = None) -> str:
+    """Return an estimate as text: ``282.1 µm (279.0 to 285.2)``.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    unit : str, optional
+        Another unit of `tdbmon.estimate.OUTSIDE` of the same quantity (e.g. ms for s).
+    """
+    if estimate.value is None:
+        return f"not estimated: {estimate.why}"
+    factor, name = _unit(estimate, unit)
+    kind = f" {estimate.kind}" if estimate.kind else ""
+    tail = f" {name}{kind}".rstrip() if name != "°" else name
+    value = estimate.value * factor
+    if estimate.low is None or estimate.high is None:
+        return f"{number(value, abs(value) * 1e-3)}{tail}"
+    low, high = estimate.low * factor, estimate.high * factor
+    width = high - low
+    return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
+
+
+def short(estimate: Estimate, unit: str | None = None) -> str:
+    """Return an estimate without its interval; the dash where it is missing."""
+    if estimate.value is None:
+        return "–"
+    factor, name = _unit(estimate, unit)
+    width = abs(estimate.value) * 1e-3
+    if estimate.low is not None and estimate.high is not None:
+        width = max(width, estimate.high - estimate.low)
+    kind = f" {estimate.kind}" if estimate.kind else ""
+    return f"{number(estimate.value * factor, width * factor)} {name}{kind}".strip()
+
+
+def number(value: float, width: float) -> str:
+    """Return a number with the decimals that show `width` with two figures (one where its first is large)."""
+    if not width > 0:
+        return f"{value:.6g}"
+    decimals = min(9, 1 - math.floor(math.log10(width)))
+    if width / 10.0 ** math.floor(math.log10(width)) >= 4:
+        decimals -= 1  # a width of 6.1 needs no tenth
+    return f"{value:.{max(0, decimals)}f}".replace("-", "−")
+
+
+def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
+    """Factor from SI and the unit's name, with a prefix where the number would be long."""
+    chosen = unit or estimate.unit
+    factor = OUTSIDE[chosen]
+    if chosen in _PREFIXED and estimate.value:
+        size = max(abs(x) for x in (estimate.value, estimate.low or 0.0, estimate.high or 0.0))
+        for scale, prefix in _PREFIXES:
+            if size >= scale:
+                return factor / scale, prefix + _UNIT_WORD.get(chosen, chosen)
+    return factor, _UNIT_WORD.get(chosen, chosen)
+
+
+def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
+    """Return the time from an origin (the release) to an instant; both errors count."""
+    if instant.value is None:
+        return Estimate.missing(unit, instant.why)
+    if origin is None or origin.value is None:
+        return Estimate.missing(unit, "the release is not known" if origin is None else origin.why)
+    span = instant.value - origin.value
+    if None in (instant.low, instant.high, origin.low, origin.high):
+        return Estimate(span, unit=unit, method=instant.method, why=instant.why or origin.why)
+    sigma = math.hypot(instant.high - instant.low, origin.high - origin.low) / 2 / 1.96  # type: ignore[operator]
+    return Estimate.from_sigma(span, sigma, unit, instant.method)
+
+
+def rpm(speed: Estimate) -> str:
+    """Return a speed as text in Hz with its interval, and in rpm."""
+    if speed.value is None:
+        return words(speed)
+    return f"{words(speed)}, {number(speed.value * 60, 60 * _width(speed))} rpm"
+
+
+def _width(estimate: Estimate) -> float:
+    if estimate.value is None or estimate.low is None or estimate.high is None:
+        return 0.0
+    return estimate.high - estimate.low

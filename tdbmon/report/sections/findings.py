@@ -1,0 +1,88 @@
+"""The quantities of a drop by name: what the summary shows, and what the list of things not estimated goes through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.estimate import Estimate
+from tdbmon.report.quantity import since
+
+_UNSETTLED = "the shaft does not settle on the ring within the record"
+_NO_CONTACT = "no first contact was found"
+_NO_SPEED = "the record holds no speed"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A quantity: its name, the end that it belongs to ("" for the rotor), and the unit that it is shown in."""
+
+    name: str
+    end: str
+    estimate: Estimate
+    unit: str | None = None
+
+
+def release_time(analysis: Analysis) -> Estimate:
+    """Instant of the release."""
+    if analysis.release is None:
+        return Estimate.missing("s", "the record starts after the release, or holds no displacement")
+    return analysis.release.time
+
+
+def settle_time(analysis: Analysis) -> Estimate:
+    """Time from the release to the end of the last bounce of either end."""
+    times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
+    if not times or len(times) < len(analysis.ends):
+        return Estimate.missing("ms", "not both ends settle within the record")
+    last = Estimate(max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample")
+    return since(last, release_time(analysis))
+
+
+def rotor_findings(analysis: Analysis) -> list[Finding]:
+    """Quantities of the whole rotor."""
+    rundown = analysis.rundown
+    release = release_time(analysis)
+    found = [Finding("Release, from the record's first sample", "", release)]
+    if analysis.release is not None and analysis.release.force_decay.known:
+        found.append(Finding("Decay time of the magnetic force", "", analysis.release.force_decay))
+    for name, attribute, unit in (
+        ("Speed at the release", "initial", "Hz"),
+        ("Speed lost to contacts and ring spin-up", "lost_speed", "Hz"),
+        ("Decay time of the speed", "decay_time", "s"),
+        ("Torque of constant drag", "drag_torque", "N m"),
+    ):
+        estimate = Estimate.missing(unit, _NO_SPEED) if rundown is None else getattr(rundown, attribute)
+        found.append(Finding(name, "", estimate))
+    still = Estimate.missing("s", _NO_SPEED) if rundown is None else rundown.standstill_time
+    found.append(Finding("Standstill, after the release", "", since(still, release, "s")))
+    found.append(Finding("Settled on the rings, after the release", "", settle_time(analysis)))
+    for i, name in enumerate(("parallel", "conical")):
+        frequencies = () if analysis.swing is None else analysis.swing.frequencies
+        missing = Estimate.missing("Hz", "no swing of enough cycles stands out after both ends have settled")
+        found.append(Finding(f"Swing in the clearance, {name}", "", frequencies[i] if i < len(frequencies) else missing))
+    return found
+
+
+def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
+    """Quantities of one end."""
+    first = end.contacts.first if end.contacts is not None else None
+    release = release_time(analysis)
+    gap = end.gap
+    missing = Estimate.missing("um", _UNSETTLED)
+    touch = first.touch if first else Estimate.missing("s", _NO_CONTACT)
+    rows: list[tuple[str, Estimate, str | None]] = [
+        ("Air gap", end.air_gap, None),
+        ("Radius at rest", gap.radius if gap else missing, None),
+        ("Settled radius, lower limit", gap.lower if gap else missing, None),
+        ("Settled radius, upper limit", gap.upper if gap else missing, None),
+        ("Radius at rest from the swing", end.gap_from_swing, None),
+        ("Out-of-roundness of the settled arc", gap.oval if gap else missing, None),
+        ("First touch, after the release", since(touch, release), None),
+        ("First contact, duration", first.duration if first else Estimate.missing("ms", _NO_CONTACT), None),
+        ("Rebound", first.rebound if first else Estimate.missing("um", _NO_CONTACT), None),
+        ("Velocity after over before the contact", first.restitution if first else Estimate.missing("1", _NO_CONTACT), None),
+        ("Deepest excursion", end.deepest, None),
+        ("Single-mass stiffness", end.stiffness, None),
+    ]
+    return [Finding(name, end.name, estimate, unit) for name, estimate, unit in rows]

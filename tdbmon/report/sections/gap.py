@@ -1,0 +1,80 @@
+"""The clearance: the circle of each end, and how air gap, ball clearance and deflection add up to it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.estimate import Estimate
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+
+
+def section(analysis: Analysis) -> Section | None:
+    """Return the gap of each end."""
+    ends = [end for end in analysis.ends.values() if end.plane != "none"]
+    if not ends:
+        return None
+    from tdbmon.figures.gap_map import gap_map
+
+    words_ = (
+        "At rest the shaft centre lies at the radius that the air gap, the balls' travel (half of their clearance, and"
+        " their deflection under the weight), the contact and the support add up to. The circle through the settled"
+        " positions gives that radius; the swing frequency in the clearance gives it again, independently. The air gap is"
+        " what remains after the travel, which is computed from the machine file and carries its tolerances."
+    )
+    blocks: list[Block] = [Paragraph(words_)]
+    header = ("Quantity", *(end.name for end in ends))
+    rows = [_row(name, [pick(end) for end in ends]) for name, pick in _PARTS]
+    blocks.append(Table("How the radius at rest adds up (95 % intervals)", header, tuple(rows)))
+    agreement = tuple(Row((end.name, _agreement(end))) for end in ends)
+    blocks.append(Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement))
+    if any(end.gap is not None for end in ends):
+        caption = (
+            "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
+            " gap of the drawing about the same centre. Below: the settled radius less the fitted one over the angle,"
+            " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
+            " is a continuation."
+        )
+        alt = "For each end a circle in x and y with settled positions at its bottom, and a strip of radial deviations over the angle."
+        blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
+    return Section("The gap", tuple(blocks))
+
+
+def _computed(value: float, sigma: float | None = None) -> Estimate:
+    if sigma is None:
+        return Estimate(value, unit="um", method="machine file's nominal values", why="nominal")
+    return Estimate.from_sigma(value, sigma, "um", "machine file with its tolerances")
+
+
+def _missing(end: EndResult) -> Estimate:
+    return Estimate.missing("um", end.air_gap.why or "the shaft does not settle")
+
+
+_PARTS = (
+    ("Radius at rest (measured)", lambda end: end.gap.radius if end.gap else _missing(end)),
+    ("less travel in the balls (nominal)", lambda end: _computed(end.travel.balls)),
+    ("less contact of shaft and ring (nominal)", lambda end: _computed(end.travel.contact)),
+    ("less support (nominal)", lambda end: _computed(end.travel.support)),
+    ("travel in all, with tolerances", lambda end: _computed(end.travel.total, end.travel.sigma)),
+    ("= air gap", lambda end: end.air_gap),
+    ("Clearance centre x", lambda end: end.gap.centre[0] if end.gap else _missing(end)),
+    ("Clearance centre y", lambda end: end.gap.centre[1] if end.gap else _missing(end)),
+    ("Settled radius, 2.5 % of the time below", lambda end: end.gap.lower if end.gap else _missing(end)),
+    ("Settled radius, 2.5 % of the time above", lambda end: end.gap.upper if end.gap else _missing(end)),
+    ("Second harmonic of the radius", lambda end: end.gap.oval if end.gap else _missing(end)),
+)
+
+
+def _row(name: str, values: list[Estimate]) -> Row:
+    return Row((name, *(words(value) for value in values)))
+
+
+def _agreement(end: EndResult) -> str:
+    if end.gap is None:
+        return "no circle: the shaft does not settle"
+    arc, swing = words(end.gap.from_arc), words(end.gap_from_swing)
+    if end.gap.agrees is None:
+        return f"arc alone: {arc}; swing: {swing}"
+    verdict = "they agree, and both settle the circle" if end.gap.agrees else "they disagree, so that the arc stands alone"
+    return f"arc {arc}, swing {swing}: {verdict}"

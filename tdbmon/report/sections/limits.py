@@ -1,0 +1,25 @@
+"""What is not estimated, and why."""
+
+from __future__ import annotations
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table
+from tdbmon.report.sections.findings import end_findings, rotor_findings
+
+_MODEL = "displacement alone does not give it: it needs a simulation fitted to the record"
+
+
+def section(analysis: Analysis) -> Section:
+    """Return every quantity without a value, with the reason."""
+    rows = [
+        Row(("Contact force, Hertz stress", "both", _MODEL)),
+        Row(("Support mass, stiffness and damping apart", "both", _MODEL)),
+        Row(("Speed of the inner rings", "both", "no channel shows it")),
+    ]
+    findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
+    rows += [Row((f.name, f.end or "rotor", f.estimate.why)) for f in findings if not f.estimate.known]
+    blocks: list[Block] = [
+        Paragraph("Nothing is guessed: where the record does not bear a number, the number is missing and the reason stands here."),
+        Table("Not estimated", ("Quantity", "End", "Why"), tuple(rows)),
+    ]
+    return Section("What is not estimated", tuple(blocks))

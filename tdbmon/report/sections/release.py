@@ -1,0 +1,77 @@
+"""The release and the phases of the drop, with the signals themselves."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.estimate import Estimate
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table
+from tdbmon.report.quantity import words
+from tdbmon.report.signal import signals_of
+
+_FIRST_S = 0.25
+
+
+def section(analysis: Analysis) -> Section:
+    """Return the release, the phases and the time histories."""
+    blocks: list[Block] = []
+    if analysis.release is None:
+        blocks.append(Paragraph("The release was not found: the record holds no levitated stretch before the fall, or no displacement."))
+    else:
+        blocks += _release(analysis)
+    if analysis.phases:
+        rows = tuple(Row((p.name, _time(p.start), _time(p.end), _time(p.end - p.start))) for p in analysis.phases)
+        blocks.append(Table("Phases of the record", ("Phase", "From", "To", "Length"), rows))
+    if analysis.planes is not None:
+        blocks += _figures(analysis)
+    signals = signals_of(analysis)
+    if signals is not None:
+        blocks.append(SignalViewer("Displacement (not filtered, runout not compensated) and speed of the whole record", signals))
+    return Section("Release and phases", tuple(blocks))
+
+
+def _release(analysis: Analysis) -> list[Block]:
+    release = analysis.release
+    if release is None:
+        return []
+    decay = release.force_decay
+    soft = f"The magnetic force decayed with {words(decay)}." if decay.known else f"Force: {decay.why}."
+    said = f"The magnetic field let go at {words(release.time)} ({release.time.method}). {soft}"
+    rows = []
+    for end, state in release.states.items():
+        noise = Estimate(release.noise[end], unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms")
+        ax, ay = release.fall[end]
+        rows.append(Row((end, *(words(q) for q in (state.x, state.y, state.vx, state.vy)), words(noise), f"{ax:.2f}, {ay:.2f} m/s²".replace("-", "−"))))
+    header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Acceleration of the fall x, y")
+    gravity = analysis.machine.gravity
+    caption = f"State at the release (0-pk values from the clearance's zero of the probes; free fall is −{gravity:.2f} m/s² in y)"
+    return [Paragraph(said), Table(caption, header, tuple(rows))]
+
+
+def _figures(analysis: Analysis) -> list[Block]:
+    from tdbmon.figures.time_history import time_history
+
+    time = analysis.planes.time.to_numpy()  # type: ignore[union-attr]
+    release = analysis.release.time.value if analysis.release is not None else None
+    begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
+    end = min(begin + _FIRST_S, float(time[-1]))
+    reading = "Dashed: how far the shaft centre lies from the clearance centre at rest. Triangles: touches of that end. Shading: phases."
+    return [
+        Figure(
+            "first-contacts",
+            f"The first {end - begin:.2f} s of the drop, every sample. {reading}",
+            f"Four traces against time: x and y of each end from {begin:.2f} s to {end:.2f} s, falling at the release and bouncing on the touchdown bearings.",
+            partial(time_history, analysis, begin, end),
+        ),
+        Figure(
+            "whole-record",
+            f"The whole record; each stroke spans the least and the largest value of its bin, so that no peak is lost. {reading}",
+            "Four traces against time: x and y of each end over the whole record.",
+            partial(time_history, analysis),
+        ),
+    ]
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.4f} s"

@@ -1,0 +1,40 @@
+"""Where the numbers come from: the file, the program, and the method of each quantity."""
+
+from __future__ import annotations
+
+import numpy as np
+from tdbmon import __version__
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.report.document import Row, Section, Table
+from tdbmon.report.sections.findings import end_findings, rotor_findings
+
+
+def section(analysis: Analysis) -> Section:
+    """Return provenance and methods."""
+    attributes = analysis.record.attrs
+    dimension = next(iter(analysis.record.sizes))
+    time = analysis.record[dimension].to_numpy()
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    missing = ", ".join(str(name) for name in np.atleast_1d(attributes.get("missing", []))) or "none"
+    rows = [
+        Row(("File", str(attributes.get("source_file", "not known")))),
+        Row(("SHA-256 of the file", str(attributes.get("sha256", "not known")))),
+        Row(("Title in the file", str(attributes.get("title") or "none"))),
+        Row(("Time of the drop", str(attributes.get("drop_time") or "not stated"))),
+        Row(("Reader", str(attributes.get("reader", "not known")))),
+        Row(("Sampling", f"{rate:.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
+        Row(("Channels that the machine expects and the file lacks", missing)),
+        Row(("Machine", analysis.machine.name)),
+        Row(("Rotation", "counter-clockwise" if analysis.machine.sense > 0 else "clockwise")),
+        Row(("Program", f"tdbmon {__version__}")),
+    ]
+    findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
+    methods = dict.fromkeys((f.name, f.estimate.method) for f in findings if f.estimate.known and f.estimate.method)
+    return Section(
+        "Source and methods",
+        (
+            Table("Source", ("What", ""), tuple(rows)),
+            Table("Methods", ("Quantity", "Method"), tuple(Row(pair) for pair in methods)),
+        ),
+    )

@@ -1,0 +1,130 @@
+"""The first page: what happened, can it be trusted, the numbers, and how they stand against the drawing."""
+
+from __future__ import annotations
+
+from tdbsim.machine import Tolerant
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.estimate import Estimate
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
+from tdbmon.report.quantity import number, rpm, words
+from tdbmon.report.sections.findings import end_findings, release_time, rotor_findings, settle_time
+
+
+def section(analysis: Analysis) -> Section:
+    """Return the summary."""
+    blocks: list[Block] = [Paragraph(_story(analysis)), _trust(analysis)]
+    against = _against_drawing(analysis)
+    blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
+    blocks += _whirl_verdicts(analysis)
+    blocks += [_rotor_table(analysis)]
+    if analysis.ends:
+        blocks.append(_ends_table(analysis))
+    if against:
+        header = ("Quantity", "The record says", "The drawing says", "Verdict")
+        blocks.append(Table("The record against the drawing", header, tuple(against)))
+    return Section("Summary", tuple(blocks))
+
+
+def _story(analysis: Analysis) -> str:
+    """What happened, in plain words."""
+    attributes = analysis.record.attrs
+    when = f" on {attributes['drop_time']}" if attributes.get("drop_time") else ""
+    parts = []
+    speed = "an unknown speed" if analysis.rundown is None or not analysis.rundown.initial.known else rpm(analysis.rundown.initial)
+    parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
+    counts = []
+    for end in analysis.ends.values():
+        if end.contacts is None or end.contacts.first is None:
+            continue
+        low, high = end.contacts.count_low, end.contacts.count_high
+        count = f"{len(end.contacts.events)}" + (f" ({low} to {high})" if low != high else "")
+        counts.append(f"{count} contacts at {end.name}")
+    settle = settle_time(analysis)
+    if counts:
+        after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
+        parts.append(f"It made {' and '.join(counts)}{after}.")
+    elif analysis.ends:
+        parts.append("No contacts could be told apart.")
+    if analysis.rundown is not None and analysis.rundown.standstill_time.known:
+        parts.append(f"It stood still {words(analysis.rundown.standstill_time)} after the record's first sample.")
+    elif analysis.rundown is not None:
+        parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
+    if not release_time(analysis).known:
+        parts.append("The release itself is not in the record, so that times count from the first sample.")
+    return " ".join(parts)
+
+
+def _trust(analysis: Analysis) -> Verdict:
+    failed = [check for check in analysis.checks if not check.passed]
+    if not failed:
+        return Verdict(f"All {len(analysis.checks)} checks of the record passed.", "good")
+    named = "; ".join(f"{c.check}{f' ({c.channel})' if c.channel else ''}: {c.detail}" for c in failed[:4])
+    more = f"; and {len(failed) - 4} more" if len(failed) > 4 else ""
+    return Verdict(f"{len(failed)} of {len(analysis.checks)} checks of the record failed. {named}{more}.", "attention")
+
+
+def _gap_verdict(row: Row) -> Verdict:
+    return Verdict(f"{row.cells[0]}: {row.cells[1]}; the drawing says {row.cells[2]}: {row.cells[3]}.", "attention")
+
+
+def _whirl_verdicts(analysis: Analysis) -> list[Block]:
+    """Backward whirl is what destroys touchdown bearings: it is said on the first page, found or not."""
+    if not analysis.whirl:
+        return []
+    found: list[Block] = []
+    for end, whirl in analysis.whirl.items():
+        if whirl.backward:
+            found.append(Verdict(f"{end}: backward whirl, from {words(whirl.backward_onset)}.", "attention"))
+        if whirl.full:
+            found.append(Verdict(f"{end}: whirl around the whole clearance, from {words(whirl.full_onset)}.", "attention"))
+    return found or [Verdict("No sustained backward whirl and no whirl around the whole clearance was found.", "good")]
+
+
+def _rotor_table(analysis: Analysis) -> Table:
+    rows = tuple(Row((f.name, words(f.estimate, f.unit))) for f in rotor_findings(analysis))
+    return Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)
+
+
+def _ends_table(analysis: Analysis) -> Table:
+    columns = [end_findings(analysis, end) for end in analysis.ends.values()]
+    rows = []
+    for findings in zip(*columns, strict=True):
+        if any(f.estimate.known for f in findings):
+            rows.append(Row((findings[0].name, *(words(f.estimate, f.unit) for f in findings))))
+    planes = {end.plane for end in analysis.ends.values()}
+    where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
+    return Table(f"The touchdown bearings: values with 95 % intervals, {where}", ("Quantity", *analysis.ends), tuple(rows))
+
+
+def _against_drawing(analysis: Analysis) -> list[Row]:
+    rows = []
+    for name, end in analysis.ends.items():
+        rows.append(_compare(f"Air gap, {name}", end.air_gap, analysis.machine.bearing(name).radial_gap, "µm", 1e6))
+    drawn = analysis.machine.rotor.speed_decay_time
+    if analysis.rundown is not None and drawn is not None:
+        rows.append(_compare("Decay time of the speed", analysis.rundown.decay_time, drawn, "s", 1.0))
+    return rows
+
+
+def _compare(name: str, measured: Estimate, drawn: Tolerant, unit: str, factor: float) -> Row:
+    nominal, low, high = (number(x * factor, abs(drawn.nominal) * factor * 0.02) for x in (drawn.nominal, drawn.low, drawn.high))
+    limits = f"{nominal} {unit}" + ("" if drawn.is_exact else f" ({low} to {high})")
+    verdict, tone = _verdict(measured, drawn)
+    return Row((name, words(measured), limits, verdict), tone)
+
+
+def _verdict(measured: Estimate, drawn: Tolerant) -> tuple[str, Tone]:
+    """Inside or outside the tolerance, or not to be told."""
+    if measured.value is None:
+        return "not estimated", "plain"
+    low = measured.value if measured.low is None else measured.low
+    high = measured.value if measured.high is None else measured.high
+    if drawn.is_exact:
+        agrees = low <= drawn.nominal <= high
+        return ("agrees" if agrees else "differs; the drawing states no tolerance"), ("plain" if agrees else "attention")
+    if drawn.low <= low and high <= drawn.high:
+        return "inside the tolerance", "good"
+    if high < drawn.low or low > drawn.high:
+        return "outside the tolerance", "attention"
+    return "not decided: the interval reaches over the limit of the tolerance", "attention"

@@ -1,0 +1,97 @@
+"""Signals for the viewer of an HTML report: least and largest of bins as 16-bit integers, finer around the drop."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tdbmon.figures.envelope import envelope
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+_BINS = 4000
+_SPANS = (4.0, 0.5)  # s after the release that are kept finer
+_LEAD = 0.05  # s before it
+_NONE = -32768  # no value in the bin
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A channel to look at: times (n,) in s, values (n,) in `unit`; those of one `pane` share an axis."""
+
+    name: str
+    pane: str
+    unit: str
+    time: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Channels, the stretches that are kept finer than the rest, and marks on the time axis."""
+
+    channels: tuple[Signal, ...]
+    spans: tuple[tuple[float, float], ...]
+    marks: tuple[tuple[str, float], ...]
+
+    def packed(self) -> dict[str, Any]:
+        """Return what the viewer reads, as plain dictionaries, lists, numbers and texts."""
+        return {
+            "channels": [
+                {"name": c.name, "pane": c.pane, "unit": c.unit, **_packed(c, self.spans)} for c in self.channels
+            ],
+            "marks": [{"name": name, "at": at} for name, at in self.marks],
+        }
+
+
+def signals_of(analysis: Analysis) -> Signals | None:
+    """Return displacement at both ends and the speed; None where the record holds neither."""
+    channels = []
+    if analysis.planes is not None:
+        time = analysis.planes.time.to_numpy()
+        for end, result in analysis.ends.items():
+            if result.plane == "none":
+                continue
+            for axis in ("x", "y"):
+                values = analysis.planes.displacement.sel(end=end, axis=axis).to_numpy() * 1e6
+                channels.append(Signal(f"{end} {axis}", f"displacement at the {result.plane} plane", "µm", time, values))
+    if len(analysis.speed_time) > 1:
+        channels.append(Signal("speed", "speed", "Hz", analysis.speed_time, analysis.speed_hz))
+    if not channels:
+        return None
+    release = analysis.release.time.value if analysis.release is not None else None
+    begin = float(channels[0].time[0]) if release is None else release
+    spans = tuple((begin - _LEAD, begin + span) for span in _SPANS)
+    marks = tuple((phase.name, phase.start) for phase in analysis.phases[1:])
+    return Signals(tuple(channels), spans, marks)
+
+
+def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str, Any]:
+    """Scale and levels, the coarsest first; a level that is no finer than the one before is left out."""
+    finite = channel.values[np.isfinite(channel.values)]
+    top, bottom = (float(finite.max()), float(finite.min())) if finite.size else (0.0, 0.0)
+    scale = max((top - bottom) / 65000, 1e-12)
+    middle = (top + bottom) / 2
+    levels: list[dict[str, Any]] = []
+    for start, stop in ((channel.time[0], channel.time[-1]), *spans):
+        inside = slice(*np.searchsorted(channel.time, [start, stop], side="left") + np.array([0, 1]))
+        time, values = channel.time[inside], (channel.values[inside] - middle) / scale
+        if len(time) < 2:
+            continue
+        bins = min(_BINS, len(time))
+        step = float(time[-1] - time[0]) / (len(time) - 1) * len(time) / bins
+        if levels and step > 0.7 * levels[-1]["step"]:
+            continue
+        sides = envelope(values, bins) if bins < len(time) else (values,)
+        data = [base64.b64encode(_integers(side)).decode() for side in sides]
+        levels.append({"start": float(time[0]), "step": step, "count": bins, "low": data[0], "high": data[-1] if len(data) > 1 else ""})
+    return {"scale": scale, "offset": middle, "levels": levels}
+
+
+def _integers(values: np.ndarray) -> bytes:
+    whole = np.where(np.isfinite(values), np.rint(np.nan_to_num(values)), _NONE)
+    return whole.astype("<i2").tobytes()
