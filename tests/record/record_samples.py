@@ -181,7 +181,8 @@ def write_uff(path: Path, data: dict[str, np.ndarray]) -> None:
             load_case_id=0, rsp_ent_name="NONE", rsp_node=number, rsp_dir=1, ref_ent_name="NONE", ref_node=0, ref_dir=0,
             ord_data_type=4, num_pts=len(values), abscissa_spacing=1, abscissa_min=0.0, abscissa_inc=1 / RATE,
             z_axis_value=0.0, abscissa_spec_data_type=17, abscissa_axis_units_lab="s", ordinate_spec_data_type=8,
-            ordinate_axis_units_lab=UNITS[name], orddenom_spec_data_type=0, z_axis_spec_data_type=0, data=values, x=np.arange(len(values)) / RATE,
+            ordinate_axis_units_lab=UNITS[name], orddenom_spec_data_type=0, z_axis_spec_data_type=0,
+            data=values, x=np.arange(len(values)) / RATE,
         )  # fmt: skip
         file.write_sets(entry, mode="add")
 

@@ -125,7 +125,7 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
         elapsed = pd.to_timedelta(texts.str.replace(",", ".").where(texts.str.count(":") > 1, "00:" + texts))
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds times that cannot be read; write seconds instead") from None
-    seconds = np.asarray(elapsed.dt.total_seconds(), dtype=np.float64)
+    seconds = np.array(elapsed.dt.total_seconds(), dtype=np.float64)
     seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # past midnight
     return seconds, ""
 

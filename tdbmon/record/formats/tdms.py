@@ -12,6 +12,7 @@ import numpy as np
 
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
+from tdbmon.record.formats.netcdf import check_size
 from tdbmon.record.timebase import is_time_name
 from tdbmon.record.tree import Branch, Leaf, channels_of
 
@@ -29,6 +30,8 @@ class TDMS:
         nptdms = library("nptdms", "tdms", path, self.name)
         nptdms.log.log_manager.set_level(logging.CRITICAL)
         with nptdms.TdmsFile.open(path) as file:
+            samples = sum(len(channel) for group in file.groups() for channel in group.channels())
+            check_size(samples, path, compressed=False)  # of one byte at least
             cut = file.file_status.incomplete_final_segment
             groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]
             entries = dict(file.properties)

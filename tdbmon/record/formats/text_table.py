@@ -106,7 +106,7 @@ def _is_row(cells: list[str], decimal: str) -> bool:
 
 def _goes_on(lines: list[str], start: int, width: int, separator: str, decimal: str) -> bool:
     """Tell whether the next line that is not empty is a row as well; a single row at the end counts."""
-    following = next((line for line in lines[start : start + 100] if line.strip()), None)
+    following = next((line for line in lines[start : start + 100] if line.strip() and not _COMMENT.match(line)), None)
     if following is None:
         return True
     cells = split(following, separator)
@@ -123,7 +123,7 @@ def _with_header(lines: list[str], first: int, separator: str, decimal: str, wid
             cells = re.split(r"\s{2,}|\t|[;,]\s*", line.strip())  # names with a single blank in them
         while len(cells) > width and not cells[-1]:
             cells.pop()
-        if len(cells) != width or not any(cells):
+        if len(cells) != width or not any(cells) or any(re.fullmatch(_NUMBER.format("[.,]"), cell) for cell in cells):
             break
         rows.insert(0, cells)
         at -= 1
@@ -134,7 +134,8 @@ def _with_header(lines: list[str], first: int, separator: str, decimal: str, wid
     names = rows[-1] if rows else [f"column_{k + 1}" for k in range(width)]
     captions = rows[-2] if len(rows) > 1 else [""] * width
     if len(set(names)) < width and len(rows) > 1:
-        names = [f"{above}_{below}" if above else below for above, below in zip(captions, names, strict=True)]
+        pairs = zip(captions, names, strict=True)
+        names = [below if above in ("", below) else f"{above}_{below}" for above, below in pairs]
         captions = [""] * width
     if not any(unit is not None for unit in units):
         units = [split_unit(name)[1] for name in names]
@@ -146,8 +147,10 @@ def _is_unit_row(cells: list[str]) -> bool:
     texts = [cell.strip("[]() ") for cell in cells]
     filled = [text for text in texts if text]
     known = [text for text in filled if text == "-" or si_unit_of(text) is not None]
-    if not filled or len(known) == len(filled):
-        return bool(filled)
+    if not filled:
+        return False
+    if len(known) == len(filled):  # single capitals may be the names A, B, or V as well
+        return len(set(filled)) < len(filled) or any(not re.fullmatch("[A-Z]", text) for text in filled)
     bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in cells if cell)
     time_first = bool(texts[0]) and time_factor(texts[0]) is not None
     return bracketed or (time_first and 2 * len(known) >= len(filled) and max(map(len, filled)) <= 6)

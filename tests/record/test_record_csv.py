@@ -1,0 +1,139 @@
+"""Tables as text, as loggers and spreadsheets write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tdbsim.errors import InputError
+
+from tdbmon.record.read import read
+
+
+def _read(tmp_path: Path, text: str | bytes) -> object:
+    path = tmp_path / "table.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return read(path)
+
+
+SAME = {
+    "comma": "time,A,B\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "brackets": "time [s],A [um],B [V]\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "parentheses": "Time (ms),A (um),B (V)\n0,1.5,-2\n1,2.5,-3\n2,1e1,-4\n",
+    "unit row": "time,A,B\ns,um,V\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "bracketed unit row": "time,A,B\n[s],[um],[V]\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "semicolon and decimal comma": "Zeit;A;B\ns;µm;V\n0;1,5;-2\n0,001;2,5;-3\n0,002;1e1;-4\n",
+    "tab": "time\tA\tB\n0\t1.5\t-2\n0.001\t2.5\t-3\n0.002\t1e1\t-4",
+    "tab and decimal comma": "time\tA\tB\n0\t1,5\t-2\n0,001\t2,5\t-3\n0,002\t1e1\t-4",
+    "blanks": "  time   A    B\n  0.0   1.5   -2.0\n  0.001   2.5  -3.0\n  0.002  1e1  -4.0\n",
+    "blanks and decimal comma": "t A B\n0,0 1,5 -2,0\n0,001 2,5 -3,0\n0,002 1e1 -4,0\n",
+    "quotes": '"time","A","B"\n"0","1.5","-2"\n"0.001","2.5","-3"\n"0.002","1e1","-4"\n',
+    "quoted decimal comma": '"time","A","B"\n"0","1,5","-2"\n"0,001","2,5","-3"\n"0,002","1e1","-4"\n',
+    "comments": "# made by a logger\n# operator: nobody\ntime,A,B\n0,1.5,-2\n# a remark\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "commented header": "# time, A, B\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "preamble": "Logger X;\nSerial;17\nDate;10.03.2026\n\ntime;A;B\n0;1.5;-2\n0.001;2.5;-3\n0.002;1e1;-4\n",
+    "rate in the preamble": "Sampling rate [Hz];1000\nA;B\n1.5;-2\n2.5;-3\n1e1;-4\n",
+    "trailing separators": "time;A;B;\n0;1.5;-2;\n0.001;2.5;-3;\n0.002;1e1;-4;\n",
+    "old Mac line ends": "time,A,B\r0,1.5,-2\r0.001,2.5,-3\r0.002,1e1,-4\r",
+    "clock": "time,A,B\n09:00:00.000,1.5,-2\n09:00:00.001,2.5,-3\n09:00:00.002,1e1,-4\n",
+    "moments": "time,A,B\n2026-03-10T09:00:00.000,1.5,-2\n2026-03-10T09:00:00.001,2.5,-3\n2026-03-10T09:00:00.002,1e1,-4\n",
+    "day and clock": "Date,Time,A,B\n"
+    "10.03.2026,09:00:00.000,1.5,-2\n10.03.2026,09:00:00.001,2.5,-3\n10.03.2026,09:00:00.002,1e1,-4\n",
+    "whole numbers": "time,A,B\n0,1.5,-2\n0.001,2.5,-3\n0.002,10,-4\n",
+}
+
+
+@pytest.mark.parametrize("kind", SAME)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+def test_the_same_table_in_many_dresses(kind: str, encoding: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, SAME[kind].encode(encoding))
+    assert set(record.data_vars) == {"A", "B"}
+    scale = 1e-6 if record["A"].attrs["units"] == "m" else 1.0
+    np.testing.assert_array_equal(record["A"].values, np.array([1.5, 2.5, 10.0]) * scale)
+    np.testing.assert_array_equal(record["B"].values, [-2.0, -3.0, -4.0])
+    np.testing.assert_allclose(record["time"].values, [0.0, 0.001, 0.002], atol=1e-12)
+    stated = any(word in kind for word in ("bracket", "parenth", "unit", "semicolon"))
+    assert (record["A"].attrs["units"], record["B"].attrs["units"]) == (("m", "V") if stated else ("", ""))
+
+
+def test_two_header_rows_of_names(tmp_path: Path) -> None:
+    record = _read(
+        tmp_path, "time,NDE,NDE,DE,DE\n,A,B,A,B\n0,1,2,3,4\n0.1,1,2,3,4\n0.2,1,2,3,4\n".replace("\n,", "\ntime,")
+    )
+    assert set(record.data_vars) == {"NDE_A", "NDE_B", "DE_A", "DE_B"}
+
+
+def test_names_units_and_an_upper_row(tmp_path: Path) -> None:
+    record = _read(tmp_path, "x,left,right\ntime,A,B\ns,um,mil\n0,1,2\n0.1,1,2\n0.2,1,2\n")
+    assert record["A"].attrs["long_name"] == "left"
+    np.testing.assert_allclose(record["B"].values, 2 * 25.4e-6)
+
+
+def test_empty_cells_and_words_for_nothing_are_missing(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time,A,B\n0,1,2\n0.1,,NaN\n0.2,nan,n/a\n0.3,4,inf\n")
+    np.testing.assert_array_equal(record["A"].values, [1, np.nan, np.nan, 4])
+    np.testing.assert_array_equal(record["B"].values, [2, np.nan, np.nan, np.inf])
+
+
+def test_columns_with_their_own_times(tmp_path: Path) -> None:
+    text = "Time - A,A,Time - B,B\n" + "".join(
+        f"{k / 100},{k},{k / 10 if k < 3 else ''},{10 * k if k < 3 else ''}\n" for k in range(10)
+    )
+    record = _read(tmp_path, text)
+    assert record["A"].size == 10
+    np.testing.assert_array_equal(record["B"].values, [0, 10, 20])
+    np.testing.assert_allclose(record[record["B"].dims[0]].values, [0, 0.1, 0.2])
+
+
+def test_one_sample_is_a_record(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time,A\n0,1\n")
+    assert record["A"].values.tolist() == [1.0]
+
+
+def test_a_clock_that_passes_midnight(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time,A\n23:59:59.5,1\n00:00:00.5,2\n00:00:01.5,3\n")
+    np.testing.assert_allclose(record["time"].values, [0, 1, 2])
+
+
+def test_a_last_line_that_may_lack_digits_is_told(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 1000:.6f},{1 + k / 7:.6f}\n" for k in range(40))
+    assert "incomplete" not in _read(tmp_path, "time,A\n" + rows).attrs
+    assert "cut off" in _read(tmp_path, "time,A\n" + rows[:-3]).attrs["incomplete"]
+
+
+BAD = {
+    "no numbers": ("time,A\nzero,one\n", "without a table of numbers"),
+    "header only": ("time,A,B\n", "without a table of numbers"),
+    "blank lines": ("\n\n  \n", "empty lines only"),
+    "prose": ("The rotor fell.\nNobody measured it.\n", "without a table of numbers"),
+    "text in a number": ("time,A\n0,1\n0.1,abc\n0.2,3\n", "line 3, column 'A': 'abc' is no number"),
+    "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is no number"),
+    "short row": ("time,A,B\n0,1,2\n0.1,1\n0.2,1,2\n", "line 3 has 2 columns instead of 3"),
+    "long row": ("time,A,B\n0,1,2\n0.1,1,5,7\n0.2,1,2\n", "line 3 has 4 columns instead of 3"),
+    "cut row": ("time,A,B\n0,1,2\n0.1,1,5\n0.2,1", r"line 4 \(the last: the file was cut off\)"),
+    "short row of blanks": ("time A B\n0 1 2\n0.1 1\n0.2 1 2\n", "line 3 has 2 columns instead of 3"),
+    "no time": ("A,B\n1,2\n3,4\n", "nothing tells when the samples of 'A', 'B' were taken"),
+    "no header": ("0,1\n0.1,2\n", "nothing tells when"),
+    "backwards": ("time,A\n0,1\n0.2,2\n0.1,3\n", "runs backwards"),
+    "repeated": ("time,A\n0.000,1\n0.001,2\n0.001,3\n", "too few digits"),
+    "missing time": ("time,A\n0,1\n,2\n0.2,3\n", "the time of sample 2 is no number"),
+    "same names": ("time,A,A\n0,1,2\n1,3,4\n", "'A' occurs twice"),
+    "time only": ("time\n0\n1\n2\n", "no channel along time"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_tables_are_refused_with_their_line(kind: str, tmp_path: Path) -> None:
+    text, message = BAD[kind]
+    with pytest.raises(InputError, match=message) as caught:
+        _read(tmp_path, text)
+    assert "table.csv" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_huge_header_does_not_take_long(tmp_path: Path) -> None:
+    record = _read(tmp_path, "".join(f"# remark {k}\n" for k in range(4000)) + "time,A\n0,1\n1,2\n")
+    assert record["A"].size == 2
+    with pytest.raises(InputError, match="without a table of numbers"):
+        _read(tmp_path, "a line of words\n" * 100_000)
