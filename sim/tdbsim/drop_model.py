@@ -69,7 +69,7 @@ class Arrays(NamedTuple):
     ``square`` (n,) angular frequencies squared; ``damping`` (n,) 1/s; ``gyro`` (n, n); ``at_end`` (2, n) shapes at the
     touchdown bearings; ``weight`` (n,) modal weight along y; ``unbalance`` (2, n) modal unbalance, cosine and sine
     part; ``bow`` (2, n) modal bow, likewise; ``circulatory`` (n, n) cross-coupling, F_x = -C b, F_y = C a;
-    ``at_magnet`` (m, n), ``magnet`` (m, 6); ``spin`` (7,); ``end`` (2, 28); ``ball_cosine``, ``ball_sine``,
+    ``at_magnet`` (m, n), ``magnet`` (m, 4); ``spin`` (7,); ``end`` (2, 28); ``ball_cosine``, ``ball_sine``,
     ``ball_oversize`` (2, b); ``effect`` (3, k) numbers of the effects' hooks for the ends and the rotor.
     """
 

@@ -10,7 +10,7 @@ of the rotor), ``i`` where its own begin; where the effect is not used they are 
     ball(azimuth, ring_angle, p, i) -> m          added to the interference of a ball at a fixed azimuth
     support(x, y, p, i)            -> (N, N)      added to the force on the outer ring, deflected by x, y
     windage(omega, p, i)           -> rad/s^2     added to the rotor's angular acceleration
-    holding(seconds, p, i)         -> 1           share of the magnetic force that is left some time after the release
+    holding(seconds, p, i)         -> 1           share of the magnets' force at the release that is left later
 """
 
 from __future__ import annotations

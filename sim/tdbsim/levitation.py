@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbsim.columns import MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS, MAGNET_X, MAGNET_Y
-from tdbsim.drop_model import Array, Arrays, DropModel
+from tdbsim.columns import MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS
+from tdbsim.drop_model import Array, Arrays
 from tdbsim.errors import InputError
 
 _RIGID = 2  # modes
@@ -31,13 +31,13 @@ def synchronous_response(arrays: Arrays, omega: float) -> NDArray[np.complex128]
     return np.asarray(np.linalg.solve(matrix, omega**2 * unbalance + arrays.square * bow))
 
 
-def hold(model: DropModel, set_point: Array) -> tuple[Array, Array]:
-    """Set the magnets' steady force and set-point, and return the mean modal displacements (n,) in x and in y.
+def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
+    """Set the magnets' steady force, and return the mean modal displacements (n,) in x and in y.
 
     Parameters
     ----------
-    model : DropModel
-        Its ``arrays.magnet`` is completed in place.
+    arrays : Arrays
+        Their ``magnet`` is completed in place.
     set_point : (2, 2) array
         Mean position (x, y) of the shaft's centre at the plane of each touchdown bearing, m.
 
@@ -46,7 +46,6 @@ def hold(model: DropModel, set_point: Array) -> tuple[Array, Array]:
     InputError
         If there are fewer than two magnetic bearings, or all stand in one plane.
     """
-    arrays = model.arrays
     at, magnets = arrays.at_magnet, arrays.magnet
     if len(magnets) < 2 or np.linalg.matrix_rank(at[:, :_RIGID]) < 2:
         raise InputError("two [[magnetic_bearing]] at different positions are needed to hold the rotor before a drop")
@@ -65,5 +64,27 @@ def hold(model: DropModel, set_point: Array) -> tuple[Array, Array]:
     mean_x, mean_y = solution[:n], solution[n : 2 * n]
     magnets[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
     magnets[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]
-    magnets[:, MAGNET_X], magnets[:, MAGNET_Y] = at @ mean_x, at @ mean_y
     return mean_x, mean_y
+
+
+def add_whirl_force(arrays: Arrays, omega: float, whirl: NDArray[np.complex128]) -> None:
+    """Add to the magnets' steady force what they exert on the whirl (n,) at the instant of the release."""
+    seen = arrays.at_magnet @ whirl
+    force = -(arrays.magnet[:, MAGNET_STIFFNESS] + 1j * omega * arrays.magnet[:, MAGNET_DAMPING]) * seen
+    arrays.magnet[:, MAGNET_FX] += force.real
+    arrays.magnet[:, MAGNET_FY] += force.imag
+
+
+def check_stable(arrays: Arrays, omega: float) -> None:
+    """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
+    at, magnets = arrays.at_magnet, arrays.magnet
+    n = len(arrays.square)
+    stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at) - 1j * arrays.circulatory
+    damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at) - 1j * omega * arrays.gyro
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    growth = float(np.linalg.eigvals(state).real.max())
+    if growth > 1e-3:
+        raise InputError(
+            f"the levitated rotor is not stable at {abs(omega) / (2 * np.pi):g} Hz (it grows by {growth:.3g} a second);"
+            " give the magnetic bearings more damping, or less cross-coupled stiffness"
+        )

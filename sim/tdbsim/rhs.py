@@ -42,12 +42,8 @@ from tdbsim.columns import (
     HAS_WINDAGE,
     INERTIA,
     JOURNAL_RADIUS,
-    MAGNET_DAMPING,
     MAGNET_FX,
     MAGNET_FY,
-    MAGNET_STIFFNESS,
-    MAGNET_X,
-    MAGNET_Y,
     RING_ANGLE,
     RING_DRAG,
     RING_INERTIA,
@@ -259,30 +255,16 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
 
 @inlined
 def add_magnets(m, share, y, dy):  # type: ignore[no-untyped-def]
-    """Add a share of the magnetic bearings' force to the rates `dy`; return its power, W."""
+    """Add a share of the force at the release of the magnetic bearings to the rates `dy`; return its power, W."""
     n = len(m.square)
     nq = positions(n)
     power = 0.0
     for j in range(len(m.magnet)):
-        x = 0.0
-        yy = 0.0
-        vx = 0.0
-        vy = 0.0
+        fx = share * m.magnet[j, MAGNET_FX]
+        fy = share * m.magnet[j, MAGNET_FY]
         for k in range(n):
             shape = m.at_magnet[j, k]
-            x += shape * y[k]
-            yy += shape * y[n + k]
-            vx += shape * y[nq + k]
-            vy += shape * y[nq + n + k]
-        magnet = m.magnet[j]
-        fx = share * (
-            magnet[MAGNET_FX] - magnet[MAGNET_STIFFNESS] * (x - magnet[MAGNET_X]) - magnet[MAGNET_DAMPING] * vx
-        )
-        fy = share * (
-            magnet[MAGNET_FY] - magnet[MAGNET_STIFFNESS] * (yy - magnet[MAGNET_Y]) - magnet[MAGNET_DAMPING] * vy
-        )
-        for k in range(n):
-            dy[nq + k] += m.at_magnet[j, k] * fx
-            dy[nq + n + k] += m.at_magnet[j, k] * fy
-        power += fx * vx + fy * vy
+            dy[nq + k] += shape * fx
+            dy[nq + n + k] += shape * fy
+            power += shape * (fx * y[nq + k] + fy * y[nq + n + k])
     return power

@@ -13,7 +13,7 @@ from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
-from tdbsim.levitation import hold, synchronous_response
+from tdbsim.levitation import add_whirl_force, check_stable, hold, synchronous_response
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
 
@@ -172,8 +172,10 @@ def initial_state(model: DropModel, plan: DropPlan) -> Array:
     nq = positions.py_func(n)
     y = np.zeros(2 * nq + len(LEDGER))
     omega = model.machine.sense * 2 * math.pi * plan.speed
-    mean_x, mean_y = hold(model, np.asarray(plan.set_point, dtype=float))
+    check_stable(arrays, omega)
+    mean_x, mean_y = hold(arrays, np.asarray(plan.set_point, dtype=float))
     whirl = synchronous_response(arrays, omega) * np.exp(1j * plan.shaft_angle)
+    add_whirl_force(arrays, omega, whirl)
     y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
     push = np.linalg.solve(arrays.at_end[:, :2], np.asarray(plan.velocity, dtype=float))
     y[nq : nq + n], y[nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
@@ -202,11 +204,12 @@ def levitated_states(model: DropModel, plan: DropPlan, time: Array, start: Array
     """Return the states (k, size) at times before the release, s and negative: the steady whirl."""
     n, nq = model.n, (len(start) - 14) // 2
     omega = start[nq + 2 * n + 12]
-    mean_x, mean_y = hold(model, np.asarray(plan.set_point, dtype=float))
     angle = plan.shaft_angle + omega * time
     whirl = synchronous_response(model.arrays, omega) * np.exp(1j * angle)[:, None]
+    at_release = synchronous_response(model.arrays, omega) * np.exp(1j * plan.shaft_angle)
     states = np.tile(start, (len(time), 1))
-    states[:, :n], states[:, n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
+    states[:, :n] += (whirl - at_release).real
+    states[:, n : 2 * n] += (whirl - at_release).imag
     states[:, nq : nq + n], states[:, nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
     states[:, 2 * n + 12] = angle
     return states

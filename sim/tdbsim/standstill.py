@@ -35,27 +35,28 @@ def rest(m, end):  # type: ignore[no-untyped-def]
             found = True
             break
 
-    # inner ring on the balls, from where they press it up too much, so that Newton's method does not overshoot
+    # inner ring on the balls: the lowest place of a convex potential, by damped Newton steps that never pass the
+    # bottom of their line by much
     u, v = 0.0, -(row[HALF_CLEARANCE] + 2e-5)
     fx, fy = balls_on_ring(m, end, u, v, row[RING_ANGLE])
     seated = False
-    for _ in range(200):
+    for _ in range(500):
+        if math.hypot(fx, fy - weight) < 1e-9 * weight:
+            seated = True
+            break
         gx, gy = balls_on_ring(m, end, u + _NUDGE, v, row[RING_ANGLE])
         hx, hy = balls_on_ring(m, end, u, v + _NUDGE, row[RING_ANGLE])
         du, dv = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
-        share = min(1.0, 5e-6 / (math.hypot(du, dv) + 1e-30))
-        miss = math.hypot(fx, fy - weight)
-        for _ in range(40):
+        share = min(1.0, 5e-6 / math.hypot(du, dv))
+        descent = fx * du + (fy - weight) * dv
+        for _ in range(60):
             kx, ky = balls_on_ring(m, end, u + share * du, v + share * dv, row[RING_ANGLE])
-            if math.hypot(kx, ky - weight) < miss or miss < 1e-9 * weight:
+            if kx * du + (ky - weight) * dv >= -0.5 * abs(descent):
                 break
             share *= 0.5
         u += share * du
         v += share * dv
         fx, fy = kx, ky
-        if math.hypot(fx, fy - weight) < 1e-9 * weight:
-            seated = True
-            break
     return x + u, y + v + base, x, y + base, 0.0, base, found and seated
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
 from tdbsim.signature import contact_points, lobes
 
 if TYPE_CHECKING:
@@ -17,19 +17,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OvalClearance(Effect):
-    """Radial gap = round gap + amplitude cos(2 (azimuth - angle))."""
+    """Radial gap = round gap + amplitude cos(2 (azimuth - angle)).
+
+    With the ``radial`` law the normal force acts along the displacement, as usual in rotordynamics, and only the
+    distance of touch depends on the direction.  With the ``normal`` law it acts across the bore's surface, by 2 amplitude/gap
+    off the displacement at most; that force has a potential, the other has not.
+    """
 
     title: ClassVar = "Oval clearance"
     what: ClassVar = "The gap is not round in the fixed frame: a two-lobed seat, worn at the bottom."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The orbits' limit is an oval; in contact the force leans off the displacement."
-    slots: ClassVar = 2
+    slots: ClassVar = 3
 
     amplitude: float = parameter("um", 0.0, (-100.0, 100.0), 15.0, "how much wider the gap is along `angle`", si="m")
     angle: float = parameter("deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad")
+    law: str = choice(("radial", "normal"), "direction of the normal force")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        return self.amplitude, self.angle
+        return self.amplitude, self.angle, 1.0 if self.law == "normal" else 0.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
@@ -43,4 +49,4 @@ def gap(azimuth, heat, p, i):  # type: ignore[no-untyped-def]
         return 0.0, 0.0, 0.0
     phase = 2.0 * (azimuth - p[i + 1])
     cosine = p[i] * math.cos(phase)
-    return cosine, -2.0 * p[i] * math.sin(phase), -4.0 * cosine
+    return cosine, -2.0 * p[i + 2] * p[i] * math.sin(phase), -4.0 * p[i + 2] * cosine

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ResidualMagneticForce(Effect):
-    """The closed loop's force, spring and damper about the set-point, fades as exp(-t / decay_time)."""
+    """The force of each magnetic bearing at the release fades as exp(-t / decay_time)."""
 
     title: ClassVar = "Residual magnetic force"
     what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."

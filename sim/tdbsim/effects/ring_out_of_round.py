@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
 from tdbsim.signature import contact_points, lobes
 
 if TYPE_CHECKING:
@@ -17,20 +17,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RingOutOfRound(Effect):
-    """Radial gap = round gap + amplitude cos(order (azimuth - ring angle) - phase)."""
+    """Radial gap = round gap + amplitude cos(order (azimuth - ring angle) - phase); `law` as in `oval_clearance`."""
 
     title: ClassVar = "Ring out of round"
     what: ClassVar = "The inner ring's bore is lobed and turns with the ring."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Lines at `order` times the inner ring's speed, which follow it as it runs up."
-    slots: ClassVar = 3
+    slots: ClassVar = 4
 
     amplitude: float = parameter("um", 0.0, (0.0, 50.0), 10.0, "0-pk height of the lobes", si="m")
     order: float = parameter("1", 2.0, (1.0, 12.0), 2.0, "number of lobes", whole=True)
     phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "of the lobes in the ring at the release", si="rad")
+    law: str = choice(("radial", "normal"), "direction of the normal force")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        return self.amplitude, self.order, self.phase
+        return self.amplitude, self.order, self.phase, 1.0 if self.law == "normal" else 0.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
@@ -44,4 +45,4 @@ def bore(azimuth, p, i):  # type: ignore[no-untyped-def]
         return 0.0, 0.0, 0.0
     phase = p[i + 1] * azimuth - p[i + 2]
     cosine = p[i] * math.cos(phase)
-    return cosine, -p[i + 1] * p[i] * math.sin(phase), -p[i + 1] ** 2 * cosine
+    return cosine, -p[i + 3] * p[i + 1] * p[i] * math.sin(phase), -p[i + 3] * p[i + 1] ** 2 * cosine
