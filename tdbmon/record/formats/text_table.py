@@ -123,7 +123,8 @@ def _with_header(lines: list[str], first: int, separator: str, decimal: str, wid
             cells = re.split(r"\s{2,}|\t|[;,]\s*", line.strip())  # names with a single blank in them
         while len(cells) > width and not cells[-1]:
             cells.pop()
-        if len(cells) != width or not any(cells) or any(re.fullmatch(_NUMBER.format("[.,]"), cell) for cell in cells):
+        numbers = any(re.fullmatch(_NUMBER.format("[.,]"), cell) for cell in cells)
+        if len(cells) != width or not any(cells) or (numbers and not _is_unit_row(cells)):  # "1" is a unit as well
             break
         rows.insert(0, cells)
         at -= 1
