@@ -29,7 +29,8 @@ class TDMS:
     def read(self, path: Path) -> Content:
         nptdms = library("nptdms", "tdms", path, self.name)
         nptdms.log.log_manager.set_level(logging.CRITICAL)
-        with nptdms.TdmsFile.open(path) as file:
+        # opened here, since the library leaves a file open that it cannot read
+        with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
             samples = sum(len(channel) for group in file.groups() for channel in group.channels())
             check_size(samples, path, compressed=False)  # of one byte at least
             cut = file.file_status.incomplete_final_segment

@@ -1,0 +1,126 @@
+"""Channels of a file become the machine's probes, speed and keyphasor; nothing is guessed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from record_machine import machine, with_probe
+from tdbsim.errors import InputError
+
+from tdbmon.record.assign import assign
+
+NAMES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
+
+
+def _record(**units: str) -> xr.Dataset:
+    """Return a record of ten samples: every channel counts from 0, in the unit asked for."""
+    units = {**dict.fromkeys(NAMES, "m"), "speed": "Hz", "keyphasor": "1", **units}
+    ds = xr.Dataset({name: ("time", np.arange(10.0)) for name in units}, coords={"time": np.arange(10) / 1000})
+    for name, unit in units.items():
+        ds[name].attrs = {"units": unit, "source_units": unit}
+    ds.attrs["source_file"] = "drop.nc"
+    return ds
+
+
+def test_a_complete_record_is_taken_as_it_is() -> None:
+    out = assign(_record(temperature="degC"), machine())
+    assert list(out.data_vars) == [*NAMES, "speed", "keyphasor"]
+    assert out.attrs["missing"] == []
+    assert out.attrs["unused"] == ["temperature"]
+    np.testing.assert_array_equal(out["NDE_A"].values, np.arange(10.0))
+
+
+def test_what_the_file_lacks_is_listed_and_not_invented() -> None:
+    out = assign(_record().drop_vars(["DE_B", "keyphasor"]), machine())
+    assert out.attrs["missing"] == ["DE_B", "keyphasor"]
+    assert "DE_B" not in out
+
+
+def test_the_channels_table_may_swap_names() -> None:
+    ds = _record()
+    ds["NDE_A"] = ds["NDE_A"] + 100.0
+    ds["NDE_A"].attrs = {"units": "m"}
+    out = assign(ds, machine(channels={"NDE_A": "NDE_B", "NDE_B": "NDE_A"}))
+    assert out["NDE_A"].values[0] == 0.0
+    assert out["NDE_B"].values[0] == 100.0
+
+
+@pytest.mark.parametrize("unit", ["V", "1", ""])
+def test_volts_become_displacement(unit: str) -> None:
+    ds = _record(NDE_A=unit)
+    ds["NDE_A"].attrs["full_scale"] = [-10.0, 10.0]
+    out = assign(ds, with_probe("NDE_A", sensitivity="-8 mV/um", offset="-9 V"))
+    np.testing.assert_allclose(out["NDE_A"].values, (np.arange(10.0) + 9.0) / -8000.0, rtol=1e-14)
+    np.testing.assert_allclose(out["NDE_A"].attrs["full_scale"], [-19.0 / 8000, 1.0 / 8000], rtol=1e-14)
+    assert out["NDE_A"].attrs["units"] == "m"
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [
+        ("V", "is in V; give probe 'NDE_A' its sensitivity"),
+        ("1", "has no unit"),
+        ("", "has no unit"),
+        ("Hz", r"is a speed or frequency \(Hz\)"),
+        ("m/s^2", "is an acceleration"),
+        ("um pp", "is a pk-pk amplitude"),
+        ("furlongs", "in 'furlongs', where a displacement"),
+    ],
+)
+def test_a_displacement_in_a_wrong_unit_is_refused(unit: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        assign(_record(NDE_A=unit), machine())
+    assert str(caught.value).startswith("drop.nc: channel 'NDE_A'")
+
+
+@pytest.mark.parametrize(
+    ("signal", "unit", "factor"),
+    [
+        ({"channel": "speed"}, "Hz", 1.0),
+        ({"channel": "speed", "unit": "rpm"}, "", 1 / 60),
+        ({"channel": "speed", "unit": "rpm"}, "1", 1 / 60),
+        ({"channel": "speed", "unit": "rad/s"}, "", 1 / (2 * np.pi)),
+        ({"channel": "speed", "sensitivity": "20 mV s"}, "V", 50.0),
+        ({"channel": "speed", "unit": "mV", "sensitivity": "20 mV s"}, "", 0.05),
+    ],
+)
+def test_speed_in_many_units(signal: dict[str, str], unit: str, factor: float) -> None:
+    out = assign(_record(speed=unit), machine(speed=signal))
+    np.testing.assert_allclose(out["speed"].values, np.arange(10.0) * factor, rtol=1e-14)
+    assert out["speed"].attrs["units"] == "Hz"
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"), [("V", r"\[speed\] sensitivity"), ("", r"\[speed\] unit"), ("m", "is a displacement")]
+)
+def test_a_speed_that_cannot_be_turned_into_hz_is_refused(unit: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        assign(_record(speed=unit), machine())
+
+
+def test_no_channel_at_all_lists_the_file_and_the_cure() -> None:
+    ds = _record()[["NDE_A", "speed"]].rename(NDE_A="NDE-A", speed="temperature")
+    with pytest.raises(InputError) as caught:
+        assign(ds, machine())
+    message = str(caught.value)
+    assert "'NDE-A', 'temperature'" in message
+    assert "('NDE_A' expected; did you mean 'NDE-A'?)" in message
+    assert "[channels]" in message
+
+
+def test_one_channel_cannot_be_two_probes() -> None:
+    with pytest.raises(InputError, match="'NDE_A' and 'NDE_B' both ask for channel 'NDE_B'"):
+        assign(_record(), machine(channels={"NDE_A": "NDE_B"}))
+
+
+def test_the_probes_time_base_becomes_time() -> None:
+    ds = xr.Dataset(coords={"time": np.arange(5) / 10, "time_2": np.arange(50) / 100})
+    ds["temperature"] = ("time", np.zeros(5))
+    for name in NAMES:
+        ds[name] = ("time_2", np.zeros(50), {"units": "m"})
+    ds["speed"] = ("time", np.zeros(5), {"units": "Hz"})
+    out = assign(ds, machine())
+    assert out["NDE_A"].dims == ("time",)
+    assert out["speed"].dims == ("time_2",)
+    assert out.sizes == {"time": 50, "time_2": 5}

@@ -1,0 +1,175 @@
+"""Keyphasor pulses against shaft angles known in closed form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from record_machine import machine
+from tdbsim.errors import InputError
+
+from tdbmon.record.assign import assign
+from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle, speed
+from tdbmon.record.read import read
+
+DATASETS = Path(__file__).parents[2] / "datasets"
+RATE = 10_000.0
+DECAY = 14.0
+
+
+def _turns(time: np.ndarray, hz: float) -> np.ndarray:
+    """Return revolutions of a shaft whose speed decays exponentially; the first mark passes within a revolution."""
+    return hz * DECAY * (1 - np.exp(-time / DECAY)) - 0.25
+
+
+def _record(signal: np.ndarray, time: np.ndarray) -> xr.Dataset:
+    ds = xr.Dataset({"keyphasor": ("time", signal)}, coords={"time": time})
+    ds.attrs["source_file"] = "drop.nc"
+    return ds
+
+
+def _digital(hz: float, seconds: float, width: float = 0.03) -> tuple[np.ndarray, np.ndarray]:
+    time = np.arange(int(seconds * RATE)) / RATE
+    return time, (_turns(time, hz) % 1.0 < width).astype(float)
+
+
+def _true_pulses(hz: float, seconds: float) -> np.ndarray:
+    count = int(np.floor(_turns(np.array(seconds - 1 / RATE), hz)))
+    return -DECAY * np.log(1 - (np.arange(count + 1) + 0.25) / (hz * DECAY))
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(20, 300), st.floats(1.0, 4.0))
+def test_digital_pulses_are_found_within_half_a_sample(hz: float, seconds: float) -> None:
+    time, signal = _digital(hz, seconds, 0.1)
+    found = pulses(_record(signal, time), machine())
+    truth = _true_pulses(hz, seconds)
+    assert (found.missed, found.extra) == (0, 0)
+    assert abs(found.times.size - truth.size) <= 1  # the last one may lie within the last interval
+    n = min(found.times.size, truth.size)
+    assert np.abs(found.times[:n] - truth[:n]).max() <= 0.5001 / RATE
+    assert found.sigma == pytest.approx(1 / RATE / np.sqrt(12))
+
+
+def test_the_stated_scatter_of_speed_is_the_true_one() -> None:
+    time, signal = _digital(147.3, 20.0, 0.1)
+    at, hz, sigma = speed(pulses(_record(signal, time), machine()))
+    truth = 147.3 * np.exp(-at / DECAY)
+    normalised = (hz - truth) / sigma
+    assert np.mean(normalised) == pytest.approx(0.0, abs=0.1)
+    assert np.std(normalised) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("edge", ["rising", "falling"])
+@pytest.mark.parametrize("polarity", [1.0, -1.0])
+def test_analogue_pulses_are_found_below_the_sample(edge: str, polarity: float) -> None:
+    hz, seconds = 80.0, 3.0
+    time = np.arange(int(seconds * RATE)) / RATE
+    phase = (_turns(time, hz) + 0.5) % 1.0 - 0.5
+    # ramps of 5 % of a revolution about the edges at -/+ a tenth of a revolution
+    level = np.clip(0.5 - (np.abs(phase) - 0.1) / 0.05, 0, 1)
+    signal = polarity * (5.0 * level - 12.0) + np.random.default_rng(3).normal(0, 0.01, time.size)
+    found = pulses(_record(signal, time), machine(keyphasor={"channel": "keyphasor", "edge": edge}))
+    at = _turns(found.times, hz) % 1.0
+    expected = 0.9 if (edge == "rising") == (polarity > 0) else 0.1
+    errors = (at - expected) / (hz * np.exp(-found.times / DECAY))
+    # noise over slope; a straight line between two samples takes shares s and 1 - s of theirs: 2/3 of the variance
+    predicted = 0.01 / (5.0 / (0.05 / hz)) * np.sqrt(2 / 3)
+    assert np.std(errors) == pytest.approx(predicted, rel=0.2)
+    assert np.abs(np.mean(errors)) < predicted / 2
+    assert found.sigma == pytest.approx(predicted, rel=0.35)
+
+
+def test_the_shaft_angle_is_continuous_and_right() -> None:
+    time, signal = _digital(100.0, 30.0)
+    there = machine(keyphasor={"channel": "keyphasor", "angle": "30 deg"})
+    angle = shaft_angle(pulses(_record(signal, time), there), time, there)
+    inside = np.isfinite(angle)
+    truth = _true_pulses(100.0, 30.0)
+    assert np.all(np.isnan(angle[time < truth[0] - 1 / RATE]))
+    assert np.all(np.isnan(angle[time > truth[-1] + 1 / RATE]))
+    assert np.all(np.diff(angle[inside]) > 0)
+    error = angle[inside] - (np.radians(30.0) + 2 * np.pi * _turns(time[inside], 100.0))
+    assert np.abs(error).max() < 2 * np.pi * 100.0 * 1.0 / RATE  # one sample at the highest speed
+
+
+def test_a_clockwise_rotor_turns_backwards() -> None:
+    time, signal = _digital(100.0, 1.0)
+    there = machine(rotation="cw")
+    angle = shaft_angle(pulses(_record(signal, time), there), time, there)
+    assert np.all(np.diff(angle[np.isfinite(angle)]) < 0)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.sets(st.integers(3, 90), min_size=1, max_size=5), st.randoms(use_true_random=False))
+def test_missed_pulses_are_counted_and_bridged(lost: set[int], _: object) -> None:
+    time, signal = _digital(100.0, 1.0, 0.05)
+    whole = pulses(_record(signal, time), machine())
+    turn = np.floor(_turns(time, 100.0)).astype(int)
+    found = pulses(_record(np.where(np.isin(turn, list(lost)), 0.0, signal), time), machine())
+    assert found.missed == len(lost)
+    assert found.turns[-1] == whole.turns[-1]
+    np.testing.assert_array_equal(np.isin(whole.times, found.times), ~np.isin(whole.turns, list(lost)))
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.lists(
+        st.tuples(st.integers(3, 90), st.floats(0.12, 0.85)), min_size=1, max_size=4, unique_by=lambda x: x[0] // 4
+    )
+)
+def test_surplus_pulses_are_dropped(added: list[tuple[int, float]]) -> None:
+    time, signal = _digital(100.0, 1.0, 0.05)
+    whole = pulses(_record(signal, time), machine())
+    position = _turns(time, 100.0)
+    for turn, share in added:
+        signal = np.where(np.abs(position - turn - share) < 0.015, 1.0, signal)
+    found = pulses(_record(signal, time), machine())
+    assert found.extra == len(added)
+    assert found.missed == 0
+    np.testing.assert_array_equal(found.times, whole.times)
+
+
+def test_a_whole_coastdown_to_rest() -> None:
+    there = machine()
+    ds = assign(read(DATASETS / "coastdown" / "drop_100.nc"), there)
+    found = pulses(ds, there)
+    assert (found.missed, found.extra) == (0, 0)
+    at, hz, sigma = speed(found)
+    assert np.all(np.diff(found.turns) == 1)
+    measured = np.interp(at, ds["time"].values, ds["speed"].values)
+    early = hz > 5.0  # there the speed hardly changes within a revolution
+    noise = np.std(np.diff(ds["speed"].values[-1000:])) / np.sqrt(2)
+    normalised = (hz - measured)[early] / np.hypot(sigma[early], noise)
+    assert np.abs(np.mean(normalised)) < 0.2
+    assert 0.7 < np.std(normalised) < 1.3
+
+
+@pytest.mark.parametrize(
+    "signal", [np.zeros(100), np.full(100, np.nan), np.empty(0), np.array([1.0]), np.r_[np.zeros(50), np.ones(50)]]
+)
+def test_signals_without_pulses_are_no_error(signal: np.ndarray) -> None:
+    found = pulses(_record(signal, np.arange(signal.size) / RATE), machine())
+    assert found.times.size <= 1
+    assert "pulse" in found.quality
+    assert all(part.size == 0 for part in speed(found))
+    assert np.all(np.isnan(shaft_angle(found, np.arange(5) / RATE, machine())))
+
+
+def test_missing_samples_are_passed_over() -> None:
+    time, signal = _digital(100.0, 1.0)
+    holes = np.where(np.random.default_rng(1).random(time.size) < 0.01, np.nan, signal)
+    found = pulses(_record(holes, time), machine())
+    assert isinstance(found, Pulses)
+    assert (found.missed, found.extra) == (0, 0)
+    assert np.abs(found.times - pulses(_record(signal, time), machine()).times).max() < 2.5 / RATE
+
+
+def test_no_keyphasor_is_told() -> None:
+    ds = xr.Dataset({"NDE_A": ("time", np.zeros(5))}, coords={"time": np.arange(5.0)})
+    with pytest.raises(InputError, match="no keyphasor"):
+        pulses(ds, machine())
