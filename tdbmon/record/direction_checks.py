@@ -18,7 +18,8 @@ def _motion(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.
         if ds[one.name].dims != ds[other.name].dims or abs(np.sin(one.angle - other.angle)) < 0.17:
             continue
         axes = np.array([[np.cos(p.angle), np.sin(p.angle)] for p in (one, other)])
-        x, y = np.linalg.solve(axes, np.stack((ds[one.name].values, ds[other.name].values)))
+        readings = np.stack((ds[one.name].values, ds[other.name].values))
+        x, y = np.linalg.solve(axes, np.where(np.isfinite(readings), readings, np.nan))
         return ds[ds[one.name].dims[0]].values, x + 1j * y
     return None
 

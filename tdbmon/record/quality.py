@@ -136,7 +136,7 @@ def _sampling(ds: xr.Dataset, dimension: str) -> Check:
     if len(gaps):
         at = time[gaps.first[0]]
         faulty.append(
-            f"{lost.size} gaps in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.4g} s:"
+            f"{lost.size} gaps in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.5g} s:"
             " analyse the stretches apart, or export again without gaps"
         )
     if jitter > _UNEVEN * interval:

@@ -1,0 +1,231 @@
+"""Every fault that is put into a sound synthetic record is found, and nothing in a sound one."""
+
+from __future__ import annotations
+
+import time as clock
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from record_machine import machine, with_probe
+from tdbsim.machine import Machine
+
+from tdbmon.record.assign import assign
+from tdbmon.record.quality import Check, check, repair_gaps, usable
+from tdbmon.record.read import read
+
+DATASETS = Path(__file__).parents[2] / "datasets"
+SHORT = sorted((DATASETS / "short").glob("*.nc"))
+
+
+@pytest.fixture(scope="module")
+def sound() -> xr.Dataset:
+    return assign(read(DATASETS / "short" / "drop_100.nc"), machine())
+
+
+def _changed(ds: xr.Dataset, name: str, values: np.ndarray, **attrs: object) -> xr.Dataset:
+    out = ds.copy()
+    out[name] = (ds[name].dims, values, {**ds[name].attrs, **attrs})
+    return out
+
+
+def _failed(ds: xr.Dataset, where: Machine | None = None) -> dict[tuple[str, str], str]:
+    return {(found.check, found.channel): found.detail for found in check(ds, where or machine()) if not found.passed}
+
+
+@pytest.mark.parametrize("path", [*SHORT, *sorted((DATASETS / "coastdown").glob("*.nc"))], ids=lambda path: path.stem)
+def test_sound_records_pass(path: Path) -> None:
+    ds = assign(read(path), machine())
+    found = check(ds, machine())
+    assert [entry for entry in found if not entry.passed] == []
+    assert {
+        "sampling",
+        "nan",
+        "dead",
+        "unit",
+        "clipping",
+        "dropout",
+        "range",
+        "jumps",
+        "identical",
+        "keyphasor",
+        "speed",
+    } <= {entry.check for entry in found}
+    assert usable(ds, machine(), found) == ("NDE_A", "NDE_B", "DE_A", "DE_B")
+
+
+def test_a_dead_probe(sound: xr.Dataset) -> None:
+    still = 1e-7 * np.random.default_rng(1).standard_normal(sound["DE_A"].size)
+    ds = _changed(sound, "DE_A", still)
+    failed = _failed(ds)
+    assert "in a gap of 250 um" in failed["dead", "DE_A"]
+    assert usable(ds, machine(), check(ds, machine())) == ("NDE_A", "NDE_B", "DE_B")
+
+
+@pytest.mark.parametrize("value", [np.nan, 3.0])
+def test_a_constant_or_empty_probe(value: float, sound: xr.Dataset) -> None:
+    ds = _changed(sound, "NDE_B", np.full(sound["NDE_B"].size, value))
+    assert ("dead", "NDE_B") in _failed(ds)
+    assert "NDE_B" not in usable(ds, machine(), check(ds, machine()))
+
+
+@pytest.mark.parametrize("factor", [1000.0, 1e-3, 25.4, 1 / 25.4, 1e6])
+def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
+    ds = _changed(sound, "NDE_A", sound["NDE_A"].values * factor)
+    failed = _failed(ds)
+    assert f"a factor {factor:g} " in failed["unit", "NDE_A"]
+    assert ("range", "NDE_A") not in failed  # said once
+    assert "NDE_A" not in usable(ds, machine(), check(ds, machine()))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_clipping_at_a_limit_that_no_one_states(side: int, sound: xr.Dataset) -> None:
+    values = side * sound["NDE_B"].values
+    limit = np.quantile(values, 0.995)
+    ds = _changed(sound, "NDE_B", side * np.minimum(values, limit))
+    assert "flat tops" in _failed(ds)["clipping", "NDE_B"]
+
+
+def test_clipping_at_full_scale(sound: xr.Dataset) -> None:
+    values = np.maximum(sound["DE_B"].values, -200e-6)
+    ds = _changed(sound, "DE_B", values, full_scale=[-200e-6, 200e-6])
+    assert "-200 um" in _failed(ds)["clipping", "DE_B"]
+
+
+def test_missing_samples(sound: xr.Dataset) -> None:
+    values = sound["DE_A"].values.copy()
+    values[100:103] = np.nan
+    values[5000] = np.inf
+    ds = _changed(sound, "DE_A", values)
+    assert "4 samples" in _failed(ds)["nan", "DE_A"]
+    assert "2 runs, the longest 3 samples, between 0.005 s and 0.25 s" in _failed(ds)["nan", "DE_A"]
+    assert "DE_A" in usable(ds, machine(), check(ds, machine()))
+    values[: values.size // 2 + 10] = np.nan
+    ds = _changed(sound, "DE_A", values)
+    assert "DE_A" not in usable(ds, machine(), check(ds, machine()))
+
+
+def test_a_frozen_stretch(sound: xr.Dataset) -> None:
+    values = sound["NDE_A"].values.copy()
+    values[4000:4060] = values[3999]
+    assert "61 samples" in _failed(_changed(sound, "NDE_A", values))["dropout", "NDE_A"]
+
+
+@pytest.mark.parametrize("size", [80e-6, -200e-6])
+def test_a_step_and_a_spike(size: float, sound: xr.Dataset) -> None:
+    n = sound["NDE_A"].size
+    stepped = _changed(sound, "NDE_A", sound["NDE_A"].values + size * (np.arange(n) >= 7000))
+    assert "1 steps" in _failed(stepped)["jumps", "NDE_A"]
+    assert "0.35 s" in _failed(stepped)["jumps", "NDE_A"]
+    spiked = _changed(sound, "NDE_A", sound["NDE_A"].values + size * (np.arange(n) == 7000))
+    assert "1 spikes" in _failed(spiked)["jumps", "NDE_A"]
+
+
+def test_the_range_of_the_probe(sound: xr.Dataset) -> None:
+    where = with_probe("NDE_A", range=["-100 um", "100 um"])
+    assert "the probe's range (-100 um to 100 um)" in _failed(sound, where)["range", "NDE_A"]
+    far = _changed(sound, "NDE_A", sound["NDE_A"].values + 2e-3)
+    assert "3 radial gaps" in _failed(far)["range", "NDE_A"]
+
+
+def test_identical_channels(sound: xr.Dataset) -> None:
+    ds = _changed(sound, "DE_B", sound["DE_A"].values)
+    failed = _failed(ds)
+    assert ("identical", "DE_A") in failed
+    assert ("identical", "DE_B") in failed
+    assert usable(ds, machine(), check(ds, machine())) == ("NDE_A", "NDE_B")
+
+
+def test_an_inverted_probe_lets_the_rotor_fall_sideways(sound: xr.Dataset) -> None:
+    assert ("fall", "NDE") in _failed(_changed(sound, "NDE_A", -sound["NDE_A"].values))
+
+
+def test_swapped_probes_whirl_backward(sound: xr.Dataset) -> None:
+    ds = _changed(sound, "NDE_A", sound["NDE_B"].values)
+    ds = _changed(ds, "NDE_B", sound["NDE_A"].values)
+    assert "backward" in _failed(ds)["whirl", "NDE"]
+    assert ("whirl", "NDE") in _failed(sound, machine(rotation="cw"))
+
+
+def test_missing_channels_say_what_follows(sound: xr.Dataset) -> None:
+    raw = read(DATASETS / "short" / "drop_100.nc").rename(DE_B="other").drop_vars(["keyphasor", "speed"])
+    failed = _failed(assign(raw, machine()))
+    assert "end DE has 1 of two directions" in failed["present", "DE_B"]
+    assert "not used of the file: other" in failed["present", "DE_B"]
+    assert "no shaft angle" in failed["present", "keyphasor"]
+    assert "nothing can be said about the speed" in failed["present", "speed"]
+
+
+def test_gaps_jitter_and_a_slow_clock(sound: xr.Dataset) -> None:
+    gap = sound.isel(time=np.r_[0:3000, 3100:10000])
+    assert "1 gaps in time, the longest 5.05 ms, the first at 0.14995 s" in _failed(gap)["sampling", "time"]
+    uneven = sound.assign_coords(
+        time=sound["time"].values + 2e-6 * np.random.default_rng(4).standard_normal(sound["time"].size)
+    )
+    assert "intervals vary by" in _failed(uneven)["sampling", "time"]
+    assert "record at 2 kHz or more" in _failed(sound.isel(time=slice(None, None, 20)))["sampling", "time"]
+    assert ("sampling", "time") in _failed(sound.isel(time=slice(0, 1)))
+
+
+def test_pulses_that_are_missed_or_absent(sound: xr.Dataset) -> None:
+    values = sound["keyphasor"].values.copy()
+    values[3000:3200] = 0.0
+    assert "1 missed" in _failed(_changed(sound, "keyphasor", values))["keyphasor", "keyphasor"]
+    none = _failed(_changed(sound, "keyphasor", np.zeros(values.size)))
+    assert "no shaft angle" in none["keyphasor", "keyphasor"]
+    assert ("dead", "keyphasor") in none
+
+
+@pytest.mark.parametrize(
+    ("factor", "word"), [(60.0, "rpm written as Hz"), (2 * np.pi, "rad/s written as Hz"), (2.0, "two pulses")]
+)
+def test_a_speed_in_the_wrong_unit(factor: float, word: str, sound: xr.Dataset) -> None:
+    assert word in _failed(_changed(sound, "speed", sound["speed"].values * factor))["speed", "speed"]
+
+
+def test_a_speed_in_rpm_without_a_keyphasor(sound: xr.Dataset) -> None:
+    ds = _changed(sound, "speed", sound["speed"].values * 60).drop_vars("keyphasor")
+    assert "rpm written as Hz" in _failed(ds)["speed", "speed"]
+
+
+def test_a_record_that_was_cut_off_says_so(sound: xr.Dataset) -> None:
+    ds = sound.copy()
+    ds.attrs["incomplete"] = "the logger was cut off"
+    assert _failed(ds)["complete", ""].startswith("the logger was cut off")
+
+
+def test_short_gaps_are_bridged_and_long_ones_left(sound: xr.Dataset) -> None:
+    random = np.random.default_rng(5)
+    values = sound["NDE_A"].values.copy()
+    starts = 300 + 400 * np.arange(20)
+    for start in starts:
+        values[start : start + int(random.integers(1, 6))] = np.nan
+    values[9000:9006] = np.nan
+    values[:3] = np.nan
+    out = repair_gaps(_changed(sound, "NDE_A", values))
+    left = np.flatnonzero(np.isnan(out["NDE_A"].values))
+    assert left.tolist() == [0, 1, 2, *range(9000, 9006)]
+    assert out["NDE_A"].attrs["nan_left"] == 9
+    assert out["NDE_A"].attrs["repaired"] == np.isnan(values).sum() - 9
+    kept = np.isfinite(values)
+    np.testing.assert_array_equal(out["NDE_A"].values[kept], sound["NDE_A"].values[kept])
+    bridged = np.isnan(values) & np.isfinite(out["NDE_A"].values)
+    # the bound of the docstring, at 20 kHz and 1000 m/s2, and four standard deviations of noise
+    noise = np.std(np.diff(sound["NDE_A"].values[:500]))
+    assert np.abs((out["NDE_A"].values - sound["NDE_A"].values)[bridged]).max() < 1000 * (6 / 20e3) ** 2 / 8 + 4 * noise
+    assert "repaired" not in out["NDE_B"].attrs
+
+
+def test_empty_and_tiny_records_end_in_checks_not_in_errors(sound: xr.Dataset) -> None:
+    for n in (1, 2, 3, 12, 60):
+        found = check(sound.isel(time=slice(0, n)), machine())
+        assert all(isinstance(entry, Check) for entry in found)
+        assert any(not entry.passed for entry in found)
+
+
+def test_the_checks_of_a_whole_coastdown_take_less_than_a_second() -> None:
+    ds = assign(read(DATASETS / "coastdown" / "drop_150.nc"), machine())
+    began = clock.process_time()
+    check(ds, machine())
+    assert clock.process_time() - began < 1.0  # 0.3 s were measured
