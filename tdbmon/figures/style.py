@@ -114,7 +114,7 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
     ax.set_xlim(left, right)
 
 
-def legend_below(figure: Figure, columns: int = 4) -> None:
+def legend_below(figure: Figure, columns: int = 3) -> None:
     """One legend for the whole figure, below its axes; equal labels count once."""
     found: dict[str, Any] = {}
     for ax in figure.axes:

@@ -6,9 +6,9 @@ from tdbmon import __version__
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Document
-from tdbmon.report.sections import gap, limits, quality, release, source, summary
+from tdbmon.report.sections import contact, gap, limits, orbit, quality, release, rundown, source, summary
 
-_SECTIONS = (summary, quality, release, gap, limits, source)
+_SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, limits, source)
 
 
 def build_report(analysis: Analysis, note: str = "") -> Document:

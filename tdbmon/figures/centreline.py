@@ -1,0 +1,104 @@
+"""The shaft centreline: the mean position, from levitation through the run-down to rest, in the clearance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from tdbmon.figures.style import BLACK, GREEN, GREY, UM, centre_of, new_figure, said, say, seen_ends, styled
+
+if TYPE_CHECKING:
+    from matplotlib.collections import PathCollection
+
+    from tdbmon.analysis.result import Analysis
+
+_WINDOW_S = 0.2
+_POINTS = 400
+
+
+@styled
+def centreline(analysis: Analysis) -> Figure:
+    """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below."""
+    ends = seen_ends(analysis)
+    figure = new_figure(135, said(analysis, f"mean over {_WINDOW_S:g} s"))
+    axes = figure.subplots(2, len(ends), squeeze=False)
+    shown = None
+    for column, end in enumerate(ends):
+        shown = _end(axes[:, column], analysis, end) or shown
+    if shown is not None:
+        by_speed = len(analysis.speed_time) > 3
+        figure.colorbar(shown, ax=axes, label="speed [Hz]" if by_speed else "time [s]", shrink=0.7, aspect=30)
+    return figure
+
+
+def _end(axes: np.ndarray, analysis: Analysis, end: str) -> PathCollection | None:
+    whole, near = axes
+    for ax, title in ((whole, "clearance"), (near, "from settling on, magnified")):
+        ax.set_title(f"{end}: {title}")
+        ax.set_xlabel("x (right) [µm]")
+        ax.set_ylabel("y (up) [µm]")
+        ax.set_aspect("equal", adjustable="box")
+    centre = centre_of(analysis, end) * UM
+    gap = analysis.ends[end].gap
+    time, mean = _means(analysis, end)
+    if gap is None or gap.radius.value is None or len(time) < 2:
+        say(whole, "the shaft does not settle:\nno clearance circle")
+        say(near, "the shaft does not settle")
+        return None
+    radius = gap.radius.value * UM
+    settled = time - _WINDOW_S / 2 >= gap.settled_from
+    for ax in (whole, near):
+        ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9))
+    whole.set_xlim(centre[0] - 1.15 * radius, centre[0] + 1.15 * radius)
+    whole.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
+    whole.plot(*centre, "+", color=BLACK, markersize=7)
+    colour = _colour(analysis, time)
+    shown = _scatter(whole, mean, colour)
+    if analysis.release is not None and end in analysis.release.levitated:
+        x, y = analysis.release.levitated[end]
+        whole.plot(x * UM, y * UM, "D", color=GREEN, markersize=4)
+        whole.annotate("levitated", (x * UM, y * UM), xytext=(4, 4), textcoords="offset points", color=GREEN, fontsize=7)
+    if settled.sum() < 2:
+        say(near, "too short to show a course")
+        return shown
+    _scatter(near, mean[settled], colour[settled], shown)
+    low, high = mean[settled].min(axis=0), mean[settled].max(axis=0)
+    middle, reach = (low + high) / 2, 0.65 * float(max(high - low)) + 0.2
+    near.set_xlim(middle[0] - reach, middle[0] + reach)
+    near.set_ylim(middle[1] - reach, middle[1] + reach)
+    near.annotate("clearance circle: black", (0.02, 0.03), xycoords="axes fraction", fontsize=6.5, color=GREY)
+    return shown
+
+
+def _scatter(ax: Axes, mean: np.ndarray, colour: np.ndarray, like: PathCollection | None = None) -> PathCollection:
+    norm = None if like is None else like.norm
+    return ax.scatter(*mean.T, c=colour, norm=norm, cmap="viridis", s=6, linewidths=0, rasterized=True, zorder=3)
+
+
+def _means(analysis: Analysis, end: str) -> tuple[np.ndarray, np.ndarray]:
+    """Middle times (n,) and mean positions (n, 2) in µm of successive windows after the release."""
+    planes = analysis.planes
+    if planes is None:
+        return np.empty(0), np.empty((0, 2))
+    time = planes.time.to_numpy()
+    xy = planes.displacement.sel(end=end).to_numpy() * UM
+    start = 0 if analysis.release is None or analysis.release.time.value is None else int(np.searchsorted(time, analysis.release.time.value))
+    size = max(1, int(_WINDOW_S * planes.attrs["sampling_hz"]))
+    count = (len(time) - start) // size
+    if count < 2:
+        return np.empty(0), np.empty((0, 2))
+    span = slice(start, start + count * size)
+    mean = np.nanmean(xy[:, span].reshape(2, count, size), axis=2).T
+    middle = time[span].reshape(count, size).mean(axis=1)
+    thin = max(1, count // _POINTS)
+    return middle[::thin], mean[::thin]
+
+
+def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:
+    if len(analysis.speed_time) > 3:
+        return np.interp(time, analysis.speed_time, analysis.speed_hz)
+    return time

@@ -1,0 +1,126 @@
+"""The first contact of each end, seen along its own direction, with everything that is read off it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    UM,
+    VERMILION,
+    centre_of,
+    legend_below,
+    new_figure,
+    released,
+    said,
+    say,
+    seen_ends,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.contacts import FirstContact
+    from tdbmon.analysis.result import Analysis
+
+_AFTER_S = 0.008  # shown after the lift-off
+
+
+@styled
+def first_contact(analysis: Analysis) -> Figure:
+    """Draw displacement along the first contact's direction against time, an end a panel."""
+    ends = seen_ends(analysis)
+    figure = new_figure(92, said(analysis))
+    axes = figure.subplots(1, len(ends), squeeze=False)[0]
+    for ax, end in zip(axes, ends, strict=True):
+        _panel(ax, analysis, end)
+    legend_below(figure)
+    return figure
+
+
+def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
+    result = analysis.ends[end]
+    release = released(analysis)
+    ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
+    ax.set_ylabel("outward from the clearance centre [µm 0-pk]")
+    first = result.contacts.first if result.contacts is not None else None
+    if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
+        ax.set_title(f"{end}: no first contact")
+        say(ax, "no first contact was found")
+        return
+    ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
+    origin = 0.0 if release is None else release
+    direction = np.array([np.cos(first.direction), np.sin(first.direction)])
+    planes = analysis.planes
+    if planes is None:
+        return
+    time = planes.time.to_numpy()
+    stop = first.touch.value + (first.duration.value or 0.01) + _AFTER_S
+    inside = slice(*np.searchsorted(time, [max(time[0], (release or first.touch.value - 0.008) - 0.002), stop]))
+    t = time[inside]
+    along = (planes.displacement.sel(end=end).to_numpy()[:, inside].T - centre_of(analysis, end)) @ direction
+    ax.plot((t - origin) * 1e3, along * UM, ".-", color=BLUE, markersize=1.8, linewidth=0.5, label="measured")
+    rest = result.gap.radius.value
+    clearance = analysis.machine.bearing(end).balls.diametral_clearance.nominal
+    touching = rest - (result.travel.total - clearance / 2)
+    ax.axhline(rest * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="radius at rest")
+    ax.axhline(touching * UM, color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="touching radius")
+    _fall(ax, analysis, end, direction, first.touch.value, origin)
+    _half_sine(ax, first, t, along, rest, origin)
+    _instants(ax, first, touching, rest, origin)
+    ax.margins(x=0.02)
+
+
+def _fall(ax: Axes, analysis: Analysis, end: str, direction: np.ndarray, touch: float, origin: float) -> None:
+    """Free fall from the state at the release: a parabola that nothing was fitted to."""
+    if analysis.release is None or end not in analysis.release.states:
+        return
+    state = analysis.release.states[end]
+    start = analysis.release.time.value
+    values = [state.x.value, state.y.value, state.vx.value, state.vy.value]
+    if start is None or None in values:
+        return
+    x, y, vx, vy = (float(v) for v in values)  # type: ignore[arg-type]
+    t = np.linspace(0.0, touch - start, 60)
+    path = np.column_stack([x + vx * t, y + vy * t - 0.5 * analysis.machine.gravity * t**2]) - centre_of(analysis, end)
+    label = "free fall from the state at the release"
+    ax.plot((t + start - origin) * 1e3, path @ direction * UM, color=ORANGE, linewidth=1.2, label=label)
+
+
+def _half_sine(ax: Axes, first: FirstContact, t: np.ndarray, along: np.ndarray, rest: float, origin: float) -> None:
+    """Half a period about the radius at rest between t1 and t2: what the single-mass stiffness assumes."""
+    t1, t2 = first.static_in.value, first.static_out.value
+    if t1 is None or t2 is None or t2 <= t1:
+        return
+    inside = (t >= t1) & (t <= t2)
+    if inside.sum() < 3:
+        return
+    shape = np.sin(np.pi * (t[inside] - t1) / (t2 - t1))
+    amplitude = float(shape @ (along[inside] - rest) / (shape @ shape))
+    fine = np.linspace(t1, t2, 60)
+    curve = rest + amplitude * np.sin(np.pi * (fine - t1) / (t2 - t1))
+    ax.plot((fine - origin) * 1e3, curve * UM, color=GREEN, linewidth=1.4, label="half a sine of the single mass")
+
+
+def _instants(ax: Axes, first: FirstContact, touching: float, rest: float, origin: float) -> None:
+    """Touch and lift-off on the touching radius, t1 and t2 on the radius at rest, with their intervals."""
+    touch, t1, t2 = first.touch, first.static_in, first.static_out
+    marks = [(touch, touching, "o", VERMILION, "touch, lift-off")]
+    if first.duration.value is not None and touch.value is not None:
+        ax.plot((touch.value + first.duration.value - origin) * 1e3, touching * UM, "o", color=VERMILION, markersize=4, zorder=5)
+    marks += [(t1, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)"), (t2, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)")]
+    for instant, level, marker, colour, label in marks:
+        if instant.value is None:
+            continue
+        errors = None
+        if instant.low is not None and instant.high is not None:
+            errors = [[(instant.value - instant.low) * 1e3], [(instant.high - instant.value) * 1e3]]
+        ax.errorbar((instant.value - origin) * 1e3, level * UM, xerr=errors, fmt=marker, color=colour, markersize=4, label=label, zorder=5)

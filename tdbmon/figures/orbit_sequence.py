@@ -1,0 +1,178 @@
+"""The orbit of one end from the release to the late run-down, panel by panel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Circle
+
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    UM,
+    VERMILION,
+    centre_of,
+    legend_below,
+    new_figure,
+    released,
+    said,
+    say,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+_PANELS = 6
+_SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
+_DENSE = 500  # samples, beyond which the line is drawn as an image
+
+
+@styled
+def orbit_sequence(analysis: Analysis, end: str) -> Figure:
+    """Draw six stretches of the orbit of an end with the clearance circle; small orbits are magnified and say so."""
+    figure = new_figure(128, said(analysis))
+    axes = figure.subplots(2, 3).ravel()
+    spans = _spans(analysis, end)
+    for ax, (name, start, stop) in zip(axes, spans, strict=False):
+        _orbit(ax, analysis, end, name, start, stop)
+    for ax in axes[len(spans) :]:
+        ax.set_axis_off()
+    legend_below(figure, 5)
+    return figure
+
+
+def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
+    """Name, start and end of the stretches that the record holds, s."""
+    if analysis.planes is None:
+        return []
+    time = analysis.planes.time.to_numpy()
+    first, last = float(time[0]), float(time[-1])
+    release = released(analysis)
+    begin = first if release is None else release
+    result = analysis.ends[end]
+    events = result.contacts.events if result.contacts is not None else ()
+    settled = result.gap.settled_from if result.gap is not None else None
+    spans = []
+    if len(events) > 1:
+        middle = events[min(4, len(events) - 1)].start
+        spans.append(("fall, first contact, rebound", begin, events[1].start))
+        if middle > events[1].start:
+            spans.append(("following contacts", events[1].start, middle))
+        if settled is not None and settled > middle:
+            spans.append(("last contacts", max(middle, settled - 0.08), settled))
+    else:
+        spans.append(("from the release on", begin, min(begin + 0.1, last)))
+    if settled is not None:
+        swing = analysis.swing.frequencies[0].value if analysis.swing is not None else None
+        length = 3 / (swing or 30.0)
+        spans.append(("settled", settled, min(settled + length, last)))
+        end_of_turning = _standstill(analysis, last)
+        for name, share in (("run-down", 0.3), ("late run-down", 0.8)):
+            at = settled + share * (end_of_turning - settled)
+            long = min(max(length, _turns(analysis, at)), 2.0)
+            if at > spans[-1][2] and at + long <= last:
+                spans.append((name, at, at + long))
+    return spans[:_PANELS]
+
+
+def _turns(analysis: Analysis, at: float) -> float:
+    """Time of three revolutions, s; zero where the speed is not known."""
+    if len(analysis.speed_time) < 4:
+        return 0.0
+    near = np.abs(analysis.speed_time - at) < 0.1
+    speed = float(np.mean(analysis.speed_hz[near])) if near.any() else 0.0
+    return 3 / speed if speed > 0 else 0.0
+
+
+def _standstill(analysis: Analysis, last: float) -> float:
+    still = analysis.rundown.standstill_time.value if analysis.rundown is not None else None
+    return last if still is None else min(still, last)
+
+
+def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop: float) -> None:
+    planes = analysis.planes
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("x (right) [µm]")
+    ax.set_ylabel("y (up) [µm]")
+    if planes is None:
+        say(ax, "no displacement")
+        return
+    time = planes.time.to_numpy()
+    inside = slice(*np.searchsorted(time, [start, stop]))
+    t, xy = time[inside], planes.displacement.sel(end=end).to_numpy()[:, inside] * UM
+    if len(t) < 2:
+        say(ax, "no samples")
+        return
+    ax.plot(*xy, color=BLUE, linewidth=0.6, label="orbit", rasterized=len(t) > _DENSE)
+    ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")
+    ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
+    magnified = _frame(ax, analysis, end, xy)
+    ax.set_title(f"{end}, {name}{', magnified' if magnified else ''}\n{_span(start, stop)}", fontsize=7)
+    _pulses(ax, analysis, t, xy)
+
+
+def _span(start: float, stop: float) -> str:
+    digits = 4 if start < 1.0 else 2
+    return f"{start:.{digits}f} to {stop:.{digits}f} s"
+
+
+def _frame(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
+    """Clearance circle, rotation arrow and limits; returns whether the panel is magnified."""
+    gap = analysis.ends[end].gap
+    centre = centre_of(analysis, end) * UM
+    drawing = analysis.machine.bearing(end).radial_gap.nominal
+    radius = (gap.radius.value if gap is not None and gap.radius.value is not None else drawing) * UM
+    label = "clearance circle" if gap is not None else "gap of the drawing about the probes' zero"
+    ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label=label))
+    ax.plot(*centre, "+", color=BLACK, markersize=5)
+    low, high = np.nanmin(xy, axis=1), np.nanmax(xy, axis=1)
+    size = float(np.max(high - low))
+    magnified = size < _SMALL * 2 * radius
+    if magnified:
+        middle, reach = (low + high) / 2, max(0.7 * size, 1e-3)
+    else:
+        middle, reach = centre, max(1.12 * radius, 1.05 * float(np.nanmax(np.abs(xy - centre[:, None]))))
+    ax.set_xlim(middle[0] - reach, middle[0] + reach)
+    ax.set_ylim(middle[1] - reach, middle[1] + reach)
+    _rotation(ax, analysis.machine.sense, middle + 0.72 * reach, 0.16 * reach)
+    return magnified
+
+
+def _rotation(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
+    """An arc with an arrowhead: which way the rotor turns."""
+    ax.add_patch(Arc(tuple(at), 2 * radius, 2 * radius, theta1=-60, theta2=200, color=GREY, linewidth=1.1))
+    tip = np.deg2rad(200.0 if sense > 0 else -60.0)
+    point = at + radius * np.array([np.cos(tip), np.sin(tip)])
+    along = sense * np.array([-np.sin(tip), np.cos(tip)])
+    ax.annotate(
+        "",
+        tuple(point + 0.35 * radius * along),
+        tuple(point - 0.05 * radius * along),
+        arrowprops={"arrowstyle": "-|>", "color": GREY, "linewidth": 1.1, "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0},
+    )
+
+
+def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> None:
+    """A dot where the keyphasor passed: the shaft's angle is that of its mark."""
+    if analysis.angle is None or analysis.planes is None:
+        ax.annotate("no keyphasor: no dots", (0.03, 0.03), xycoords="axes fraction", fontsize=6, color=GREY)
+        return
+    mark = analysis.machine.keyphasor.angle if analysis.machine.keyphasor is not None else 0.0
+    first = int(np.searchsorted(analysis.planes.time.to_numpy(), t[0]))
+    turns = analysis.machine.sense * (analysis.angle[first : first + len(t)] - mark) / (2 * np.pi)
+    # the angle at a pulse is a whole number up to rounding, which must not decide on which side of it a sample lies
+    whole = np.floor(turns + 1e-6)
+    passed = np.flatnonzero(np.diff(whole) > 0)
+    if passed.size:
+        share = (whole[passed + 1] - turns[passed]) / (turns[passed + 1] - turns[passed])
+        dots = xy[:, passed] + share * (xy[:, passed + 1] - xy[:, passed])
+        ax.plot(*dots, "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor")
+    elif np.isnan(turns).all():
+        ax.annotate("no pulses here: no dots", (0.03, 0.03), xycoords="axes fraction", fontsize=6, color=GREY)

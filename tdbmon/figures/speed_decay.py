@@ -1,0 +1,106 @@
+"""The run-down of the speed, the law chosen for it, and what the law leaves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from tdbsim.errors import InputError
+
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LIGHT,
+    PURPLE,
+    SKY,
+    VERMILION,
+    legend_below,
+    mark_phases,
+    new_figure,
+    say,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+    from tdbmon.analysis.rundown import RunDown
+
+_BINS = 700
+
+
+@styled
+def speed_decay(analysis: Analysis) -> Figure:
+    """Draw speed against time with the chosen law, and below it measured less law.
+
+    Raises
+    ------
+    InputError
+        If the record holds no speed.
+    """
+    rundown = analysis.rundown
+    if rundown is None or len(analysis.speed_time) < 4:
+        raise InputError("the record holds no speed to draw")
+    time, speed = analysis.speed_time, analysis.speed_hz
+    means, spreads, at = _binned(time, speed)
+    each = (time[-1] - time[0]) / len(at)
+    figure = new_figure(105, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.8, 1])
+    upper.set_xlim(float(time[0]), float(time[-1]))
+    mark_phases(upper, analysis, names=True)
+    upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
+    upper.plot(at, means, color=BLUE, label="speed as recorded")
+    upper.set_ylabel("speed [Hz]")
+    lower.set_ylabel("less law [mHz]")
+    lower.set_xlabel("time from the record's first sample [s]")
+    if rundown.law is None:
+        say(lower, f"no law was fitted: {rundown.decay_time.why}")
+    else:
+        _law(upper, lower, rundown, at, means)
+    _standstill(upper, rundown)
+    legend_below(figure)
+    figure.align_ylabels()
+    return figure
+
+
+def _binned(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+    """Mean and 95 % range of nearly equal bins, and their middle times."""
+    bins = min(_BINS, len(time) // 4)
+    size = len(time) // bins
+    blocks = speed[: bins * size].reshape(bins, size)
+    sigma = blocks.std(axis=1)
+    mean = blocks.mean(axis=1)
+    return mean, (mean - 1.96 * sigma, mean + 1.96 * sigma), time[: bins * size].reshape(bins, size).mean(axis=1)
+
+
+def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.ndarray) -> None:
+    """The law over the stretch that it was fitted to (full) and beyond (dashed), and the rest that it leaves."""
+    name = next((model.name for model in rundown.models if model.chosen), "law")
+    law = rundown.speed_at(at)
+    fitted = np.ones(len(at), bool)
+    if rundown.fitted_from is not None and rundown.fitted_to is not None:
+        fitted = (at >= rundown.fitted_from) & (at <= rundown.fitted_to)
+        lower.axvspan(rundown.fitted_from, rundown.fitted_to, color=LIGHT, alpha=0.6, linewidth=0, label="fitted stretch")
+    upper.plot(at, np.where(fitted, law, np.nan), color=VERMILION, linestyle=(0, (5, 2)), label=f"law: {name}")
+    beyond = np.where(~fitted, law, np.nan)
+    upper.plot(at, beyond, color=VERMILION, linewidth=0.7, linestyle=(0, (1, 1.5)), label="law beyond the fitted stretch")
+    rest = (means - law) * 1e3
+    lower.axhline(0.0, color=BLACK, linewidth=0.7)
+    lower.plot(at, rest, color=BLUE, linewidth=0.7)
+    if fitted.any():
+        reach = 3.0 * float(np.quantile(np.abs(rest[fitted]), 0.99)) + 1e-9
+        lower.set_ylim(-reach, reach)
+
+
+def _standstill(ax: Axes, rundown: RunDown) -> None:
+    still = rundown.standstill_time
+    left, right = ax.get_xlim()
+    if still.value is None or not left <= still.value <= right:
+        why = "beyond the record" if still.value is not None else "not estimated"
+        ax.annotate(f"standstill: {why}", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY)
+        return
+    ax.axvline(still.value, color=PURPLE, label="standstill and its 95 % interval")
+    if still.low is not None and still.high is not None:
+        ax.axvspan(max(still.low, left), min(still.high, right), color=PURPLE, alpha=0.2, linewidth=0)

@@ -1,0 +1,85 @@
+"""The first contact of each end, and all contacts after it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.estimate import Estimate
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import since, words
+from tdbmon.report.sections.findings import release_time
+
+_LISTED = 12
+
+
+def section(analysis: Analysis) -> Section | None:
+    """Return the contacts."""
+    ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
+    if not ends:
+        return None
+    from tdbmon.figures.first_contact import first_contact
+
+    release = release_time(analysis)
+    rows = []
+    for name, unit, pick in _QUANTITIES:
+        found: list[Estimate] = []
+        for end in ends:
+            contacts = end.contacts
+            first = contacts.first if contacts is not None else None
+            if first is None:
+                continue
+            estimate = getattr(first, pick)
+            found.append(since(estimate, release) if unit == "release" else estimate)
+        rows.append(Row((name, *(words(estimate) for estimate in found))))
+    rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
+    rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
+    header = ("Quantity", *(end.name for end in ends))
+    blocks: list[Block] = [
+        Paragraph(
+            "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
+            " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, inwards and"
+            " outwards. The single-mass stiffness takes the time between them for half a period of the end's share of the"
+            " rotor mass: it is bearing and support in series, a first guess, and its interval holds the instants' errors"
+            " only, not those of so coarse a model."
+        ),
+        Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
+        Figure(
+            "first-contact",
+            "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
+            " computed from the state at the release and fitted to nothing; the half sine is what the single-mass"
+            " stiffness assumes, so that its misfit shows how far to trust it.",
+            "For each end, displacement against time through the fall, the first contact and the rebound, with the instants that are read off it.",
+            partial(first_contact, analysis),
+        ),
+    ]
+    blocks += [_list(end.name, end.contacts.events, release) for end in ends if end.contacts is not None]
+    return Section("First contact", tuple(blocks))
+
+
+_QUANTITIES = (
+    ("First touch", "release", "touch"),
+    ("Duration", "", "duration"),
+    ("t₁: radius at rest passed outwards", "release", "static_in"),
+    ("t₂: radius at rest passed on the way back", "release", "static_out"),
+    ("Rebound from the touching radius", "", "rebound"),
+    ("Velocity after over velocity before", "", "restitution"),
+)
+
+
+def _list(end: str, events: tuple, release: Estimate) -> Table:  # type: ignore[type-arg]
+    origin = release.value or 0.0
+    rows = tuple(
+        Row((f"{i + 1}", f"{(c.start - origin) * 1e3:.2f} ms", f"{(c.end - c.start) * 1e3:.2f} ms", _degrees(c.angle), f"{c.depth * 1e6:.0f} µm"))
+        for i, c in enumerate(events[:_LISTED])
+    )
+    more = f"; {len(events) - _LISTED} more follow" if len(events) > _LISTED else ""
+    start = "from the release" if release.known else "from the first sample"
+    header = ("Contact", f"Touch, {start}", "Length", "Direction from +x", "Beyond the touching radius")
+    return Table(f"{end}: contacts before settling{more}", header, rows)
+
+
+def _degrees(angle: float) -> str:
+    from math import degrees
+
+    return f"{degrees(angle):.0f}°".replace("-", "−")

@@ -1,0 +1,88 @@
+"""The decay of the speed: every law that was tried, the chosen one and its torque."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.rundown import RunDown
+from tdbmon.estimate import Estimate
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import number, rpm, words
+
+_NAMES = {
+    "decay_time_s": "decay time",
+    "constant_drag_hz_per_s": "constant drag",
+    "quadratic_loss_per_revolution": "loss a revolution",
+}
+
+
+def section(analysis: Analysis) -> Section:
+    """Return the run-down."""
+    title = "Decay of the speed"
+    rundown = analysis.rundown
+    if rundown is None:
+        return Section(title, (Paragraph("The record holds neither a speed signal nor a keyphasor."),))
+    rows = [
+        Row(("Source of the speed", rundown.source)),
+        Row(("Speed signal over keyphasor", words(rundown.pulse_ratio))),
+        Row(("Speed at the release", rpm(rundown.initial))),
+        Row(("Speed lost to contacts and ring spin-up beyond the drag", words(rundown.lost_speed))),
+        Row(("Decay time of the linear term", words(rundown.decay_time))),
+        Row(("Torque of the constant drag", words(rundown.drag_torque))),
+        Row(("Drag torque at the release", _torque(rundown))),
+        Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
+        Row(("Stretch that the laws are fitted to", _stretch(rundown))),
+    ]
+    blocks: list[Block] = [Table("The run-down (95 % intervals)", ("Quantity", "Value"), tuple(rows))]
+    if rundown.models:
+        blocks += [Paragraph(_CHOICE), _laws(rundown)]
+    if len(analysis.speed_time) >= 4:
+        from tdbmon.figures.speed_decay import speed_decay
+
+        caption = (
+            "Above: the speed and the chosen law; below: what the law leaves. A law that lacks a term leaves a trend in the"
+            " fitted stretch, which no small rms hides. A scale or zero error of the speed signal shows below as an offset."
+        )
+        alt = "Speed against time falling to standstill, with the fitted law, and the residual below."
+        blocks.append(Figure("speed-decay", caption, alt, partial(speed_decay, analysis)))
+    return Section(title, tuple(blocks))
+
+
+_CHOICE = (
+    "The rotor slows by ω′ = −(a + ω/τ + q ω²): a is dry friction, 1/τ viscous drag and windage, q turbulent windage. Every"
+    " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
+    " (BIC, lower is better) and the misfit on stretches left out of the fit both call for it."
+)
+
+
+def _laws(rundown: RunDown) -> Table:
+    header = ("Law", "Parameters", "Rms of the misfit", "Rms on stretches left out", "BIC", "Verdict")
+    rows = []
+    for model in rundown.models:
+        parameters = "; ".join(f"{_NAMES.get(key, key)} {_parameter(value)}" for key, value in model.parameters.items())
+        verdict = "chosen" if model.chosen else (model.refused or "worse")
+        cells = (model.name, parameters, _millihertz(model.rms), _millihertz(model.held_out_rms), number(model.bic, 10.0), verdict)
+        rows.append(Row(cells, "good" if model.chosen else "plain"))
+    return Table("Laws tried", header, tuple(rows))
+
+
+def _parameter(value: Estimate) -> str:
+    return words(value) if value.known else "negative"
+
+
+def _millihertz(value: float) -> str:
+    return f"{value * 1e3:.3g} mHz" if value < 1 else f"{value:.3g} Hz"
+
+
+def _torque(rundown: RunDown) -> str:
+    """The chosen law's torque, at the speed of the release."""
+    if rundown.law is None or rundown.polar_inertia is None or rundown.initial.value is None:
+        return "not estimated: it needs a law and the rotor's polar inertia"
+    return f"{float(rundown.torque_at(rundown.initial.value)):.3g} N m (chosen law, polar inertia of the machine file)"
+
+
+def _stretch(rundown: RunDown) -> str:
+    if rundown.fitted_from is None or rundown.fitted_to is None:
+        return "none"
+    return f"{rundown.fitted_from:.3f} s to {rundown.fitted_to:.3f} s"
