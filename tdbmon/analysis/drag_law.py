@@ -28,7 +28,7 @@ class DragLaw:
     speed : float
         Hz, positive.
     linear, constant, quadratic : float
-        b in 1/s, a in Hz/s, q dimensionless (relative loss of speed a revolution, per hertz).
+        b in 1/s, a in Hz/s, q dimensionless (share of the speed lost a revolution).
     """
 
     start: float
@@ -49,7 +49,9 @@ class DragLaw:
             return float(self.start + z)
         if root2 < 0:
             return float(self.start + np.arctan2(root * self.speed, reach) / root)
-        return float(self.start + 0.5 * np.log1p(2 * root * z / (1 - root * z)) / root) if root * z < 1 else float("inf")
+        return (
+            float(self.start + 0.5 * np.log1p(2 * root * z / (1 - root * z)) / root) if root * z < 1 else float("inf")
+        )
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
         """Speed, Hz, at times of any shape, s; zero after standstill."""
@@ -66,7 +68,8 @@ class DragLaw:
         half = 0.5 * self.linear * sine
         over = self.speed * (cosine - half) - self.constant * sine
         under = cosine + half + self.quadratic * self.speed * sine
-        return np.where(time < self.standstill, over / np.maximum(under, 1e-300), 0.0)
+        moving = over / np.maximum(under, 1e-9)  # a quadratic term that drives the rotor runs away
+        return np.where(time < self.standstill, moving, 0.0)
 
     def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Mean speed, Hz, over spans of time (n,)."""
@@ -92,12 +95,15 @@ class Coast:
         Mean speed over them, Hz.
     pulsed : bool
         True where turns are timed by pulses: then the errors are those of the pulse times, and do not add up.
+    offset_sigma : float
+        Standard deviation of the zero of a speed signal, Hz: how well it is known from the rotor at rest.
     """
 
     begin: np.ndarray
     end: np.ndarray
     mean: np.ndarray
     pulsed: bool = False
+    offset_sigma: float = 0.0
 
     @property
     def middle(self) -> np.ndarray:
@@ -107,16 +113,22 @@ class Coast:
     def between(self, low: float, high: float) -> Coast:
         """Spans that lie wholly between two times."""
         inside = (self.begin >= low - 1e-9) & (self.end <= high + 1e-9)
-        return Coast(self.begin[inside], self.end[inside], self.mean[inside], self.pulsed)
+        return replace(self, begin=self.begin[inside], end=self.end[inside], mean=self.mean[inside])
 
     def __len__(self) -> int:
         return len(self.mean)
 
-    def error(self, mean: np.ndarray) -> np.ndarray:
-        """Misfit of mean speeds (n,) in the quantity that was measured: Hz, or seconds of pulse time."""
+    def measured(self, mean: np.ndarray) -> np.ndarray:
+        """Turn a change of mean speed (n,), Hz, into one of the quantity that was measured: Hz, or s of pulse time."""
         if not self.pulsed:
-            return self.mean - mean
-        return np.cumsum((self.mean - mean) * (self.end - self.begin)) / self.mean
+            return mean
+        return np.cumsum(mean * (self.end - self.begin)) / self.mean
+
+    def zero(self) -> np.ndarray | None:
+        """Change of the measured quantity by what is not known of its zero: the first pulse, or the signal's offset."""
+        if self.pulsed:
+            return 1.0 / self.mean
+        return np.full(len(self), self.offset_sigma) if self.offset_sigma else None
 
 
 @dataclass(frozen=True)
@@ -150,7 +162,7 @@ def noise_of(residual: np.ndarray, parameters: int) -> Noise:
     floor = max(1e-24, 1e-18 * float(np.max(residual**2, initial=0.0)))
     best, least = Noise(np.empty(0), 1.0), np.inf
     for order in range(top + 1):
-        ar = np.empty(0)
+        ar: np.ndarray = np.empty(0)
         if order and lags[0] > floor:
             matrix = lags[np.abs(np.subtract.outer(np.arange(order), np.arange(order)))]
             ar = np.linalg.lstsq(matrix, lags[1 : order + 1], rcond=None)[0]
@@ -176,9 +188,9 @@ class LawFit:
     covariance : ndarray (k, k)
         Of the speed at `law.start` and the terms, in this order.
     residual : ndarray (n,)
-        Misfit, Hz or s (see `Coast.error`).
+        Misfit, Hz or s (see `Coast.measured`).
     white, sensitivity : ndarray (m,), (m, j)
-        Whitened misfit, and its whitened derivatives by the parameters (the pulses' phase last).
+        Whitened misfit, and its whitened derivatives by the parameters (the zero last; see `Coast.zero`).
     """
 
     law: DragLaw
@@ -214,14 +226,18 @@ class LawFit:
         centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
         rows = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
         return [
-            replace(self.law, speed=row[0], **dict(zip(self.terms, row[1:], strict=True))) for row in rows if row.min() > 0
+            replace(self.law, speed=row[0], **dict(zip(self.terms, row[1:], strict=True)))
+            for row in rows
+            if row.min() > 0
         ]
 
     def speed_sigma(self, time: float) -> float:
         """Standard deviation of the fitted speed at a time, Hz."""
         step = 1e-3 * np.sqrt(np.maximum(np.diag(self.covariance), 0.0)) + 1e-15
         slope = [
-            float(_moved(self.law, self.terms, i, h).speed_at(time) - _moved(self.law, self.terms, i, -h).speed_at(time))
+            float(
+                _moved(self.law, self.terms, i, h).speed_at(time) - _moved(self.law, self.terms, i, -h).speed_at(time)
+            )
             / (2 * h)
             for i, h in enumerate(step)
         ]
@@ -250,41 +266,36 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
     from scipy.optimize import leastsq
 
     start, duration = float(coast.begin[0]), float(coast.end[-1] - coast.begin[0])
-    first = guess or _guess(coast)
+    first = _guess(coast) if guess is None else replace(guess, start=start, speed=float(guess.speed_at(start)))
     top = max(abs(first.speed), 1e-12)
     unit = {"linear": 1 / duration, "constant": top / duration, "quadratic": 1 / (top * duration)}
     scale = np.array([top, *(unit[term] for term in terms)])
     share = float(first.deceleration(first.speed)) / max(len(terms), 1)
     rate = {"linear": share / top, "constant": share, "quadratic": share / top**2}
-    known = guess is not None
-    begin = [first.speed, *(getattr(first, t) if known and getattr(first, t) else rate[t] for t in terms)]
-    phase = 1.0 / coast.mean if coast.pulsed else None
+    begin = [first.speed, *((getattr(guess, term) if guess else 0.0) or rate[term] for term in terms)]
+    zero, k = coast.zero(), len(scale)
+    prior = zero is not None and not coast.pulsed  # the offset is known within its sigma: one more observation
 
     def law_of(p: np.ndarray) -> DragLaw:
         return DragLaw(start, float(p[0] * top), **dict(zip(terms, (p * scale)[1:].tolist(), strict=True)))
 
     def misfit(p: np.ndarray) -> np.ndarray:
-        e = coast.error(law_of(p[: len(scale)]).mean_between(coast.begin, coast.end))
-        return e if phase is None else e - p[-1] * phase
+        e = coast.measured(coast.mean - law_of(p[:k]).mean_between(coast.begin, coast.end))
+        return e if zero is None else e - p[k] * zero
+
+    def white(p: np.ndarray) -> np.ndarray:
+        e = noise.whiten(misfit(p))
+        return np.append(e, -p[k]) if prior else e
 
     def slopes(p: np.ndarray) -> np.ndarray:
-        columns = []
-        for i in range(len(scale)):
-            step = np.zeros(len(p))
-            step[i] = 1e-5
-            columns.append((misfit(p + step) - misfit(p - step)) / 2e-5)
-        if phase is not None:
-            columns.append(-phase)
-        return np.column_stack(columns)
+        here = white(p)
+        return np.column_stack([(white(p + step) - here) / 1e-6 for step in 1e-6 * np.eye(len(p))])
 
-    p0 = np.append(np.array(begin) / scale, [] if phase is None else [0.0])
-    p, *_ = leastsq(lambda p: noise.whiten(misfit(p)), p0, Dfun=lambda p: noise.whiten(slopes(p)), xtol=1e-9, ftol=1e-10)
-    sensitivity, residual = noise.whiten(slopes(p)), misfit(p)
-    white = noise.whiten(residual)
-    full = np.append(scale, [] if phase is None else [1.0])
-    covariance = np.linalg.pinv(sensitivity.T @ sensitivity) * np.outer(full, full)
-    k = len(scale)
-    return LawFit(law_of(p[:k]), terms, covariance[:k, :k], residual, white, sensitivity)
+    p0 = np.append(np.array(begin) / scale, np.zeros(0 if zero is None else 1))
+    p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-9, ftol=1e-9, maxfev=100, full_output=True)
+    sensitivity = slopes(p)
+    covariance = np.linalg.pinv(sensitivity.T @ sensitivity)[:k, :k] * np.outer(scale, scale)
+    return LawFit(law_of(p[:k]), terms, covariance, misfit(p), white(p), sensitivity)
 
 
 def _guess(coast: Coast) -> DragLaw:

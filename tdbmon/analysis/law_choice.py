@@ -1,0 +1,214 @@
+"""Which stretch of a run-down follows one law of drag, and which law that is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tdbmon.analysis.drag_law import WHITE, Coast, LawFit, Noise, fit_law, noise_of
+
+MODELS: dict[str, tuple[str, ...]] = {
+    "exponential": ("linear",),
+    "constant": ("constant",),
+    "quadratic": ("quadratic",),
+    "exponential + constant": ("linear", "constant"),
+    "exponential + quadratic": ("linear", "quadratic"),
+    "constant + quadratic": ("constant", "quadratic"),
+    "constant + exponential + quadratic": ("linear", "constant", "quadratic"),
+}
+FEWEST = 24  # spans that a fit needs
+_SETTLING_S = 3.0  # contacts and spin-up of the rings are surely over by then; in short records this share of the rest:
+_SETTLING_SHARE = 0.6
+_EARLIER = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05, 0.0)  # shares of the settling time
+_SLOWER = (0.05, 0.035, 0.025, 0.017, 0.012, 0.008, 0.005, 0.003, 0.002, 0.001)  # shares of the speed at release
+_CHANCE = {1: 10.83, 2: 13.82}  # 99.9 % quantiles of chi-square
+_PREFERENCE = (
+    10.0  # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
+)
+_FOLDS = 8
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A law fitted to the chosen stretch.
+
+    Attributes
+    ----------
+    name : str
+        One of `MODELS`.
+    fit : LawFit
+        The fit.
+    rms : float
+        Misfit of the mean speeds, Hz.
+    held_out : float
+        Mean square of the whitened misfit on stretches left out of the fit.
+    refused : str
+        Why it cannot be chosen; empty where it can.
+    """
+
+    name: str
+    fit: LawFit
+    rms: float
+    held_out: float
+    refused: str = ""
+
+    @property
+    def power(self) -> float:
+        """Mean square of the whitened misfit."""
+        return float(np.mean(self.fit.white**2))
+
+    @property
+    def score(self) -> float:
+        """BIC with the preference for the plain exponential."""
+        return self.fit.bic - (_PREFERENCE if self.name == "exponential" else 0.0)
+
+
+def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None) -> Coast | None:
+    """Return the spans that follow one law.
+
+    Starts with spans long after the release and faster than a twentieth of the speed at release, and adds stretches on both
+    sides for as long as they need neither a step nor a slope of their own (Chow's test at 0.1 %); where one does, the stretch
+    next to it is given up too.
+
+    Parameters
+    ----------
+    coast : Coast
+        From the release on.
+    release, stop : float
+        Release, and end of rotation (or of the record), s.
+    noise : Noise or None
+        Where it is known; estimated otherwise.
+
+    Returns
+    -------
+    Coast or None
+        None where the record is too short for a fit.
+    """
+    settling = min(_SETTLING_S, _SETTLING_SHARE * (stop - release))
+    lefts = [release + share * settling for share in _EARLIER]
+    rights = _slower(coast, stop)
+    inner = coast.between(lefts[0], rights[0])
+    if len(inner) < FEWEST:
+        lefts = [left for left in lefts if len(coast.between(left, rights[0])) >= FEWEST]
+        if not lefts:
+            return None
+        inner = coast.between(lefts[0], rights[0])
+    stretch = _Stretch(inner, noise)
+    begins, ends = [float(inner.begin[0])], [float(inner.end[-1])]
+    spoilt_left = spoilt_right = False
+    for left in lefts[1:]:
+        spoilt_left = not stretch.joins(coast.between(left, ends[0]))
+        if spoilt_left:
+            break
+        begins.append(float(stretch.coast.begin[0]))
+    for right in rights[1:]:
+        spoilt_right = not stretch.joins(coast.between(begins[-1], right))
+        if spoilt_right:
+            break
+        ends.append(float(stretch.coast.end[-1]))
+    # the last stretch that joined may hold a little of what spoilt the next one
+    begin = begins[-2] if spoilt_left and len(begins) > 1 else begins[-1]
+    end = ends[-2] if spoilt_right and len(ends) > 1 else ends[-1]
+    safe = coast.between(begin, end)
+    return safe if len(safe) >= FEWEST else stretch.coast
+
+
+def _slower(coast: Coast, stop: float) -> list[float]:
+    """Times at which the speed falls below shares of the first, up to the end of rotation."""
+    size = max(len(coast) // 200, 1)
+    parts = len(coast) // size
+    mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1)
+    end = coast.end[size - 1 : parts * size : size]
+    times = [float(end[np.argmax(mean < share * mean[0])]) for share in _SLOWER if np.any(mean < share * mean[0])]
+    return [*(t for t in times if t < stop), stop]
+
+
+class _Stretch:
+    """A stretch that grows for as long as one flexible law fits it."""
+
+    def __init__(self, coast: Coast, noise: Noise | None) -> None:
+        self.coast = coast
+        fallen = 1 - coast.mean[-1] / coast.mean[0]
+        self.terms = MODELS["constant + exponential + quadratic"] if fallen > 0.2 else MODELS["exponential + quadratic"]
+        self.known = noise
+        self._adopt(fit_law(coast, self.terms, noise or WHITE))
+
+    def _adopt(self, fit: LawFit) -> None:
+        self.law, self.noise = fit.law, self.known or noise_of(fit.residual, fit.parameters)
+
+    def joins(self, wider: Coast) -> bool:
+        """Adopt the wider stretch and return True if what it adds needs no step and no slope of its own."""
+        if len(wider) <= len(self.coast):
+            return True
+        fit = fit_law(wider, self.terms, self.noise, self.law)
+        added = (wider.begin < self.coast.begin[0] - 1e-9) | (wider.end > self.coast.end[-1] + 1e-9)
+        steps = [added.astype(float)]
+        if np.count_nonzero(added) >= 4:
+            steps.append(np.where(added, wider.middle - wider.middle[added].mean(), 0.0))
+        columns = np.column_stack([self.noise.whiten(wider.measured(step)) for step in steps])
+        columns = np.vstack([columns, np.zeros((len(fit.white) - len(columns), len(steps)))])
+        basis, _ = np.linalg.qr(fit.sensitivity)
+        columns -= basis @ (basis.T @ columns)
+        solution, *_ = np.linalg.lstsq(columns, fit.white, rcond=1e-9)
+        if np.sum((columns @ solution) ** 2) > _CHANCE[len(steps)]:
+            return False
+        self.coast = wider
+        self._adopt(fit)
+        return True
+
+
+def choose_law(stretch: Coast, noise: Noise | None) -> tuple[list[Candidate], Candidate | None]:
+    """Fit all `MODELS` and choose.
+
+    Returns
+    -------
+    candidates : list of Candidate
+        All, in the order of `MODELS`.
+    chosen : Candidate or None
+        None where no law slows the rotor.
+    """
+    fullest = MODELS["constant + exponential + quadratic"]
+    if noise is None:
+        fit = fit_law(stretch, fullest, WHITE)
+        noise = noise_of(fit.residual, fit.parameters)
+        fit = fit_law(stretch, fullest, noise, fit.law)
+        noise = noise_of(fit.residual, fit.parameters)
+    fits = [(name, fit_law(stretch, terms, noise)) for name, terms in MODELS.items()]
+    candidates = [Candidate(name, fit, _rms(stretch, fit), _held_out(fit), _unphysical(fit)) for name, fit in fits]
+    candidates = [_against_simpler(c, candidates) for c in candidates]
+    standing = [c for c in candidates if not c.refused]
+    return candidates, min(standing, key=lambda c: c.score) if standing else None
+
+
+def _rms(stretch: Coast, fit: LawFit) -> float:
+    return float(np.sqrt(np.mean((stretch.mean - fit.law.mean_between(stretch.begin, stretch.end)) ** 2)))
+
+
+def _unphysical(fit: LawFit) -> str:
+    driving = [term for term in fit.terms if getattr(fit.law, term) <= 0]
+    return f"its {driving[0]} term would drive the rotor" if driving else ""
+
+
+def _against_simpler(candidate: Candidate, candidates: list[Candidate]) -> Candidate:
+    """Refuse a law that does not better a simpler one that it contains, in BIC and on what was held out."""
+    if candidate.refused:
+        return candidate
+    for other in candidates:
+        if other.refused or not set(other.fit.terms) < set(candidate.fit.terms):
+            continue
+        if candidate.score >= other.score or candidate.held_out >= other.held_out:
+            return replace(candidate, refused=f"no better than {other.name}")
+    return candidate
+
+
+def _held_out(fit: LawFit) -> float:
+    """Mean square of the whitened misfit on successive stretches, each predicted from the others (linearised at the fit)."""
+    n = len(fit.white)
+    power = 0.0
+    for rows in np.array_split(np.arange(n), _FOLDS):
+        others = np.ones(n, dtype=bool)
+        others[rows] = False
+        step = np.linalg.lstsq(fit.sensitivity[others], -fit.white[others], rcond=1e-10)[0]
+        power += float(np.sum((fit.white[rows] + fit.sensitivity[rows] @ step) ** 2))
+    return power / n

@@ -1,0 +1,81 @@
+"""The keyphasor's pulses as a measure of speed: exact in scale and zero, timed to one sample."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tdbmon.analysis.drag_law import Coast
+from tdbmon.estimate import Estimate
+
+_LAST_TURNS = 3
+_COMPARED = 200  # pulses
+_FEWEST = 24  # block means
+
+
+def turns_between(pulses: np.ndarray) -> Coast:
+    """Mean speed between pulses of one a revolution, Hz.
+
+    Pulses that come within half a turn of the one before are left out as false; where one is missing, two turns count.
+    """
+    if len(pulses) < 2:
+        return Coast(np.empty(0), np.empty(0), np.empty(0), pulsed=True)
+    keep = np.append(True, np.diff(pulses) > 0.5 * _around(np.diff(pulses)))
+    pulses = pulses[keep]
+    gap = np.diff(pulses)
+    turns = np.maximum(np.rint(gap / _around(gap)), 1.0)
+    turns[-_LAST_TURNS:] = 1.0  # close to standstill turns do take much longer than those before
+    return Coast(pulses[:-1], pulses[1:], turns / gap, pulsed=True)
+
+
+def _around(gap: np.ndarray) -> np.ndarray:
+    """Median of five neighbouring gaps."""
+    padded = np.pad(gap, 2, mode="edge")
+    return np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
+
+
+def compare_with_pulses(
+    after: Coast, turns: Coast, step: float, with_zero: bool
+) -> tuple[Estimate, tuple[float, float] | None]:
+    """Compare the speed signal's revolutions with the pulses counted.
+
+    Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.
+
+    Parameters
+    ----------
+    after : Coast
+        Block means of the speed signal after the release.
+    turns : Coast
+        From `turns_between`.
+    step : float
+        Sampling period, s.
+    with_zero : bool
+        Whether the rotor comes to rest in the record, so that the signal's zero can be told from its scale.
+
+    Returns
+    -------
+    ratio : Estimate
+        Revolutions a pulse.
+    zero : (float, float) or None
+        The signal's reading at rest and its standard deviation, Hz, if asked for.
+    """
+    turns = turns.between(float(after.begin[0]), float(after.end[-1])) if len(after) else turns
+    if len(after) < _FEWEST or len(turns) < 6:
+        return Estimate.missing("1", "too few pulses after the release to compare with"), None
+    at = np.append(after.begin, after.end[-1])
+    covered = np.append(0.0, np.cumsum(after.mean * np.diff(at)))
+    block = float(np.median(after.end - after.begin))
+    counted = np.append(0.0, np.cumsum(np.rint(turns.mean * (turns.end - turns.begin))))
+    times, speeds = np.append(turns.begin, turns.end[-1]), np.append(turns.mean, turns.mean[-1])
+    some = np.unique(np.linspace(0, len(times) - 1, _COMPARED).astype(int))
+    times, speeds, counted = times[some], speeds[some], counted[some]
+    bend = np.abs(np.gradient(speeds, times)) * block**2 / 8  # of the curve within a block
+    scatter = float(np.var(np.diff(after.mean, 2)) / 6) * block  # rev^2 a second
+    since = times - times[0]
+    covariance = np.diag((speeds * step) ** 2 / 12 + bend**2) + scatter * np.minimum.outer(since, since)
+    columns = np.column_stack([counted, np.ones(len(times)), *([since] if with_zero else [])])
+    weight = np.linalg.inv(np.linalg.cholesky(covariance))
+    solution, *_ = np.linalg.lstsq(weight @ columns, weight @ np.interp(times, at, covered), rcond=None)
+    sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
+    method = "revolutions of the speed signal over pulses counted"
+    ratio = Estimate.from_sigma(float(solution[0]), float(sigma[0]), "1", method)
+    return ratio, (float(solution[2]), float(sigma[2])) if with_zero else None

@@ -1,0 +1,421 @@
+"""The speed of a rotor after a dropdown: which drag slows it, how fast, and when it stands still.
+
+The first stretch after the release is left out: there the contacts and the inner rings' spin-up brake the rotor.  Near
+standstill the last stretch is left out where dry friction no longer acts as a constant.  Both limits are found in the data:
+the fit is widened stretch by stretch, and stops where a stretch would need a step or a slope of its own.
+Candidate laws (see `drag_law`) are nested; the choice needs a better BIC on whitened residuals and a smaller error on
+stretches that took no part in the fit (see `law_choice`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import stdtrit
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_law, noise_of
+from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch
+from tdbmon.analysis.pulse_train import compare_with_pulses, turns_between
+from tdbmon.analysis.standstill import Rest, find_rest, stop_time
+from tdbmon.estimate import OUTSIDE, Estimate
+
+OUTSIDE.setdefault("Hz/s", 1.0)
+
+_BLOCKS = 2000
+_LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
+_FREE_FALL_S = 0.005  # no contact yet: the rotor has fallen 0.12 mm
+_SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
+_SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
+_SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
+_FALLING = 4.0  # standard deviations by which the speed must fall
+_NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
+
+
+@dataclass(frozen=True)
+class SpeedModel:
+    """A candidate law, fitted.
+
+    Attributes
+    ----------
+    name : str
+        One of `law_choice.MODELS`.
+    parameters : dict of Estimate
+        ``decay_time_s``, ``constant_drag_hz_per_s``, ``quadratic_loss_per_revolution`` (share of the speed lost a
+        revolution), those that the law has.
+    rms, held_out_rms : float
+        Misfit of the mean speed over blocks (or turns), Hz, and the same on stretches that took no part in the fit.
+    bic : float
+        On whitened residuals.
+    chosen : bool
+        True for the one that the other results rest on.
+    refused : str
+        Why it cannot be chosen; empty where it can.
+    """
+
+    name: str
+    parameters: dict[str, Estimate]
+    rms: float
+    bic: float
+    held_out_rms: float
+    chosen: bool
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class RunDown:
+    """The run-down of a drop.
+
+    Attributes
+    ----------
+    initial : Estimate
+        Speed at the release, Hz.
+    lost_speed : Estimate
+        Speed lost to contacts and ring spin-up beyond the fitted drag, Hz.
+    decay_time : Estimate
+        Time constant of the chosen law's linear term, s.
+    drag_torque : Estimate
+        Torque of the constant drag, N m.
+    standstill_time : Estimate
+        From the record's first sample, s.
+    models : tuple of SpeedModel
+        All candidates; empty where there is no run-down.
+    fitted_from, fitted_to : float or None
+        The stretch of record that the laws are fitted to, s.
+    source : str
+        What the speed was taken from.
+    pulse_ratio : Estimate
+        Revolutions in the speed signal over revolutions counted by the pulses.
+    law : DragLaw or None
+        The chosen law; `speed_at` and `torque_at` evaluate it.
+    polar_inertia : float or None
+        kg m^2.
+    """
+
+    initial: Estimate
+    lost_speed: Estimate
+    decay_time: Estimate
+    drag_torque: Estimate
+    standstill_time: Estimate
+    models: tuple[SpeedModel, ...]
+    fitted_from: float | None
+    fitted_to: float | None
+    source: str
+    pulse_ratio: Estimate
+    law: DragLaw | None
+    polar_inertia: float | None
+
+    def speed_at(self, time: np.ndarray | float) -> np.ndarray:
+        """Speed by the chosen law, Hz, at times of any shape, s; an extrapolation outside `fitted_from` to `fitted_to`.
+
+        Raises
+        ------
+        InputError
+            If no law was fitted.
+        """
+        return self._law().speed_at(time)
+
+    def torque_at(self, speed: np.ndarray | float) -> np.ndarray:
+        """Drag torque by the chosen law, N m, at speeds of any shape, Hz: 2π I_p (a + ω/τ + q ω²).
+
+        Raises
+        ------
+        InputError
+            If no law was fitted or the polar inertia is not known.
+        """
+        if self.polar_inertia is None:
+            raise InputError("the drag torque needs the rotor's polar inertia; give it in kg m^2")
+        return 2 * np.pi * self.polar_inertia * self._law().deceleration(speed)
+
+    def _law(self) -> DragLaw:
+        if self.law is None:
+            raise InputError(f"no law was fitted to the speed: {self.decay_time.why}")
+        return self.law
+
+
+def fit_rundown(
+    time: np.ndarray,
+    speed: np.ndarray | None,
+    *,
+    release_time: float,
+    polar_inertia: float | None,
+    sigma: float | None = None,
+    pulses: np.ndarray | None = None,
+) -> RunDown:
+    """Fit the run-down of a rotor from the release on.
+
+    Parameters
+    ----------
+    time : ndarray (n,)
+        Evenly sampled, s.
+    speed : ndarray (n,) or None
+        Speed signal, Hz; NaN where missing.  None where there is only a keyphasor.
+    release_time : float
+        s.
+    polar_inertia : float or None
+        kg m^2.
+    sigma : float, optional
+        Standard deviation of the speed signal's noise, Hz, where it is known to be white.  Otherwise an autoregression is
+        estimated from the residuals.
+    pulses : ndarray (k,), optional
+        Times of one pulse a revolution, s.  They set the scale of the speed signal, or serve alone.
+
+    Returns
+    -------
+    RunDown
+        With missing estimates and their reason where the record shows no run-down.
+
+    Raises
+    ------
+    InputError
+        If the arrays cannot be a record: lengths differ, times do not rise, neither speed nor pulses are given.
+    """
+    time = np.asarray(time, dtype=float)
+    signal = None if speed is None else np.asarray(speed)
+    _check(time, signal, pulses, release_time, polar_inertia, sigma)
+    turns = None if pulses is None else turns_between(np.asarray(pulses, dtype=float))
+    if signal is not None:
+        observed = _from_signal(time, signal, turns, release_time, sigma)
+    elif turns is not None:
+        observed = _from_pulses(turns, time, release_time)
+    else:
+        raise InputError("neither a speed signal nor keyphasor pulses are given; the run-down needs one of them")
+    return _run(observed, float(time[-1]), release_time, polar_inertia)
+
+
+@dataclass(frozen=True)
+class _Observed:
+    """Spans about the release and after it, standstill, and the root of the noise's density where it is known."""
+
+    lead: Coast
+    after: Coast
+    rest: Rest
+    source: str
+    ratio: Estimate
+    density: float | None = None
+
+
+def _from_pulses(turns: Coast, time: np.ndarray, release: float) -> _Observed:
+    last = float(time[-1])
+    lead, after = turns.between(release - _LEAD_S, release + _FREE_FALL_S), turns.between(release, last)
+    return _Observed(lead, after, Rest(False, last, last), "keyphasor pulses", _NO_PULSES)
+
+
+def _from_signal(
+    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None
+) -> _Observed:
+    last = float(time[-1])
+    step = (last - time[0]) / (len(time) - 1)
+    lead = _blocks(time, signal, release - _LEAD_S, release + _FREE_FALL_S, 200)
+    after = _blocks(time, signal, release, last + step, _BLOCKS)
+    rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
+    ratio, source, gain = _NO_PULSES, "speed signal", 1.0
+    if turns is not None:
+        ratio, zero = compare_with_pulses(after, turns.between(release, last), step, rest.found)
+        gain, source, related = _scale(ratio)
+        if zero is not None and related:
+            rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
+    lead, after = (replace(coast, mean=(coast.mean - rest.level) / gain) for coast in (lead, after))
+    after = replace(after, offset_sigma=rest.creep)
+    return _Observed(lead, after, rest, source, ratio, None if sigma is None else sigma / gain * float(np.sqrt(step)))
+
+
+def _run(observed: _Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
+    lead, after, rest = observed.lead, observed.after, observed.rest
+    density, source, ratio = observed.density, observed.source, observed.ratio
+    before = _before(lead, release, _known(lead, density))
+    initial = _initial(before, release, source)
+
+    def without(why: str, models: tuple[SpeedModel, ...] = ()) -> RunDown:
+        hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
+        return RunDown(initial, hz, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
+
+    if len(after) < FEWEST:
+        return without(f"{len(after)} usable means of the speed after the release; {FEWEST} are needed")
+    scatter = float(np.std(np.diff(after.mean)))
+    head = float(np.median(after.mean[:FEWEST]))
+    if head <= max(6 * scatter, 0.0) / np.sqrt(FEWEST):
+        return without(f"the speed after the release is {head:.3g} Hz: nothing turns forward in this record")
+    noise = _known(after, density)
+    stretch = find_stretch(after, release, rest.lost_from, noise)
+    if stretch is None:
+        return without("too few means of the speed before standstill")
+    reached = bool(stretch.end[-1] >= min(rest.turning_until, after.end[-1]) - 1e-9)
+    if reached:  # a law of constant drag down to zero: the rotor does rest
+        stretch = replace(stretch, offset_sigma=rest.level_sigma)
+    candidates, chosen = choose_law(stretch, noise)
+    plain = next(c for c in candidates if c.name == "exponential").fit
+    slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
+    if chosen is None or plain.law.linear < _FALLING * plain.sigma("linear"):
+        return without(f"the speed does not fall: it changes by {slope:.3g} ± {1.96 * error:.2g} Hz/s")
+    fit = chosen.fit
+    models = tuple(_model(c, c is chosen) for c in candidates)
+    levitated = _coasting(stretch, before)
+    slip = _slip(stretch, fit, levitated) if levitated else ""
+    if slip:
+        return without(slip, tuple(replace(m, chosen=False) for m in models))
+    return RunDown(
+        initial,
+        _lost(initial, fit, release),
+        _decay_time(chosen, levitated),
+        _torque(candidates, chosen, polar_inertia),
+        stop_time(fit, rest, reached, last, release),
+        models,
+        float(stretch.begin[0]),
+        float(stretch.end[-1]),
+        source,
+        ratio,
+        fit.law,
+        polar_inertia,
+    )
+
+
+def _known(coast: Coast, density: float | None) -> Noise | None:
+    if density is None or not len(coast):
+        return None
+    return Noise(np.empty(0), density / float(np.sqrt(np.median(coast.end - coast.begin))))
+
+
+def _before(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
+    """The levitated speed about the release: an exponential of either sign."""
+    if len(lead) < 6 or lead.begin[0] > release - _FREE_FALL_S or lead.mean.min() <= 0:
+        return None
+    rough = fit_law(lead, ("linear",), noise or WHITE)
+    return rough if noise else fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
+
+
+def _initial(before: LawFit | None, release: float, source: str) -> Estimate:
+    if before is None:
+        return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
+    quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
+    value, sigma = float(before.law.speed_at(release)), before.speed_sigma(release)
+    return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
+
+
+def _lost(initial: Estimate, fit: LawFit, release: float) -> Estimate:
+    if initial.value is None or initial.high is None:
+        return Estimate.missing("Hz", initial.why)
+    lost = initial.value - float(fit.law.speed_at(release))
+    sigma = float(np.hypot((initial.high - initial.value) / 1.96, fit.speed_sigma(release)))
+    return Estimate.from_sigma(lost, sigma, "Hz", "speed at the release less the fitted law carried back to it")
+
+
+def _coasting(stretch: Coast, before: LawFit | None) -> LawFit | None:
+    """The levitated run-down beside a stretch too short to tell the bearings' drag, where the rotor coasts already."""
+    if stretch.end[-1] - stretch.begin[0] > _SHORT_S or before is None:
+        return None
+    return before if before.law.linear > _FALLING * before.sigma("linear") else None
+
+
+def _slip(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
+    """Say why a short stretch cannot be trusted: the rotor slows faster than in levitation, as slipping rings make it."""
+    middle = float(fit.law.speed_at(0.5 * (stretch.begin[0] + stretch.end[-1])))
+    now, then = float(fit.law.deceleration(middle)) / middle, levitated.law.linear
+    if now - then < _SLIPPING * then + 1.96 * levitated.sigma("linear"):
+        return ""
+    return (
+        f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed a second,"
+        f" in levitation {100 * then:.3g} %; a longer record is needed"
+    )
+
+
+def _decay_time(chosen: Candidate, levitated: LawFit | None) -> Estimate:
+    """The chosen law's; in a short stretch the drag of the bearings hides in it, and levitation bounds what it hides."""
+    tau = _term(chosen, "linear", lambda b: 1 / b, "s")
+    if levitated is None or tau.low is None or tau.high is None:
+        return tau
+    spread = 1.96 * levitated.sigma("linear")
+    low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
+    method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
+    return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
+
+
+def _term(candidate: Candidate, term: str, of: Callable[[float], float], unit: str) -> Estimate:
+    """A positive term, or what follows from it, with an interval that is symmetric in its logarithm."""
+    if term not in candidate.fit.terms:
+        return Estimate.missing(unit, f"the chosen law ({candidate.name}) has no {term} term")
+    value = float(getattr(candidate.fit.law, term))
+    if value <= 0:
+        return Estimate.missing(unit, candidate.refused)
+    factor = float(np.exp(min(1.96 * candidate.fit.sigma(term) / value, 50.0)))
+    low, high = sorted((of(value / factor), of(value * factor)))
+    return Estimate(of(value), low, high, unit, f"{candidate.name} law, least squares on whitened residuals")
+
+
+def _model(candidate: Candidate, chosen: bool) -> SpeedModel:
+    makers: dict[str, tuple[str, Callable[[float], float], str]] = {
+        "linear": ("decay_time_s", lambda b: 1 / b, "s"),
+        "constant": ("constant_drag_hz_per_s", lambda a: a, "Hz/s"),
+        "quadratic": ("quadratic_loss_per_revolution", lambda q: q, "1"),
+    }
+    parameters = {}
+    for term in candidate.fit.terms:
+        name, of, unit = makers[term]
+        parameters[name] = _term(candidate, term, of, unit)
+    rms = candidate.rms
+    apart = float(np.sqrt(candidate.held_out / max(candidate.power, 1e-300)))
+    return SpeedModel(candidate.name, parameters, rms, candidate.fit.bic, rms * apart, chosen, candidate.refused)
+
+
+def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float | None) -> Estimate:
+    if polar_inertia is None:
+        return Estimate.missing("N m", "the rotor's polar inertia is not known")
+    factor = 2 * np.pi * polar_inertia
+    if "constant" in chosen.fit.terms:
+        return _term(chosen, "constant", lambda a: factor * a, "N m")
+    wider = {*chosen.fit.terms, "constant"}
+    fit = next(c.fit for c in candidates if set(c.fit.terms) == wider)
+    most = factor * (max(fit.law.constant, 0.0) + 1.645 * fit.sigma("constant"))
+    return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
+
+
+def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
+    """Means of a speed signal over at most `count` blocks of samples between two times; a sample stands for its period."""
+    first, stop = np.searchsorted(time, [low, high])
+    size = max(int(np.ceil((stop - first) / count)), 1)
+    blocks = max((stop - first) // size, 0)
+    t = time[first : first + blocks * size].reshape(blocks, size)
+    v = speed[first : first + blocks * size].reshape(blocks, size)
+    good = np.isfinite(v)
+    valid = good.sum(axis=1)
+    total = np.where(good, v, 0).sum(axis=1, dtype=float)
+    half = 0.5 * (time[-1] - time[0]) / (len(time) - 1)
+    use = valid > size // 2
+    return Coast(t[use, 0] - half, t[use, -1] + half, total[use] / valid[use])
+
+
+def _scale(ratio: Estimate) -> tuple[float, str, bool]:
+    """Factor by which the speed signal reads too much, what then is the source, and whether signal and pulses belong."""
+    if ratio.value is None or ratio.low is None or ratio.high is None:
+        return 1.0, "speed signal", False
+    if abs(ratio.value - 1) > _SAME_SHAFT:
+        return 1.0, f"speed signal (the keyphasor disagrees: {ratio.value:.3g} revolutions a pulse)", False
+    if ratio.low <= 1 <= ratio.high:
+        return 1.0, "speed signal, confirmed by the keyphasor", True
+    return ratio.value, "speed signal, its scale set by the keyphasor", True
+
+
+def _check(
+    time: np.ndarray,
+    speed: np.ndarray | None,
+    pulses: np.ndarray | None,
+    release: float,
+    polar_inertia: float | None,
+    sigma: float | None,
+) -> None:
+    if time.ndim != 1 or len(time) < 2 or not np.all(np.diff(time) > 0):
+        raise InputError("the times of the speed signal do not rise from sample to sample; give them in s, in order")
+    if speed is not None and speed.shape != time.shape:
+        raise InputError(f"{speed.size} values of speed against {time.size} times; give one speed a sample")
+    if pulses is not None and not np.all(np.diff(pulses) > 0):
+        raise InputError("the pulse times do not rise from pulse to pulse; give them in s, in order")
+    if not time[0] <= release < time[-1]:
+        raise InputError(f"the release at {release:g} s lies outside the record ({time[0]:g} to {time[-1]:g} s)")
+    if polar_inertia is not None and not polar_inertia > 0:
+        raise InputError(
+            f"polar inertia {polar_inertia:g} kg m^2 is not positive; compute it from the rotor's sections"
+        )
+    if sigma is not None and not sigma > 0:
+        raise InputError(f"noise of {sigma:g} Hz is not positive; leave `sigma` out to have it estimated")

@@ -1,0 +1,117 @@
+"""When the rotor stands still: from the law that the speed follows, and from the record itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.analysis.drag_law import Coast, LawFit, noise_of
+from tdbmon.estimate import Estimate
+
+_TAIL = 0.05  # share of the record by which rest is judged
+_GROUPS = 200  # parts in which the end of rotation is looked for
+_REST_SHARE = 0.01  # of the speed at release: a steady level below it is the zero of the signal, not a speed
+_TURNING, _LOST = 4.0, 1.0  # standard deviations at which a part surely turns, and at which nothing more is seen
+_CREEP = 3.0  # level over its fall within half the tail, of a creep with a decay time of 1.5 tails
+_DRAWS = 2000
+_FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What the end of the record says about standstill.
+
+    Attributes
+    ----------
+    found : bool
+        True where the record reaches standstill.
+    level, level_sigma : float
+        Reading of the signal at rest and its standard deviation, Hz.
+    creep : float
+        The same where the rotor may still creep: what the level may have fallen unseen, Hz.
+    turning_until, lost_from : float
+        Last time at which the rotor surely turns, and first at which its speed is lost in the noise, s.
+    resolution : float
+        Smallest speed that is told from rest, Hz.
+    """
+
+    found: bool
+    turning_until: float
+    lost_from: float
+    level: float = 0.0
+    level_sigma: float = 0.0
+    creep: float = 0.0
+    resolution: float = 0.0
+
+
+def find_rest(coast: Coast, turns: Coast | None) -> Rest:
+    """Find the end of rotation in a speed signal.
+
+    Parameters
+    ----------
+    coast : Coast
+        Block means from the release to the record's end.
+    turns : Coast or None
+        Turns between pulses, where there is a keyphasor: a rotor that still gives pulses does not rest.
+    """
+    last = float(coast.end[-1])
+    none = Rest(False, last, last)
+    count = max(int(_TAIL * len(coast)), 8)
+    if len(coast) < 8 * count:
+        return none
+    tail, head = coast.mean[-count:], float(np.median(coast.mean[:count]))
+    noise = noise_of(tail, 1)
+    spread = noise.sigma / max(1.0 - float(noise.ar.sum()), 0.05)  # of the sum of n blocks, over sqrt(n)
+    level, sigma = float(tail.mean()), spread / np.sqrt(count)
+    fall = float(tail[: count // 2].mean() - tail[-(count // 2) :].mean())
+    if abs(level) > _REST_SHARE * head or fall > 4 * 2 * sigma:
+        return none
+    if turns is not None and len(turns) and turns.end[-1] > coast.begin[-count]:
+        return none
+    size = max(len(coast) // _GROUPS, 1)
+    parts = len(coast) // size
+    mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1) - level
+    end = coast.end[size - 1 : parts * size : size]
+    one = float(np.hypot(spread / np.sqrt(size), sigma))
+    turning = np.flatnonzero(mean > _TURNING * one)
+    if not turning.size:
+        return none
+    final = int(turning[-1])
+    lost = np.flatnonzero(mean[final:] < _LOST * one)
+    lost_from = float(end[final + lost[0]]) if lost.size else last
+    creep = float(np.hypot(sigma, _CREEP * max(fall, 0.0)))
+    return Rest(True, float(end[final]), lost_from, level, sigma, creep, _TURNING * one)
+
+
+def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: float) -> Estimate:
+    """Estimate the standstill.
+
+    Parameters
+    ----------
+    fit : LawFit
+        The chosen law.
+    rest : Rest
+        From `find_rest`.
+    reached : bool
+        True where the law fits the record right to its standstill, or to its end.
+    last, release : float
+        End of the record and release, s.
+    """
+    stop = fit.law.standstill
+    if rest.found and not (reached and np.isfinite(stop)):
+        method = f"speed signal below what it resolves ({rest.resolution * 1e3:.1f} mHz)"
+        return Estimate(0.5 * (rest.turning_until + rest.lost_from), rest.turning_until, rest.lost_from, "s", method)
+    if not np.isfinite(stop):
+        return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
+    if not reached:
+        return Estimate.missing("s", "the fitted law does not hold down to the slowest measured speed")
+    times = np.array([law.standstill for law in fit.draw(_DRAWS)])
+    low, high = np.quantile(times, [0.025, 0.975]) if len(times) > 0.97 * _DRAWS else (stop, np.inf)
+    if rest.found:
+        return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
+    if high > last + _FARTHEST * (last - release):
+        return Estimate.missing("s", f"the record ends at {last:.3g} s, too early to say when the rotor stops")
+    return Estimate(
+        stop, float(low), float(high), "s", "extrapolated: zero of the fitted law, beyond the slowest measured speed"
+    )

@@ -1,0 +1,341 @@
+"""The run-down of the speed: closed forms, choice of the law, true intervals, and records that show no run-down."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, fit_law, noise_of
+from tdbmon.analysis.law_choice import MODELS
+from tdbmon.analysis.pulse_train import turns_between
+from tdbmon.analysis.rundown import RunDown, fit_rundown
+
+RATE, RELEASE, SEEDS = 60.0, 0.5, 200
+DATA = Path(__file__).parents[2] / "datasets" / "coastdown"
+STRONG = {
+    "exponential": {"linear": 1 / 5.0},
+    "exponential + constant": {"linear": 1 / 8.0, "constant": 1.5},
+    "exponential + quadratic": {"linear": 1 / 12.0, "quadratic": 2e-3},
+    "constant + exponential + quadratic": {"linear": 1 / 6.0, "constant": 2.0, "quadratic": 3e-3},
+    "constant": {"constant": 6.0},
+    "quadratic": {"quadratic": 3e-3},
+}
+NAMES = {
+    "linear": ("decay_time_s", lambda b: 1 / b),
+    "constant": ("constant_drag_hz_per_s", lambda a: a),
+    "quadratic": ("quadratic_loss_per_revolution", lambda q: q),
+}
+
+
+def coloured(rng: np.random.Generator, n: int, sigma: float, rho: float) -> np.ndarray:
+    """Stationary AR(1) noise of standard deviation sigma."""
+    kicks = rng.normal(0, sigma * np.sqrt(1 - rho**2), n)
+    out = np.empty(n)
+    out[0] = rng.normal(0, sigma)
+    for i in range(1, n):
+        out[i] = rho * out[i - 1] + kicks[i]
+    return out
+
+
+def drop(law: DragLaw, seconds: float, rate: float = RATE) -> tuple[np.ndarray, np.ndarray]:
+    """Times and true speeds: driven at constant speed up to the release, then coasting."""
+    t = np.arange(0, seconds, 1 / rate)
+    return t, np.where(t < RELEASE, law.speed, law.speed_at(t))
+
+
+def simulate(name: str, seed: int, rho: float, seconds: float = 8.0, sigma: float = 0.05, step: float = 0.0) -> RunDown:
+    law = DragLaw(RELEASE, 100.0, **STRONG[name])
+    t, speed = drop(law, seconds)
+    speed = speed + coloured(np.random.default_rng(seed), len(t), sigma, rho)
+    if step:
+        speed = np.round(speed / step) * step
+    return fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+
+
+def chosen(run: RunDown) -> str:
+    return next((m.name for m in run.models if m.chosen), "none")
+
+
+# the law itself
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0, 0.5), st.floats(0, 5), st.floats(0, 5e-3), st.floats(1, 300))
+def test_law_agrees_with_a_numerical_integration(b: float, a: float, q: float, speed: float) -> None:
+    law = DragLaw(1.0, speed, b, a, q)
+    end = min(20.0, 0.98 * (law.standstill - 1.0))
+    found = solve_ivp(
+        lambda _, w: -(a + b * w + q * w**2), (0, end), [speed], rtol=1e-10, atol=1e-10, dense_output=True
+    )
+    t = np.linspace(0, end, 40)
+    np.testing.assert_allclose(law.speed_at(1.0 + t), found.sol(t)[0], rtol=1e-6, atol=1e-7 * speed)
+
+
+@pytest.mark.parametrize(("b", "a", "q"), [(0.1, 0.5, 0.0), (0.0, 2.0, 0.0), (0.05, 1.0, 3e-3), (0.0, 1.0, 1e-3)])
+def test_rotor_stops_when_dry_friction_has_taken_its_momentum(b: float, a: float, q: float) -> None:
+    law = DragLaw(0.0, 80.0, b, a, q)
+    w = np.linspace(0, 80.0, 200_001)
+    slowness = 1 / (a + b * w + q * w**2)
+    expected = np.sum(0.5 * (slowness[1:] + slowness[:-1])) * w[1]  # ∫ dω / drag
+    assert law.standstill == pytest.approx(expected, rel=1e-7)
+    assert law.speed_at(law.standstill * 0.999) > 0
+    assert np.all(law.speed_at(law.standstill + np.array([0.001, 10.0])) == 0)
+
+
+def test_law_without_dry_friction_never_stops() -> None:
+    assert DragLaw(0.0, 80.0, 0.1, 0.0, 1e-3).standstill == np.inf
+    t = np.array([0.0, 500.0, 5000.0])
+    np.testing.assert_allclose(DragLaw(0.0, 80.0, 1.0).speed_at(t), 80 * np.exp(-t), atol=1e-12)
+
+
+def test_mean_over_a_span_is_the_angle_turned() -> None:
+    begin, end = np.array([0.0, 1.0]), np.array([0.5, 1.2])
+    law = DragLaw(0.0, 50.0, linear=0.5)
+    turned = 50 / 0.5 * (np.exp(-0.5 * begin) - np.exp(-0.5 * end))
+    np.testing.assert_allclose(law.mean_between(begin, end) * (end - begin), turned, rtol=1e-5)
+
+
+def test_noise_model_recovers_an_autoregression() -> None:
+    noise = noise_of(coloured(np.random.default_rng(3), 20_000, 0.2, 0.7), 0)
+    assert noise.ar[0] == pytest.approx(0.7, abs=0.03)
+    assert noise.sigma == pytest.approx(0.2 * np.sqrt(1 - 0.49), rel=0.03)
+
+
+def test_fit_without_noise_returns_the_law() -> None:
+    law = DragLaw(0.0, 90.0, 0.1, 0.8, 1e-3)
+    edges = np.linspace(0, 10, 400)
+    coast = Coast(edges[:-1], edges[1:], law.mean_between(edges[:-1], edges[1:]))
+    found = fit_law(coast, MODELS["constant + exponential + quadratic"], WHITE).law
+    np.testing.assert_allclose(
+        [found.speed, found.linear, found.constant, found.quadratic], [90.0, 0.1, 0.8, 1e-3], rtol=1e-5
+    )
+
+
+# choice and intervals
+
+
+@pytest.mark.parametrize(("name", "rho"), [(n, 0.0) for n in STRONG] + [(n, 0.6) for n in list(STRONG)[:2]])
+def test_right_law_and_true_intervals(name: str, rho: float) -> None:
+    right, hits, initial, lost, stop = 0, {term: 0 for term in STRONG[name]}, 0, 0, []
+    law = DragLaw(RELEASE, 100.0, **STRONG[name])
+    for seed in range(SEEDS):
+        run = simulate(name, seed, rho)
+        right += chosen(run) == name
+        parameters = next(m.parameters for m in run.models if m.name == name)
+        for term, true in STRONG[name].items():
+            key, of = NAMES[term]
+            estimate = parameters[key]
+            hits[term] += estimate.known and estimate.low <= of(true) <= estimate.high
+        initial += run.initial.low <= 100.0 <= run.initial.high
+        lost += run.lost_speed.low <= 0.0 <= run.lost_speed.high
+        if run.standstill_time.known and chosen(run) == name:
+            stop.append(run.standstill_time.low <= law.standstill <= run.standstill_time.high)
+    assert right >= 0.95 * SEEDS
+    for counted in (*hits.values(), initial, lost):
+        assert 0.90 * SEEDS <= counted <= 0.99 * SEEDS
+    if "constant" in STRONG[name]:
+        assert len(stop) > 0.9 * SEEDS
+        assert 0.90 <= np.mean(stop) <= 0.99
+
+
+def test_intervals_stay_true_when_the_signal_is_quantised() -> None:
+    runs = [simulate("exponential", seed, 0.0, step=0.1) for seed in range(SEEDS)]
+    assert np.mean([chosen(run) == "exponential" for run in runs]) >= 0.95
+    inside = np.mean([run.decay_time.known and run.decay_time.low <= 5.0 <= run.decay_time.high for run in runs])
+    assert 0.90 <= inside <= 0.99
+
+
+def test_known_noise_is_used() -> None:
+    law = DragLaw(RELEASE, 100.0, linear=0.2)
+    t, speed = drop(law, 8.0)
+    speed = speed + np.random.default_rng(1).normal(0, 0.05, len(t))
+    narrow, wide = (
+        fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, sigma=sigma).decay_time for sigma in (0.05, 0.2)
+    )
+    assert (wide.high - wide.low) / (narrow.high - narrow.low) == pytest.approx(4.0, rel=0.3)
+
+
+# the parts of a drop
+
+
+def whole_drop(seed: int, offset: float = 0.0, gain: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray, DragLaw]:
+    """Contacts brake for 0.4 s, then viscous and dry drag to standstill and rest; with the pulses of one a revolution."""
+    rate, law = 2000.0, DragLaw(RELEASE + 0.4, 97.0, 1 / 4.0, 0.6)
+    t = np.arange(0, 20, 1 / rate)
+    braked = 100 - (100 - 97.0) * (t - RELEASE) / 0.4
+    true = np.where(t < RELEASE, 100.0, np.where(t < law.start, braked, law.speed_at(t)))
+    angle = np.append(0.0, np.cumsum(0.5 * (true[1:] + true[:-1]))) / rate
+    pulses = t[np.flatnonzero(np.diff(np.floor(angle)) > 0) + 1]
+    speed = gain * true + offset + np.random.default_rng(seed).normal(0, 0.05, len(t))
+    return t, speed, pulses, law
+
+
+def test_contacts_do_not_bias_the_fit_and_their_loss_is_reported() -> None:
+    t, speed, _, law = whole_drop(1)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    assert chosen(run) == "exponential + constant"
+    assert law.start <= run.fitted_from <= law.start + 1.5
+    assert run.decay_time.low <= 4.0 <= run.decay_time.high
+    assert run.lost_speed.value == pytest.approx(100.0 - float(law.speed_at(RELEASE)), abs=0.05)
+    assert run.drag_torque.value == pytest.approx(2 * np.pi * 0.3 * 0.6, rel=0.01)
+    assert run.torque_at(50.0) == pytest.approx(2 * np.pi * 0.3 * (0.6 + 50 / 4), rel=1e-3)
+    assert run.standstill_time.low <= law.standstill <= run.standstill_time.high
+    np.testing.assert_allclose(run.speed_at(t[t > law.start]), law.speed_at(t[t > law.start]), atol=0.02)
+
+
+def test_offset_at_standstill_is_no_drag() -> None:
+    t, speed, _, _ = whole_drop(2, offset=0.4)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    assert run.decay_time.value == pytest.approx(4.0, rel=2e-3)
+    assert run.drag_torque.value == pytest.approx(2 * np.pi * 0.3 * 0.6, rel=0.01)
+
+
+def test_pulses_alone_serve() -> None:
+    t, _, pulses, law = whole_drop(3)
+    run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.3, pulses=pulses)
+    assert run.source == "keyphasor pulses"
+    assert chosen(run) == "exponential + constant"
+    assert run.decay_time.value == pytest.approx(4.0, rel=2e-3)
+    assert run.initial.value == pytest.approx(100.0, abs=0.1)
+    assert run.standstill_time.value == pytest.approx(law.standstill, abs=0.05)
+
+
+def test_pulses_set_the_scale_of_the_signal() -> None:
+    t, speed, pulses, _ = whole_drop(4, gain=1.02)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=pulses)
+    assert run.pulse_ratio.low <= 1.02 <= run.pulse_ratio.high
+    assert run.initial.value == pytest.approx(100.0, abs=0.05)
+
+
+def test_pulses_that_disagree_are_reported() -> None:
+    t, speed, pulses, _ = whole_drop(5)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=pulses[::2][:200])
+    assert run.pulse_ratio.value == pytest.approx(2.0, rel=1e-3)
+    assert "disagrees" in run.source
+    assert run.initial.value == pytest.approx(100.0, abs=0.05)
+
+
+def test_a_missing_and_a_false_pulse_do_not_lose_the_angle() -> None:
+    pulses = np.arange(0, 5, 0.02)
+    spoilt = np.sort(np.append(np.delete(pulses, 100), pulses[40] + 0.004))
+    turns = turns_between(spoilt)
+    np.testing.assert_allclose(turns.mean, 50.0, rtol=1e-9)
+    assert np.sum(turns.mean * (turns.end - turns.begin)) == pytest.approx(len(pulses) - 1)
+
+
+def test_record_that_ends_early_extrapolates_its_standstill() -> None:
+    run = simulate("constant", 0, 0.0)
+    assert "extrapolated" in run.standstill_time.method
+    assert run.standstill_time.value > 8.0
+    assert not simulate("exponential", 0, 0.0).standstill_time.known
+
+
+def test_short_record_gets_the_simple_law() -> None:
+    """Half a second at 20 kHz, 3 % of the speed."""
+    law = DragLaw(0.1, 100.0, 1 / 12.0)
+    t = np.arange(10_000) / 20_000
+    inside = simple = 0
+    for seed in range(40):
+        speed = law.speed_at(t) + np.random.default_rng(seed).normal(0, 0.02, len(t))
+        run = fit_rundown(t, speed, release_time=0.1, polar_inertia=0.3)
+        simple += chosen(run) == "exponential"
+        inside += run.decay_time.known and run.decay_time.low <= 12.0 <= run.decay_time.high
+        if run.decay_time.known:
+            assert run.decay_time.high - run.decay_time.low < 1.0
+    assert simple >= 38
+    assert inside >= 36
+
+
+def test_short_record_in_which_the_rings_slip_to_the_end_is_not_trusted() -> None:
+    t = np.arange(10_000) / 20_000
+    true = np.where(t < 0.1, DragLaw(0.1, 200.0, 1 / 12.0).speed_at(t), DragLaw(0.1, 200.0, 1 / 12.0, 3.0).speed_at(t))
+    speed = true + np.random.default_rng(0).normal(0, 0.02, len(t))
+    run = fit_rundown(t, speed, release_time=0.1, polar_inertia=0.3)
+    assert not run.decay_time.known
+    assert "slip" in run.decay_time.why
+
+
+# records without a run-down
+
+
+@pytest.mark.parametrize("slope", [0.0, 2.0])
+def test_speed_that_does_not_fall_is_a_missing_result(slope: float) -> None:
+    t = np.arange(0, 5, 1 / 500)
+    speed = 80 + slope * t + np.random.default_rng(0).normal(0, 0.05, len(t))
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    assert not run.decay_time.known
+    assert "does not fall" in run.decay_time.why
+    assert not any(m.chosen for m in run.models)
+    with pytest.raises(InputError, match="does not fall"):
+        run.speed_at(1.0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.2])
+def test_standstill_only_is_a_missing_result(offset: float) -> None:
+    t = np.arange(0, 5, 1 / 500)
+    speed = offset + np.random.default_rng(0).normal(0, 0.05, len(t))
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    for estimate in (run.decay_time, run.drag_torque, run.standstill_time, run.lost_speed):
+        assert not estimate.known
+        assert estimate.why
+
+
+def test_gaps_in_the_signal_are_left_out() -> None:
+    t, speed, _, _ = whole_drop(6)
+    speed[4000:4400] = np.nan
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    assert run.decay_time.value == pytest.approx(4.0, rel=2e-3)
+
+
+def test_without_inertia_the_torque_says_why() -> None:
+    t, speed, _, _ = whole_drop(7)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=None)
+    assert "inertia" in run.drag_torque.why
+    with pytest.raises(InputError, match="inertia"):
+        run.torque_at(10.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": None}, "neither"),
+        ({"speed": np.zeros(3)}, "3 values of speed against"),
+        ({"release_time": 99.0}, "outside the record"),
+        ({"polar_inertia": -1.0}, "not positive"),
+        ({"sigma": 0.0}, "not positive"),
+        ({"pulses": np.array([1.0, 0.5])}, "do not rise"),
+        ({"time": np.zeros(480)}, "do not rise"),
+    ],
+)
+def test_unusable_input_is_an_error(change: dict, message: str) -> None:
+    t, speed = drop(DragLaw(RELEASE, 100.0, 0.2), 8.0)
+    given_ = {"time": t, "speed": speed, "release_time": RELEASE, "polar_inertia": 0.3} | change
+    with pytest.raises(InputError, match=message):
+        fit_rundown(given_.pop("time"), given_.pop("speed"), **given_)
+
+
+# synthetic records of an independent program
+
+
+@pytest.mark.parametrize("name", ["drop_100", "drop_150"])
+def test_whole_coastdown_of_the_rig(name: str) -> None:
+    with xr.open_dataset(DATA / f"{name}.nc") as file:
+        ds = file[["speed", "keyphasor"]].load()
+    t, mark = ds.time.to_numpy(), ds.keyphasor.to_numpy()
+    pulses = t[np.flatnonzero((mark[1:] > 0) & (mark[:-1] == 0)) + 1]
+    true = json.loads((DATA / "answer.json").read_text())["true"]["speed_decay_time_s"]
+    both = fit_rundown(t, ds.speed.to_numpy(), release_time=0.1, polar_inertia=0.28, pulses=pulses)
+    alone = fit_rundown(t, None, release_time=0.1, polar_inertia=0.28, pulses=pulses)
+    for run in (both, alone):
+        assert chosen(run) == "exponential + constant"
+        assert run.decay_time.value == pytest.approx(true, rel=0.01)
+    assert both.pulse_ratio.value == pytest.approx(1.0, abs=2e-5)
+    assert both.drag_torque.value == pytest.approx(alone.drag_torque.value, rel=1e-3)
