@@ -216,13 +216,21 @@ def levitated_states(model: DropModel, plan: DropPlan, time: Array, start: Array
 
 
 def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out: Array, peak: Array) -> None:
-    from tdbsim.dormand_prince import DONE, integrate
+    y = start.copy()
+    if plan.method == "dormand_prince":
+        from tdbsim import dormand_prince
 
-    code, t, _, _ = integrate(
-        model.arrays, start.copy(), 0.0, 1e-6, 5e-4, plan.tolerance, error_scale(model.n), times, out
-    )
-    if code != DONE:
-        raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
+        code, t, _, _ = dormand_prince.integrate(
+            model.arrays, y, 0.0, 1e-6, 5e-4, plan.tolerance, error_scale(model.n), times, out
+        )
+        if code != dormand_prince.DONE:
+            raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
+        return
+    from tdbsim import splitting
+
+    t = splitting.integrate(model.arrays, y, 0.0, plan.step, times, out, peak)
+    if len(times) and t < times[-1]:
+        raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
 
 
 def error_scale(n: int) -> Array:
