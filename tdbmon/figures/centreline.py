@@ -24,18 +24,18 @@ _POINTS = 400
 def centreline(analysis: Analysis) -> Figure:
     """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below."""
     ends = seen_ends(analysis)
-    figure = new_figure(135, said(analysis, f"mean over {_WINDOW_S:g} s"))
+    figure = new_figure(125, said(analysis, f"mean over {_WINDOW_S:g} s"))
     axes = figure.subplots(2, len(ends), squeeze=False)
     shown = None
     for column, end in enumerate(ends):
-        shown = _end(axes[:, column], analysis, end) or shown
+        shown = _end(axes[:, column], analysis, end, shown) or shown
     if shown is not None:
         by_speed = len(analysis.speed_time) > 3
         figure.colorbar(shown, ax=axes, label="speed [Hz]" if by_speed else "time [s]", shrink=0.7, aspect=30)
     return figure
 
 
-def _end(axes: np.ndarray, analysis: Analysis, end: str) -> PathCollection | None:
+def _end(axes: np.ndarray, analysis: Analysis, end: str, like: PathCollection | None) -> PathCollection | None:
     whole, near = axes
     for ax, title in ((whole, "clearance"), (near, "from settling on, magnified")):
         ax.set_title(f"{end}: {title}")
@@ -57,7 +57,7 @@ def _end(axes: np.ndarray, analysis: Analysis, end: str) -> PathCollection | Non
     whole.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
     whole.plot(*centre, "+", color=BLACK, markersize=7)
     colour = _colour(analysis, time)
-    shown = _scatter(whole, mean, colour)
+    shown = _scatter(whole, mean, colour, like)
     if analysis.release is not None and end in analysis.release.levitated:
         x, y = analysis.release.levitated[end]
         whole.plot(x * UM, y * UM, "D", color=GREEN, markersize=4)

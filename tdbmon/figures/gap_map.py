@@ -37,7 +37,7 @@ _BIN_DEG = 2.0
 def gap_map(analysis: Analysis) -> Figure:
     """Draw the clearance circle of each end, and below it the settled radius over the angle, where micrometres show."""
     ends = seen_ends(analysis)
-    figure = new_figure(150, said(analysis, "settled positions only, thinned", "not filtered"))
+    figure = new_figure(142, said(analysis, "settled positions only, thinned", "not filtered"))
     axes = figure.subplots(2, len(ends), squeeze=False, height_ratios=[1.7, 1])
     for column, end in enumerate(ends):
         _plan(axes[0, column], analysis, end)

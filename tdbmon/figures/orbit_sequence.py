@@ -37,7 +37,7 @@ _DENSE = 500  # samples, beyond which the line is drawn as an image
 @styled
 def orbit_sequence(analysis: Analysis, end: str) -> Figure:
     """Draw six stretches of the orbit of an end with the clearance circle; small orbits are magnified and say so."""
-    figure = new_figure(128, said(analysis))
+    figure = new_figure(112, said(analysis))
     axes = figure.subplots(2, 3).ravel()
     spans = _spans(analysis, end)
     for ax, (name, start, stop) in zip(axes, spans, strict=False):
@@ -86,8 +86,8 @@ def _turns(analysis: Analysis, at: float) -> float:
     """Time of three revolutions, s; zero where the speed is not known."""
     if len(analysis.speed_time) < 4:
         return 0.0
-    near = np.abs(analysis.speed_time - at) < 0.1
-    speed = float(np.mean(analysis.speed_hz[near])) if near.any() else 0.0
+    near = slice(*np.searchsorted(analysis.speed_time, [at - 0.1, at + 0.1]))
+    speed = float(np.mean(analysis.speed_hz[near])) if near.stop > near.start else 0.0
     return 3 / speed if speed > 0 else 0.0
 
 

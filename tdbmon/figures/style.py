@@ -57,7 +57,7 @@ STYLE: dict[str, Any] = {
     "text.parse_math": False,  # names come from files: a dollar sign is a dollar sign
     "axes.unicode_minus": True,
     "svg.fonttype": "none",
-    "figure.dpi": 170,
+    "figure.dpi": 150,
     "image.composite_image": True,
 }
 

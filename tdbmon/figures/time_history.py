@@ -52,7 +52,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     thinned = inside.stop - inside.start > 2 * _BINS
     how = "least and largest of each bin drawn" if thinned else "every sample drawn"
     ends = seen_ends(analysis)
-    figure = new_figure(18 + 32 * 2 * len(ends), said(analysis, "not filtered", how))
+    figure = new_figure(16 + 23 * 2 * len(ends), said(analysis, "not filtered", how))
     axes = figure.subplots(2 * len(ends), 1, sharex=True, squeeze=False)[:, 0]
     for i, end in enumerate(ends):
         for j, axis in enumerate(("y", "x")):

@@ -6,6 +6,7 @@ from tdbmon import __version__
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Document
+from tdbmon.report.quantity import moment
 from tdbmon.report.sections import contact, gap, limits, orbit, quality, release, rundown, source, summary
 
 _SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, limits, source)
@@ -23,7 +24,9 @@ def build_report(analysis: Analysis, note: str = "") -> Document:
     attributes = analysis.record.attrs
     if not note and attributes.get("synthetic"):
         note = "The record is synthetic: it was computed, not measured."
-    drop = " · ".join(str(attributes[key]) for key in ("title", "drop_time", "source_file") if attributes.get(key))
+    when = moment(str(attributes["drop_time"])) if attributes.get("drop_time") else ""
+    parts = (attributes.get("title"), when, attributes.get("source_file"))
+    drop = " · ".join(str(part) for part in parts if part)
     sections = tuple(made for part in _SECTIONS if (made := part.section(analysis)) is not None)
     return Document(
         "Dropdown report",

@@ -11,7 +11,6 @@ from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Ve
 from tdbmon.report.output import write_whole
 
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
-_WIDEST = 60  # characters of a cell that may still widen its column
 
 
 def write_pdf(document: Document, path: str | Path) -> None:
@@ -73,16 +72,10 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
         return {"kind": "Verdict", "text": block.text, "tone": block.tone}
     if isinstance(block, Table):
         rows = [{"cells": list(row.cells), "tone": row.tone} for row in block.rows]
-        return {"kind": "Table", "caption": block.caption, "header": list(block.header), "rows": rows, "columns": _columns(block)}
+        return {"kind": "Table", "caption": block.caption, "header": list(block.header), "rows": rows, "columns": len(block.header)}
     if isinstance(block, Figure):
         image = block.image
         file = folder / f"{block.name}.{image.kind}"
         file.write_bytes(image.data)
         return {"kind": "Figure", "file": file.name, "width": image.width_mm, "caption": block.caption, "alt": block.alt}
     return None
-
-
-def _columns(table: Table) -> list[float]:
-    """Shares of the width: after the longest cell of each column, long ones wrapped."""
-    cells = [table.header, *(row.cells for row in table.rows)]
-    return [float(min(max(6, *(len(row[i]) for row in cells)), _WIDEST)) for i in range(len(table.header))]

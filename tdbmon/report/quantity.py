@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import datetime
 
 from tdbmon.estimate import OUTSIDE, Estimate
 
@@ -27,7 +28,7 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     tail = f" {name}{kind}".rstrip() if name != "°" else name
     value = estimate.value * factor
     if estimate.low is None or estimate.high is None:
-        return f"{number(value, abs(value) * 1e-3)}{tail}"
+        return f"{number(value, abs(value) * 1e-2)}{tail}"
     low, high = estimate.low * factor, estimate.high * factor
     width = high - low
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
@@ -38,7 +39,7 @@ def short(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.value is None:
         return "–"
     factor, name = _unit(estimate, unit)
-    width = abs(estimate.value) * 1e-3
+    width = abs(estimate.value) * 1e-2
     if estimate.low is not None and estimate.high is not None:
         width = max(width, estimate.high - estimate.low)
     kind = f" {estimate.kind}" if estimate.kind else ""
@@ -52,7 +53,10 @@ def number(value: float, width: float) -> str:
     decimals = min(9, 1 - math.floor(math.log10(width)))
     if width / 10.0 ** math.floor(math.log10(width)) >= 4:
         decimals -= 1  # a width of 6.1 needs no tenth
-    return f"{value:.{max(0, decimals)}f}".replace("-", "−")
+    text = f"{value:.{max(0, decimals)}f}"
+    if float(text) == 0:
+        text = text.removeprefix("-")
+    return text.replace("-", "−")
 
 
 def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
@@ -85,6 +89,16 @@ def rpm(speed: Estimate) -> str:
     if speed.value is None:
         return words(speed)
     return f"{words(speed)}, {number(speed.value * 60, 60 * _width(speed))} rpm"
+
+
+def moment(text: str) -> str:
+    """Return an ISO 8601 date and time as people write it; other words as they are."""
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError:
+        return text
+    zone = "" if when.tzinfo is None else f" {when.tzname()}"
+    return f"{when:%Y-%m-%d %H:%M:%S}{zone}"
 
 
 def _width(estimate: Estimate) -> float:

@@ -10,7 +10,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import since, words
 from tdbmon.report.sections.findings import release_time
 
-_LISTED = 12
+_LISTED = 10
 
 
 def section(analysis: Analysis) -> Section | None:

@@ -43,9 +43,9 @@ def _release(analysis: Analysis) -> list[Block]:
         noise = Estimate(release.noise[end], unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms")
         ax, ay = release.fall[end]
         rows.append(Row((end, *(words(q) for q in (state.x, state.y, state.vx, state.vy)), words(noise), f"{ax:.2f}, {ay:.2f} m/s²".replace("-", "−"))))
-    header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Acceleration of the fall x, y")
+    header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Fall x, y")
     gravity = analysis.machine.gravity
-    caption = f"State at the release (0-pk values from the clearance's zero of the probes; free fall is −{gravity:.2f} m/s² in y)"
+    caption = f"State at the release, from the probes' zero; a fall free of other forces has 0, −{gravity:.2f} m/s²"
     return [Paragraph(said), Table(caption, header, tuple(rows))]
 
 

@@ -7,7 +7,7 @@ from tdbsim.machine import Tolerant
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
-from tdbmon.report.quantity import number, rpm, words
+from tdbmon.report.quantity import moment, number, rpm, words
 from tdbmon.report.sections.findings import end_findings, release_time, rotor_findings, settle_time
 
 
@@ -29,7 +29,7 @@ def section(analysis: Analysis) -> Section:
 def _story(analysis: Analysis) -> str:
     """What happened, in plain words."""
     attributes = analysis.record.attrs
-    when = f" on {attributes['drop_time']}" if attributes.get("drop_time") else ""
+    when = f" on {moment(str(attributes['drop_time']))}" if attributes.get("drop_time") else ""
     parts = []
     speed = "an unknown speed" if analysis.rundown is None or not analysis.rundown.initial.known else rpm(analysis.rundown.initial)
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")

@@ -28,7 +28,8 @@
       this.shown = true;
       this.levels = data.levels.map((level) => {
         const low = integers(level.low);
-        return { start: level.start, step: level.step, count: level.count, low, high: level.high ? integers(level.high) : low };
+        const high = level.high ? integers(level.high) : low; // samples themselves where the level has no bins
+        return { start: level.start, step: level.step, count: level.count, low, high, binned: high !== low };
       });
       const whole = this.levels[0];
       this.start = whole.start;
@@ -161,7 +162,7 @@
     }
 
     drawPane(pen, channels, top, height, last, first) {
-      // one stroke a pixel column; where samples are further apart than pixels, from sample to sample
+      // one range a pixel column; where samples or bins are further apart than pixels, one a sample or bin
       const shown = channels.filter((c) => c.shown), strokes = [];
       let low = Infinity, high = -Infinity;
       for (const channel of shown) {
@@ -172,7 +173,8 @@
         const size = Math.max(1, perPixel);
         for (let at = Math.floor(a / size) * size; at < b; at += size) {
           const range = channel.range(level, Math.round(at), Math.max(Math.round(at) + 1, Math.round(at + size)));
-          points.push({ x: this.xAt(level.start + at * level.step), range });
+          const middle = level.binned || size > 1 ? at + size / 2 : at;
+          points.push({ x: this.xAt(level.start + middle * level.step), range });
           if (range) { low = Math.min(low, range[0]); high = Math.max(high, range[1]); }
         }
         strokes.push({ colour: channel.colour, points });
@@ -197,21 +199,29 @@
         pen.beginPath(); pen.moveTo(x, top); pen.lineTo(x, top + height); pen.stroke();
         pen.setLineDash([]);
       }
-      for (const { colour, points } of strokes) {
-        pen.strokeStyle = colour;
-        pen.lineWidth = 1;
-        pen.beginPath();
-        let open = false;
-        for (const { x, range } of points) {
-          if (!range) { open = false; continue; }
-          if (open) pen.lineTo(x, yAt(range[0])); else pen.moveTo(x, yAt(range[0]));
-          pen.lineTo(x, yAt(range[1]));
-          open = true;
-        }
-        pen.stroke();
-      }
+      for (const { colour, points } of strokes) this.band(pen, colour, points, yAt);
       pen.restore();
       if (first) this.markNames(pen, top);
+    }
+
+    // the band between least and largest value, broken where there is none; a line where both are equal
+    band(pen, colour, points, yAt) {
+      pen.strokeStyle = pen.fillStyle = colour;
+      pen.lineWidth = 1;
+      let run = [];
+      const finish = () => {
+        if (run.length) {
+          pen.beginPath();
+          run.forEach(({ x, range }, i) => (i ? pen.lineTo(x, yAt(range[1])) : pen.moveTo(x, yAt(range[1]))));
+          run.reverse().forEach(({ x, range }) => pen.lineTo(x, yAt(range[0])));
+          pen.closePath();
+          pen.fill();
+          pen.stroke();
+        }
+        run = [];
+      };
+      for (const point of points) if (point.range) run.push(point); else finish();
+      finish();
     }
 
     // names of the phases' beginnings; one that would run into the last is left out
