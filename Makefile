@@ -4,6 +4,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/pip --disable-pip-version-check --quiet
 
+# small matrices on few cores: threads of the linear algebra only get in each other's way
+export OPENBLAS_NUM_THREADS = 1
+
 .PHONY: demo test lint reports bench constraints clean
 
 demo: $(VENV)/.installed

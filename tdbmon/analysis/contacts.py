@@ -185,7 +185,9 @@ def _first(
     else:
         ratio = -after[0] / before[0]
         spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
-        rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+        rule = (
+            "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+        )
         restitution = Estimate.from_sigma(ratio, spread, "1", rule)
     t1, t2 = _static(t, depth, contact, static, sigma)
     return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)

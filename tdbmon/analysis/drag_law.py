@@ -58,7 +58,8 @@ class DragLaw:
         t = np.asarray(time, dtype=float) - self.start
         root2 = 0.25 * self.linear**2 - self.constant * self.quadratic
         root = np.sqrt(abs(root2))
-        if root * np.max(np.abs(t), initial=0.0) < 1e-7:
+        far = float(np.abs(t).max()) if t.size else 0.0
+        if root * far < 1e-7:
             cosine, sine = np.ones_like(t), t
         elif root2 < 0:
             cosine, sine = np.cos(root * t), np.sin(root * t) / root
@@ -76,6 +77,23 @@ class DragLaw:
         middle, reach = 0.5 * (begin + end), _NODE * (end - begin)
         both = self.speed_at(np.concatenate([middle - reach, middle + reach]))
         return 0.5 * (both[: len(middle)] + both[len(middle) :])
+
+    def sensitivity(self, begin: np.ndarray, end: np.ndarray, terms: tuple[str, ...]) -> np.ndarray:
+        """Derivatives of the mean speed over successive spans (n,) by the speed at `start` (= begin[0]) and terms, (n, k).
+
+        Of ω' = −f(ω): ∂ω/∂ω₀ = f(ω)/f(ω₀) and ∂ω/∂p = −f(ω) ∫ (∂f/∂p)/f dt, by the trapezoidal rule over the spans.
+        """
+        middle = 0.5 * (begin + end)
+        speed = self.speed_at(np.append(self.start, middle))
+        drag = self.deceleration(speed)
+        drag = np.where(np.abs(drag) > 1e-200, drag, 1e-200)
+        turning = (speed[1:] > 0).astype(float)
+        columns = [turning * drag[1:] / drag[0]]
+        half = 0.5 * np.diff(np.append(self.start, middle))
+        for term in terms:
+            rate = speed ** {"constant": 0, "linear": 1, "quadratic": 2}[term] / drag
+            columns.append(-turning * drag[1:] * np.cumsum((rate[1:] + rate[:-1]) * half))
+        return np.column_stack(columns)
 
     def deceleration(self, speed: np.ndarray | float) -> np.ndarray:
         """Loss of speed, Hz/s, at speeds of any shape, Hz."""
@@ -119,10 +137,13 @@ class Coast:
         return len(self.mean)
 
     def measured(self, mean: np.ndarray) -> np.ndarray:
-        """Turn a change of mean speed (n,), Hz, into one of the quantity that was measured: Hz, or s of pulse time."""
+        """Turn a change of mean speed (n, ...), Hz, into one of the quantity that was measured: Hz, or s of pulse time."""
         if not self.pulsed:
             return mean
-        return np.cumsum(mean * (self.end - self.begin)) / self.mean
+        span, weight = self.end - self.begin, 1 / self.mean
+        if mean.ndim == 2:
+            span, weight = span[:, None], weight[:, None]
+        return np.cumsum(mean * span, axis=0) * weight
 
     def zero(self) -> np.ndarray | None:
         """Change of the measured quantity by what is not known of its zero: the first pulse, or the signal's offset."""
@@ -137,6 +158,11 @@ class Noise:
 
     ar: np.ndarray
     sigma: float
+
+    @property
+    def slow(self) -> float:
+        """Standard deviation of the white noise that is as strong at low frequency."""
+        return self.sigma / max(1.0 - float(self.ar.sum()), 0.05)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Return x (n, ...) filtered to white noise of standard deviation one, (n - p, ...)."""
@@ -288,11 +314,14 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
         return np.append(e, -p[k]) if prior else e
 
     def slopes(p: np.ndarray) -> np.ndarray:
-        here = white(p)
-        return np.column_stack([(white(p + step) - here) / 1e-6 for step in 1e-6 * np.eye(len(p))])
+        change = coast.measured(law_of(p[:k]).sensitivity(coast.begin, coast.end, terms) * scale)
+        if zero is not None:
+            change = np.column_stack([change, zero])
+        out = noise.whiten(-change)
+        return np.vstack([out, -np.eye(k + 1)[k]]) if prior else out
 
     p0 = np.append(np.array(begin) / scale, np.zeros(0 if zero is None else 1))
-    p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-9, ftol=1e-9, maxfev=100, full_output=True)
+    p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-8, ftol=1e-7, maxfev=100, full_output=True)
     sensitivity = slopes(p)
     covariance = np.linalg.pinv(sensitivity.T @ sensitivity)[:k, :k] * np.outer(scale, scale)
     return LawFit(law_of(p[:k]), terms, covariance, misfit(p), white(p), sensitivity)

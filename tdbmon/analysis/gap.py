@@ -107,10 +107,12 @@ def fit_gap(
     settled = settled_from(planes, end, nominal, circle, start)
     if settled is None:
         return None
-    arc = _Arc.of(xy[time >= settled], rate, machine.gravity, circle)
-    if len(arc.angle) < 6:
-        return None
-    alone = _fit_circle(arc, circle, travel.per_load)
+    for _ in range(2):  # the second time about the centre found: the bins linearise the circle
+        arc = _Arc.of(xy[time >= settled], rate, machine.gravity, circle)
+        if len(arc.angle) < 6:
+            return None
+        alone = _fit_circle(arc, circle, travel.per_load)
+        circle = alone[0][:3]
     sigma = float(np.sqrt(alone[1][2, 2]))
     if sigma > _WORST and from_swing is None:
         return None
@@ -252,8 +254,16 @@ def _gap(
 def _oval(arc: _Arc, p: np.ndarray) -> Estimate:
     """Second harmonic of the radius over the angle."""
     if arc.halfwidth < np.deg2rad(50):
-        return Estimate.missing("um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there")
-    columns = [np.sin(arc.angle), -np.cos(arc.angle), np.ones_like(arc.angle), np.cos(2 * arc.angle), np.sin(2 * arc.angle)]
+        return Estimate.missing(
+            "um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there"
+        )
+    columns = [
+        np.sin(arc.angle),
+        -np.cos(arc.angle),
+        np.ones_like(arc.angle),
+        np.cos(2 * arc.angle),
+        np.sin(2 * arc.angle),
+    ]
     jac = np.column_stack(columns)
     y = arc.radius - p[3] * (arc.load - 1)
     solution, *_ = np.linalg.lstsq(jac / arc.sigma[:, None], y / arc.sigma, rcond=None)

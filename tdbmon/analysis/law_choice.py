@@ -158,8 +158,23 @@ class _Stretch:
         return True
 
 
-def choose_law(stretch: Coast, noise: Noise | None) -> tuple[list[Candidate], Candidate | None]:
+def noise_in(stretch: Coast) -> Noise:
+    """Noise of the measured quantity, from what the fullest law leaves."""
+    fullest = MODELS["constant + exponential + quadratic"]
+    fit = fit_law(stretch, fullest, WHITE)
+    fit = fit_law(stretch, fullest, noise_of(fit.residual, fit.parameters), fit.law)
+    return noise_of(fit.residual, fit.parameters)
+
+
+def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate | None]:
     """Fit all `MODELS` and choose.
+
+    Parameters
+    ----------
+    stretch : Coast
+        From `find_stretch`.
+    noise : Noise
+        From `noise_in`, or known.
 
     Returns
     -------
@@ -168,12 +183,6 @@ def choose_law(stretch: Coast, noise: Noise | None) -> tuple[list[Candidate], Ca
     chosen : Candidate or None
         None where no law slows the rotor.
     """
-    fullest = MODELS["constant + exponential + quadratic"]
-    if noise is None:
-        fit = fit_law(stretch, fullest, WHITE)
-        noise = noise_of(fit.residual, fit.parameters)
-        fit = fit_law(stretch, fullest, noise, fit.law)
-        noise = noise_of(fit.residual, fit.parameters)
     fits = [(name, fit_law(stretch, terms, noise)) for name, terms in MODELS.items()]
     candidates = [Candidate(name, fit, _rms(stretch, fit), _held_out(fit), _unphysical(fit)) for name, fit in fits]
     candidates = [_against_simpler(c, candidates) for c in candidates]

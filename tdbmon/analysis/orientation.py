@@ -50,7 +50,9 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, 
 
 def _rest_row(end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, samples: int) -> Check:
     angle = _from_bottom(rest)
-    where = f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {angle:+.0f} deg from the bottom"
+    where = (
+        f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {angle:+.0f} deg from the bottom"
+    )
     if abs(angle) <= _BOTTOM_DEG:
         return Check("rest at the bottom", end, True, where)
     cause = _likely_cause(end, record, machine, samples)
@@ -105,5 +107,7 @@ def _sense_rows(end: str, planes: xr.Dataset, machine: Machine, release_s: float
     detail = f"strongest levitated orbit {4 * max(forward, backward) * 1e6:.2f} um 0-pk goes "
     if forward > backward:
         return [Check("orbit goes with the rotation", end, True, detail + "with the rotation")]
-    detail += "against the rotation; likely the probes of this end are swapped, or 'rotation' in the machine file is wrong"
+    detail += (
+        "against the rotation; likely the probes of this end are swapped, or 'rotation' in the machine file is wrong"
+    )
     return [Check("orbit goes with the rotation", end, False, detail)]

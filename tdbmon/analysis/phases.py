@@ -31,5 +31,7 @@ def split_phases(
     known = [(name, at) for name, at in borders if at is not None and start <= at < end]
     if release is None:
         known = [(name, at) for name, at in known if name != "levitated"]
+    if not known:
+        return ()
     ends = [at for _, at in known[1:]] + [end]
     return tuple(Phase(name, at, stop) for (name, at), stop in zip(known, ends, strict=True) if stop > at)

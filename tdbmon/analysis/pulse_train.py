@@ -72,6 +72,7 @@ def compare_with_pulses(
     scatter = float(np.var(np.diff(after.mean, 2)) / 6) * block  # rev^2 a second
     since = times - times[0]
     covariance = np.diag((speeds * step) ** 2 / 12 + bend**2) + scatter * np.minimum.outer(since, since)
+    covariance += (0.5 * step) ** 2 * np.outer(speeds, speeds)  # where within its sample an edge is timed is not known
     columns = np.column_stack([counted, np.ones(len(times)), *([since] if with_zero else [])])
     weight = np.linalg.inv(np.linalg.cholesky(covariance))
     solution, *_ = np.linalg.lstsq(weight @ columns, weight @ np.interp(times, at, covered), rcond=None)

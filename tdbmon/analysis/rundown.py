@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_law, noise_of
-from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch
+from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses, turns_between
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.estimate import OUTSIDE, Estimate
@@ -245,6 +245,11 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     reached = bool(stretch.end[-1] >= min(rest.turning_until, after.end[-1]) - 1e-9)
     if reached:  # a law of constant drag down to zero: the rotor does rest
         stretch = replace(stretch, offset_sigma=rest.level_sigma)
+    noise = noise or noise_in(stretch)
+    if density is None:  # the run-down shows the noise's colour better than the few samples of levitation
+        wider = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
+        before = _before(lead, release, Noise(np.empty(0), noise.slow * wider))
+        initial = _initial(before, release, source)
     candidates, chosen = choose_law(stretch, noise)
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
@@ -275,7 +280,11 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
 def _known(coast: Coast, density: float | None) -> Noise | None:
     if density is None or not len(coast):
         return None
-    return Noise(np.empty(0), density / float(np.sqrt(np.median(coast.end - coast.begin))))
+    return Noise(np.empty(0), density / float(np.sqrt(_span(coast))))
+
+
+def _span(coast: Coast) -> float:
+    return float(np.median(coast.end - coast.begin))
 
 
 def _before(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:

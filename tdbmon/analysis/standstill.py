@@ -61,8 +61,7 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     if len(coast) < 8 * count:
         return none
     tail, head = coast.mean[-count:], float(np.median(coast.mean[:count]))
-    noise = noise_of(tail, 1)
-    spread = noise.sigma / max(1.0 - float(noise.ar.sum()), 0.05)  # of the sum of n blocks, over sqrt(n)
+    spread = noise_of(tail, 1).slow
     level, sigma = float(tail.mean()), spread / np.sqrt(count)
     fall = float(tail[: count // 2].mean() - tail[-(count // 2) :].mean())
     if abs(level) > _REST_SHARE * head or fall > 4 * 2 * sigma:

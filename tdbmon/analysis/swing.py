@@ -72,7 +72,7 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     mass = _end_mass_matrix(machine, rotor)
     basis = free_free(rotor, _BENDING)
     nominal = [_path_radius(machine, end, load) for end, load in zip(ends, loads, strict=True)]
-    predicted, shapes = _modes(mass, loads, np.array(nominal))
+    predicted, _ = _modes(mass, loads, np.array(nominal))
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     inside = time >= settled_s
     x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
@@ -178,7 +178,10 @@ def _track(
             m = int(seen.sum())
             rest = (part.T - basis @ amplitude) * taper[:, None]
             jac = np.stack(
-                [(slope_cos[:, j, None] * amplitude[j] + slope_sin[:, j, None] * amplitude[m + j]) * taper[:, None] for j in range(m)]
+                [
+                    (slope_cos[:, j, None] * amplitude[j] + slope_sin[:, j, None] * amplitude[m + j]) * taper[:, None]
+                    for j in range(m)
+                ]
             ).reshape(m, -1)
             # project the amplitudes off, so that frequency and phase are not mistaken for each other
             q, _ = np.linalg.qr(basis * taper[:, None])
@@ -225,6 +228,8 @@ def _mode(
     table: np.ndarray, mode: int, machine: Machine, basis: Modes, loads: np.ndarray
 ) -> tuple[Estimate, dict[str, float], list[tuple[float, float]]] | None:
     """Combine the windows of one mode; the scatter between windows gives the interval."""
+    from scipy.special import stdtrit
+
     if len(table) < 4:
         return None
     frequency = table[:, 0]
@@ -258,8 +263,7 @@ def _mode(
         left_out.append(reduce(keep))
     n = len(groups)
     sigma = np.sqrt((n - 1) / n * np.sum((np.array(left_out) - np.mean(left_out, axis=0)) ** 2, axis=0))
-    # a frequency cannot be known better than the least scatter of its windows allows
-    quantile = 2.2 / 1.96  # Student's t at about eleven degrees of freedom
+    quantile = float(stdtrit(n - 1, 0.975)) / 1.96
     name = ("parallel swing", "conical swing")[mode]
     estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]) * quantile, "Hz", f"{name}, small amplitude")
     shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}

@@ -1,0 +1,5 @@
+"""``python -m tdbmon``."""
+
+from tdbmon.cli import main
+
+main()

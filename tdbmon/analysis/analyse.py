@@ -1,0 +1,295 @@
+"""One record, analysed: from channels laid over a machine to everything they yield without a fitted model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+from tdbsim.modes import free_free, supported
+from tdbsim.rotor import RotorModel, build_rotor, static_loads
+
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.contacts import find_contacts
+from tdbmon.analysis.gap import Gap, fit_gap, settled_from
+from tdbmon.analysis.lines import Line, find_lines
+from tdbmon.analysis.order import track
+from tdbmon.analysis.orientation import check_orientation
+from tdbmon.analysis.phases import split_phases
+from tdbmon.analysis.release import Release, find_release
+from tdbmon.analysis.rest import RestTravel, rest_travel
+from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.rundown import RunDown, fit_rundown
+from tdbmon.analysis.spectrum import waterfall
+from tdbmon.analysis.stiffness import single_mass_stiffness
+from tdbmon.analysis.swing import Swing, find_swing, predicted_swing
+from tdbmon.analysis.whirl import Whirl, find_whirl
+from tdbmon.estimate import Estimate
+from tdbmon.record.assign import assign
+from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
+from tdbmon.record.keyphasor import speed as pulse_speed
+from tdbmon.record.quality import Check, check, usable
+
+Progress = Callable[[str], None]
+
+
+def _silent(_: str) -> None:
+    return None
+
+
+def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) -> Analysis:
+    """Analyse one dropdown record.
+
+    Parameters
+    ----------
+    record : Dataset
+        As `tdbmon.record.read` gives it.
+    machine : Machine
+    progress : callable, optional
+        Is told the name of each step as it begins.
+
+    Returns
+    -------
+    Analysis
+        What the record lacks (a speed signal, the keyphasor, an end's probes) is left out of it and listed in its
+        checks; nothing is invented.
+
+    Raises
+    ------
+    InputError
+        If the record holds neither an orbit nor a speed of this machine.
+    """
+    progress("checking the channels")
+    record = assign(record, machine)
+    checks = list(check(record, machine))
+    rotor = build_rotor(machine)
+    key = pulses(record, machine) if "keyphasor" in record else None
+    speed = _speed(record, key)
+    planes = _planes(record, machine, checks, speed)
+    if planes is None:
+        return _speed_only(record, machine, rotor, checks, speed, key)
+
+    progress("finding the release and the contacts")
+    time = planes.time.to_numpy()
+    angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
+    release = _release(planes, machine, rotor, speed, checks)
+    released = None if release is None else release.time.value
+    checks += check_orientation(planes, record, machine, released)
+    ends, swing = _ends(planes, machine, rotor, released, checks)
+
+    progress("fitting the run-down")
+    rundown = _rundown(speed, released, rotor, key)
+
+    progress("looking for lines and whirl")
+    settled = [e.gap.settled_from for e in ends.values() if e.gap is not None]
+    lines: tuple[Line, ...] = ()
+    if speed.known:
+        lines = find_lines(planes, speed.time, speed.hz, machine.sense, machine.mains, _expected(machine, rotor, swing))
+    touched = [e.contacts.events[0].start for e in ends.values() if e.contacts is not None and e.contacts.events]
+    standstill = rundown.standstill_time.value if rundown is not None else None
+    phases = split_phases(
+        float(time[0]),
+        float(time[-1]),
+        released,
+        min(touched) if touched else None,
+        max(settled) if len(settled) == len(ends) and settled else None,
+        standstill,
+    )
+    return Analysis(
+        machine,
+        rotor,
+        record,
+        planes,
+        tuple(checks),
+        release,
+        phases,
+        ends,
+        swing,
+        rundown,
+        speed.time,
+        speed.hz,
+        angle,
+        waterfall(planes),
+        lines,
+        _whirl(planes, machine, ends, released),
+        track(planes, angle, sense=machine.sense) if angle is not None else None,
+    )
+
+
+@dataclass(frozen=True)
+class _Speed:
+    """Speed on its own samples, from the speed channel or else the keyphasor."""
+
+    time: np.ndarray
+    hz: np.ndarray
+
+    @property
+    def known(self) -> bool:
+        return len(self.time) > 3
+
+    def before(self, release: float | None) -> float | None:
+        """Median speed up to the release (of the first 20 ms where that is not known)."""
+        if not self.known:
+            return None
+        head = self.time < (self.time[0] + 0.02 if release is None else release)
+        head[:3] = True
+        value = float(np.nanmedian(self.hz[head]))
+        return value if value > 1.0 else None
+
+
+def _speed(record: xr.Dataset, key: Pulses | None) -> _Speed:
+    if "speed" in record:
+        channel = record["speed"]
+        hz = channel.to_numpy()
+        finite = np.isfinite(hz)
+        return _Speed(record[channel.dims[0]].to_numpy()[finite], hz[finite])
+    if key is not None and len(key.times) > 3:
+        time, hz, _ = pulse_speed(key)
+        return _Speed(time, hz)
+    return _Speed(np.empty(0), np.empty(0))
+
+
+def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _Speed) -> xr.Dataset | None:
+    """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
+    try:
+        return to_planes(record, machine, usable(record, machine, tuple(checks)))
+    except InputError as error:
+        if not speed.known:
+            raise
+        checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
+        return None
+
+
+def _speed_only(
+    record: xr.Dataset, machine: Machine, rotor: RotorModel, checks: list[Check], speed: _Speed, key: Pulses | None
+) -> Analysis:
+    rundown = _rundown(speed, None, rotor, key)
+    return Analysis(
+        machine, rotor, record, None, tuple(checks), None, (), {}, None, rundown, speed.time, speed.hz, None, None, (), {}, None
+    )  # fmt: skip
+
+
+def _release(
+    planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed: _Speed, checks: list[Check]
+) -> Release | None:
+    bending = float(free_free(rotor, 1).frequencies[2])
+    release = find_release(planes, machine, speed.before(None), bending)
+    if release is None:
+        detail = "the record starts after the release: no levitated stretch; times count from the first sample"
+        checks.append(Check("levitated stretch", "", False, detail))
+    return release
+
+
+def _rundown(speed: _Speed, released: float | None, rotor: RotorModel, key: Pulses | None) -> RunDown | None:
+    if not speed.known:
+        return None
+    return fit_rundown(
+        speed.time,
+        speed.hz,
+        release_time=float(speed.time[0]) if released is None else released,
+        polar_inertia=rotor.polar_inertia,
+        pulses=None if key is None else key.times,
+    )
+
+
+def _ends(
+    planes: xr.Dataset, machine: Machine, rotor: RotorModel, released: float | None, checks: list[Check]
+) -> tuple[dict[str, EndResult], Swing | None]:
+    loads = static_loads(machine, rotor)
+    start = float(planes.time[0]) if released is None else released
+    seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
+    settled = {end: settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start) for end in seen}
+    swing = None
+    times = [s for s in settled.values() if s is not None]
+    if len(times) == len(machine.ends):
+        swing = find_swing(planes, machine, rotor, max(times))
+    ends = {}
+    for end in machine.ends:
+        travel = rest_travel(machine.bearing(end), loads[end])
+        if swing is not None:
+            from_swing = swing.gap[end]
+        else:
+            from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
+        gap = contacts = None
+        if end in seen:
+            gap = fit_gap(planes, end, machine, travel, released, from_swing if swing is not None else None)
+        if gap is not None:
+            clearance = machine.bearing(end).balls.diametral_clearance.nominal
+            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity)
+            if gap.agrees is not None:
+                detail = f"radius {gap.from_arc} from the arc, {from_swing} from the swing"
+                checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
+        first = contacts.first if contacts is not None else None
+        stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
+        if gap is None:
+            stiffness = Estimate.missing("N/m", "the shaft does not settle, so its position at rest is not known")
+        ends[end] = EndResult(
+            end,
+            str(planes.plane.sel(end=end).item()),
+            loads[end],
+            travel,
+            gap,
+            _air_gap(gap, travel),
+            from_swing,
+            contacts,
+            stiffness,
+            _deepest(planes, end, gap, start),
+        )
+    return ends, swing
+
+
+def _air_gap(gap: Gap | None, travel: RestTravel) -> Estimate:
+    """Radial air gap: the radius at rest less ball clearance and deflection."""
+    if gap is None or gap.radius.value is None or gap.radius.high is None:
+        return Estimate.missing("um", "the shaft does not settle, so the clearance circle is not known")
+    sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
+    rule = "radius at rest less ball clearance and deflection of the machine file"
+    return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
+
+
+def _deepest(planes: xr.Dataset, end: str, gap: Gap | None, start: float) -> Estimate:
+    """Largest excursion from the clearance centre after the release."""
+    if gap is None or gap.centre[0].value is None or gap.centre[1].value is None:
+        return Estimate.missing("um", "the clearance centre is not known")
+    xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
+    reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
+    high, value = gap.centre[1].high, gap.centre[1].value
+    sigma = 0.0 if high is None else (high - value) / 1.96
+    return Estimate.from_sigma(
+        float(np.nanmax(reach)), sigma, "um", "largest distance from the clearance centre", "0-pk"
+    )
+
+
+def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[tuple[str, float, float]]:
+    """Bands in which lines have a name: both swings, and bending on the touchdown bearings loaded by the weight."""
+    bands = []
+    for i, predicted in enumerate(predicted_swing(machine, rotor)):
+        measured = swing.frequencies[i].value if swing is not None and i < len(swing.frequencies) else None
+        low, high = (0.97, 1.03) if measured is not None else (0.85, 1.15)
+        centre = predicted if measured is None else measured
+        bands.append((f"swing {i + 1}", low * centre, high * centre))
+    loads = static_loads(machine, rotor)
+    stiffness = {b.name: loads[b.name] / rest_travel(b, loads[b.name]).per_load for b in machine.touchdown_bearings}
+    soft, stiff = (
+        supported(machine, rotor, {end: share * k for end, k in stiffness.items()}).frequencies[::2]
+        for share in (0.7, 1.5)
+    )
+    bands += [(f"bending {i + 1}", float(a), float(b)) for i, (a, b) in enumerate(zip(soft, stiff, strict=True))]
+    return bands
+
+
+def _whirl(
+    planes: xr.Dataset, machine: Machine, ends: dict[str, EndResult], released: float | None
+) -> dict[str, Whirl]:
+    start = float(planes.time[0]) if released is None else released
+    out = {}
+    for end, result in ends.items():
+        gap = result.gap
+        if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
+            continue
+        centre = (gap.centre[0].value, gap.centre[1].value)
+        out[end] = find_whirl(planes, end, centre, gap.radius.value, machine.sense, start)
+    return out

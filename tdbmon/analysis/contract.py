@@ -1,0 +1,158 @@
+"""The JSON of an analysis.  Names are a contract: they are added to, never renamed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tdbmon.analysis.contacts import FirstContact
+from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.rundown import RunDown
+from tdbmon.estimate import Estimate
+
+_NO_MODEL = "forces need a simulation fitted to the record; displacements alone do not give them"
+
+
+def analysis_json(analysis: Analysis) -> dict[str, Any]:
+    """Return an analysis as plain dictionaries, lists, numbers and texts; quantities carry their unit and interval."""
+    release = analysis.release
+    no_release = Estimate.missing("s", "no release was found in the record")
+    return {
+        "record": _record(analysis),
+        "machine": analysis.machine.name,
+        "release_time_s": (release.time if release else no_release).to_json(),
+        "force_decay_ms": (release.force_decay if release else no_release).to_json(),
+        "release": {
+            end: {"x_um": s.x.to_json(), "y_um": s.y.to_json(), "vx_mm_s": s.vx.to_json(), "vy_mm_s": s.vy.to_json()}
+            for end, s in (release.states if release else {}).items()
+        },
+        "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
+        "speed": None if analysis.rundown is None else _speed(analysis.rundown),
+        "ends": {name: _end(end, analysis) for name, end in analysis.ends.items()},
+        "lines": [
+            {
+                "kind": line.kind,
+                "order": line.order,
+                "frequency_hz": line.frequency.to_json(),
+                "direction": line.direction,
+                "end": line.end,
+                "name": line.name,
+                "amplitude_um": line.amplitude.to_json(),
+                "first_s": line.first_s,
+                "last_s": line.last_s,
+            }
+            for line in analysis.lines
+        ],
+        "whirl": _whirl(analysis),
+        "indicators": {
+            "settled_s": _settled(analysis).to_json(),
+            **{f"deepest_um_{name}": end.deepest.to_json() for name, end in analysis.ends.items()},
+        },
+        "quality": [
+            {"check": c.check, "channel": c.channel, "passed": bool(c.passed), "detail": c.detail}
+            for c in analysis.checks
+        ],
+    }
+
+
+def _record(analysis: Analysis) -> dict[str, Any]:
+    attributes = analysis.record.attrs
+    time = analysis.planes.time.to_numpy() if analysis.planes is not None else analysis.speed_time
+    rate = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else None
+    return {
+        "file": str(attributes.get("source_file", "")),
+        "sha256": str(attributes.get("sha256", "")),
+        "sampling_hz": None if rate is None else float(rate),
+        "duration_s": float(time[-1] - time[0]) if len(time) else None,
+        "drop_time": attributes.get("drop_time"),
+        "missing": [str(name) for name in np.atleast_1d(attributes.get("missing", []))],
+    }
+
+
+def _speed(rundown: RunDown) -> dict[str, Any]:
+    return {
+        "initial_hz": rundown.initial.to_json(),
+        "decay_time_s": rundown.decay_time.to_json(),
+        "models": [
+            {
+                "name": model.name,
+                "parameters": {name: value.to_json() for name, value in model.parameters.items()},
+                "rms_hz": model.rms,
+                "bic": model.bic,
+                "held_out_rms_hz": model.held_out_rms,
+                "chosen": model.chosen,
+                "refused": model.refused,
+            }
+            for model in rundown.models
+        ],
+        "standstill_time_s": rundown.standstill_time.to_json(),
+        "drag_torque_n_m": rundown.drag_torque.to_json(),
+        "lost_speed_hz": rundown.lost_speed.to_json(),
+    }
+
+
+def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
+    um, unsettled = "um", "the shaft does not settle on the ring within the record"
+    gap = end.gap
+    missing = Estimate.missing(um, unsettled)
+    first: FirstContact | None = end.contacts.first if end.contacts else None
+    untouched = "no first contact was found"
+    swings = analysis.swing.frequencies if analysis.swing else ()
+    return {
+        "plane": end.plane,
+        "static_load_n": end.load,
+        "gap_lower_um": (gap.lower if gap else missing).to_json(),
+        "gap_upper_um": (gap.upper if gap else missing).to_json(),
+        "gap_centre_um": [(gap.centre[i] if gap else missing).to_json() for i in range(2)],
+        "gap_radius_um": (gap.radius if gap else missing).to_json(),
+        "gap_from_arc_um": (gap.from_arc if gap else missing).to_json(),
+        "gap_from_swing_um": end.gap_from_swing.to_json(),
+        "air_gap_um": end.air_gap.to_json(),
+        "gap_oval_um": (gap.oval if gap else missing).to_json(),
+        "swing_hz": (swings[0] if swings else Estimate.missing("Hz", end.gap_from_swing.why or "no swing")).to_json(),
+        "first_contact_s": (first.touch if first else Estimate.missing("s", untouched)).to_json(),
+        "first_contact_duration_s": (first.duration if first else Estimate.missing("s", untouched)).to_json(),
+        "rebound_um": (first.rebound if first else Estimate.missing(um, untouched)).to_json(),
+        "contacts": len(end.contacts.events) if end.contacts else None,
+        "restitution": (first.restitution if first else Estimate.missing("1", untouched)).to_json(),
+        "stiffness_n_per_m": end.stiffness.to_json(),
+        "support": {
+            "mass_kg": Estimate.missing("kg", _NO_MODEL).to_json(),
+            "stiffness_n_per_m": Estimate.missing("N/m", _NO_MODEL).to_json(),
+            "damping_n_s_per_m": Estimate.missing("N s/m", _NO_MODEL).to_json(),
+        },
+        "peak_force_n": Estimate.missing("N", _NO_MODEL).to_json(),
+        "stress_mpa": {
+            **{"max": Estimate.missing("MPa", _NO_MODEL).to_json()},
+            **dict.fromkeys(("mean", "median", "q1", "q3", "outliers")),
+        },
+        "ring_at_speed_s": Estimate.missing("s", "no channel shows the inner ring's speed; " + _NO_MODEL).to_json(),
+    }
+
+
+def _whirl(analysis: Analysis) -> dict[str, Any]:
+    whirls = analysis.whirl
+    return {
+        "backward": any(w.backward for w in whirls.values()),
+        "full": any(w.full for w in whirls.values()),
+        "ends": {
+            end: {
+                "backward": w.backward,
+                "full": w.full,
+                "backward_onset_s": w.backward_onset.to_json(),
+                "full_onset_s": w.full_onset.to_json(),
+            }
+            for end, w in whirls.items()
+        },
+    }
+
+
+def _settled(analysis: Analysis) -> Estimate:
+    """Time from which both ends stay on their rings."""
+    times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
+    if not times or len(times) < len(analysis.ends):
+        return Estimate.missing("s", "not both ends settle within the record")
+    return Estimate(
+        max(times), unit="s", method="last bounce of more than a tenth of the gap", why="stated to the sample"
+    )

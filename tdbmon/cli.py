@@ -1,0 +1,179 @@
+"""The command line.  Commands parse, call the library and write; nothing is computed here."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+# small matrices: threads of the linear algebra library only get in each other's way; must precede numpy
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="Measurement analysis and condition monitoring of rotor dropdowns on touchdown bearings.",
+)
+
+MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE", help="the machine's TOML file")]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="F.json", help="write the results as JSON")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from tdbmon import __version__
+
+        typer.echo(f"tdbmon {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="folder for the reports")] = Path("demo-output"),
+) -> None:
+    """Analyse the synthetic drops that ship with tdbmon and write their reports."""
+    from tdbmon.demo import run_demo
+
+    with _progress() as tell:
+        written = run_demo(out, tell)
+    for line in written:
+        typer.echo(line)
+
+
+@app.command()
+def inspect(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="a record in any format that tdbmon reads")],
+    json_file: JsonFile = None,
+) -> None:
+    """Show what is in a file: channels, units, rates, duration, gaps.  Needs no machine."""
+    from tdbmon.record.inspect import inspect as look
+
+    found = look(file)
+    for line in found.lines():
+        typer.echo(line)
+    _write_json(json_file, found.to_json)
+
+
+@app.command()
+def analyse(
+    machine: MachineFile,
+    record: Annotated[Path, typer.Argument(metavar="RECORD", help="a dropdown record")],
+    json_file: JsonFile = None,
+    report: Annotated[
+        list[Path] | None, typer.Option(metavar="F.html|F.pdf", help="write a report; may be given twice")
+    ] = None,
+) -> None:
+    """Analyse one dropdown record."""
+    writers = [_report_writer(path) for path in report or []]
+    from tdbsim.machine import load_machine
+
+    from tdbmon.analysis.analyse import analyse as run
+    from tdbmon.analysis.contract import analysis_json
+    from tdbmon.analysis.summary import summary_lines
+    from tdbmon.record.read import read
+
+    with _progress() as tell:
+        tell("reading the machine and the record")
+        plan = load_machine(machine)
+        result = run(read(record), plan, tell)
+        if writers:
+            from tdbmon.report.drop import build_report
+
+            tell("drawing the figures")
+            document = build_report(result)
+            for write in writers:
+                write(document)
+    for line in summary_lines(result):
+        typer.echo(line)
+    _write_json(json_file, lambda: analysis_json(result))
+    for path in report or []:
+        typer.echo(f"report: {path}")
+
+
+def _report_writer(path: Path) -> Callable[[Any], None]:
+    """Return what writes a document to this path; the suffix decides."""
+    from tdbsim.errors import InputError
+
+    suffix = path.suffix.lower()
+    if suffix not in (".html", ".pdf"):
+        raise InputError(f"{path}: a report is .html or .pdf, not '{suffix}'; name it {path.with_suffix('.html').name}")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+
+    def write(document: Any) -> None:
+        if suffix == ".html":
+            from tdbmon.report.html import write_html
+
+            write_html(document, path)
+        else:
+            from tdbmon.report.pdf import write_pdf
+
+            write_pdf(document, path)
+
+    return write
+
+
+def _write_json(path: Path | None, content: Callable[[], dict[str, Any]]) -> None:
+    if path is None:
+        return
+    from tdbmon.atomic import write_text
+
+    write_text(path, json.dumps(content(), indent=1, allow_nan=False) + "\n")
+    typer.echo(f"json: {path}")
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Show the current step on a terminal; say nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("starting") as status:
+        yield lambda step: status.update(step)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; an input that cannot be used is one line on standard error and exit code 2."""
+    try:
+        code = app(arguments, standalone_mode=False)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        message = _cause(error)
+        if message is None:
+            raise
+        sys.stderr.write("tdbmon: " + " ".join(message.split()) + "\n")
+        sys.exit(2)
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _cause(error: Exception) -> str | None:
+    """Return the line to show for an error of the input, None for a defect of the program."""
+    if hasattr(error, "format_message"):  # a wrong option or argument
+        return str(error.format_message()) + " (see --help)"
+    if type(error).__name__ == "Abort":
+        sys.exit(130)
+    from tdbsim.errors import InputError
+
+    if isinstance(error, InputError):
+        return str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}; check the path and the permissions"
+    return None

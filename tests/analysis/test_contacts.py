@@ -1,0 +1,96 @@
+"""Contacts and the single-mass stiffness, on a mass that falls onto a spring: every instant is a closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tdbmon.analysis.contacts import find_contacts
+from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.rest import RestTravel
+from tdbmon.analysis.stiffness import single_mass_stiffness
+from tdbmon.estimate import Estimate
+from tests.analysis.planes import G, planes_of
+
+MASS, STIFFNESS, HEIGHT = 50.0, 4e7, 280e-6
+SAG = MASS * G / STIFFNESS
+
+
+def fall_on_a_spring(rate=20000.0, noise=0.0, seed=0):
+    """Depth below the release of a mass that falls onto a lossless spring, with its touch and lift-off."""
+    w = np.sqrt(STIFFNESS / MASS)
+    touch = 0.01 + np.sqrt(2 * HEIGHT / G)
+    speed = np.sqrt(2 * G * HEIGHT)
+    # about the position at rest: z = -SAG cos + (v/w) sin from the touch on
+    size = np.hypot(SAG, speed / w)
+    lift = touch + (np.pi + 2 * np.arctan2(SAG, speed / w)) / w
+    time = np.arange(int(0.05 * rate)) / rate
+    depth = np.zeros(len(time))
+    falling = (time > 0.01) & (time <= touch)
+    depth[falling] = 0.5 * G * (time[falling] - 0.01) ** 2
+    pressed = (time > touch) & (time <= lift)
+    phase = w * (time[pressed] - touch) - np.arctan2(SAG, speed / w)
+    depth[pressed] = HEIGHT + SAG + size * np.sin(phase)
+    rising = time > lift
+    s = time[rising] - lift
+    depth[rising] = HEIGHT - speed * s + 0.5 * G * s**2
+    depth[rising & (time > lift + 2 * speed / G)] = HEIGHT - 1e-6
+    xy = np.column_stack([np.zeros(len(time)), -depth]) + noise * np.random.default_rng(seed).standard_normal(
+        (len(time), 2)
+    )
+    return planes_of(time, {"NDE": xy}), touch, lift, np.pi / w
+
+
+def circle(sigma=0.2e-6):
+    zero = Estimate.from_sigma(0.0, sigma, "um", "")
+    radius = Estimate.from_sigma(HEIGHT + SAG, sigma, "um", "")
+    points = np.zeros((1, 2))
+    return Gap(radius, radius, (zero, zero), radius, radius, None, Estimate.missing("um", "no"), 0.045, 0.0, points)
+
+
+TRAVEL = RestTravel(0.0, 0.0, SAG, 0.0, SAG)
+
+
+def test_touch_liftoff_and_rebound_are_the_closed_forms():
+    planes, touch, lift, _ = fall_on_a_spring()
+    first = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    assert first.touch.value == pytest.approx(touch, abs=5e-5)
+    assert first.duration.value == pytest.approx(lift - touch, abs=1e-4)
+    assert first.duration.low <= lift - touch <= first.duration.high
+    assert first.rebound.value == pytest.approx(HEIGHT, rel=0.01)  # a lossless spring throws it back up
+    assert first.restitution.value == pytest.approx(1.0, abs=0.01)
+    assert first.direction == pytest.approx(-np.pi / 2, abs=0.01)
+
+
+def test_half_a_period_about_rest_gives_the_stiffness():
+    planes, *_, half = fall_on_a_spring()
+    first = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    assert first.static_out.value - first.static_in.value == pytest.approx(half, rel=2e-3)
+    found = single_mass_stiffness(first, MASS)
+    assert found.value == pytest.approx(STIFFNESS, rel=5e-3)
+    assert found.low <= STIFFNESS <= found.high
+
+
+def test_stiffness_intervals_hold_the_truth_with_noise():
+    inside = []
+    for seed in range(200):
+        planes, *_ = fall_on_a_spring(noise=0.3e-6, seed=seed)
+        first = find_contacts(planes, "NDE", circle(0.5e-6), TRAVEL, 0.0, 0.01, G).first
+        found = single_mass_stiffness(first, MASS)
+        inside.append(found.low <= STIFFNESS <= found.high)
+    assert np.mean(inside) >= 0.95
+
+
+def test_a_rotor_that_never_reaches_the_ring_has_no_contact():
+    planes, *_ = fall_on_a_spring()
+    short = planes.isel(time=planes.time < 0.014)
+    found = find_contacts(short, "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert found.first is None
+    assert found.events == ()
+    assert not single_mass_stiffness(found.first, MASS).known
+
+
+def test_noise_about_the_level_does_not_multiply_contacts():
+    planes, *_ = fall_on_a_spring(noise=0.5e-6, seed=4)
+    planes = planes.isel(time=planes.time < 0.02)
+    assert len(find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).events) == 1

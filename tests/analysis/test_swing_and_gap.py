@@ -1,0 +1,183 @@
+"""Swing and clearance circle, against rotors that swing by an independent integration of the pendulum's own equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from tdbsim.machine import Machine
+from tdbsim.rotor import RotorModel
+
+from tdbmon.analysis.gap import fit_gap, settled_from
+from tdbmon.analysis.rest import RestTravel
+from tdbmon.analysis.swing import find_swing
+from tests.analysis.planes import G, planes_of
+
+RATE = 4000.0
+
+
+@cache
+def pendulum(machine_rotor, radii, seconds, amplitude, damping):
+    """Angles and their rates of two coupled pendulums: the rigid rotor's mass on two paths, by Lagrange's equations.
+
+    Kinetic energy holds the paths' full velocity, so the period grows with the amplitude as a pendulum's does.
+    """
+    machine, rotor = machine_rotor
+    a, b = (machine.bearing(end).position - rotor.centre_of_mass for end in machine.ends)
+    turn = np.linalg.inv(np.array([[1.0, a], [1.0, b]]))
+    mass = turn.T @ np.diag([rotor.total_mass, rotor.diametral_inertia]) @ turn
+    rings = np.array([t.inner_ring_inertia / t.journal_radius**2 for t in machine.touchdown_bearings])
+    weight = G * mass.sum(axis=1)
+    r = np.array(radii)
+
+    def motion(_, q):
+        # x = r sin, y = -r cos at each end; the mass couples both directions
+        s, c, rate = np.sin(q[:2]), np.cos(q[:2]), q[2:]
+        m = mass * np.outer(r, r) * (np.outer(c, c) + np.outer(s, s)) + np.diag(rings * r**2)
+        spin = mass * np.outer(r, r) * (np.outer(c, -s) + np.outer(s, c))
+        force = -weight * r * s - spin @ rate**2 - 2 * damping * np.diag(m) * rate
+        return np.concatenate([rate, np.linalg.solve(m, force)])
+
+    time = np.arange(int(seconds * RATE)) / RATE
+    start = np.array([*amplitude, 0.0, 0.0])
+    solved = solve_ivp(motion, (0, seconds), start, "DOP853", time, rtol=1e-8, atol=1e-9)
+    return time, solved.y[:2], solved.y[2:]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A machine with its rotor, hashable by identity."""
+
+    machine: Machine
+    rotor: RotorModel
+
+    def __iter__(self):
+        return iter((self.machine, self.rotor))
+
+
+def swing(case, radii, seconds, amplitude, *, seed=0, noise=0.3e-6, centre=(0.0, 0.0), compliance=0.0, damping=0.15):
+    """What the ends' centres do; `compliance` (m for a load of one weight) lengthens the radius with the load."""
+    time, angles, rates = pendulum(case, radii, seconds, amplitude, damping)
+    rng = np.random.default_rng(seed)
+    xy = {}
+    for i, end in enumerate(case.machine.ends):
+        load = np.cos(angles[i]) + rates[i] ** 2 * radii[i] / G - 1
+        radius = radii[i] + compliance * load
+        path = np.column_stack([radius * np.sin(angles[i]), -radius * np.cos(angles[i])]) + np.array(centre)
+        xy[end] = path + noise * rng.standard_normal(path.shape)
+    return planes_of(time, xy)
+
+
+@pytest.fixture(scope="module")
+def stiff(rotor):
+    """The rotor with forty times its stiffness: the pendulum equations above know no bending."""
+    from tdbsim.machine import load_machine
+    from tdbsim.rotor import build_rotor
+
+    from tdbmon.shipped import shipped
+
+    machine = load_machine(shipped("coastdown/machine.toml"))
+    harder = machine.rotor.model_copy(update={"elastic_modulus": machine.rotor.elastic_modulus * 40})
+    machine = machine.model_copy(update={"rotor": harder})
+    return Case(machine, build_rotor(machine))
+
+
+@pytest.mark.parametrize("radii", [(290e-6, 310e-6), (320e-6, 280e-6)])
+def test_both_radii_come_back_from_the_swing(stiff, radii):
+    machine, rotor = stiff
+    found = find_swing(swing(stiff, radii, 12.0, (0.25, 0.18)), machine, rotor, 0.0)
+    assert len(found.frequencies) == 2
+    for end, truth in zip(machine.ends, radii, strict=True):
+        assert found.gap[end].low <= truth <= found.gap[end].high
+        assert found.gap[end].value == pytest.approx(truth, rel=0.004)
+
+
+def test_a_wide_swing_is_slower_and_the_radius_is_not_mistaken(stiff):
+    """At 0.4 rad the second-order term is 1 % of the frequency: left out, the radius would be 2 % too large."""
+    machine, rotor = stiff
+    wide = find_swing(swing(stiff, (300e-6, 300e-6), 12.0, (0.40, 0.40), damping=0.0), machine, rotor, 0.0)
+    assert wide.gap["NDE"].value == pytest.approx(300e-6, rel=0.004)
+
+
+def test_frequency_intervals_hold_the_truth(stiff):
+    """40 noise seeds; a small swing, so that the linear pendulum is the truth."""
+    machine, rotor = stiff
+    clean = find_swing(swing(stiff, (300e-6, 290e-6), 8.0, (0.05, 0.04), noise=1e-12), machine, rotor, 0.0)
+    truth = clean.frequencies[0].value
+    noisy = [
+        find_swing(swing(stiff, (300e-6, 290e-6), 8.0, (0.05, 0.04), seed=s), machine, rotor, 0.0) for s in range(40)
+    ]
+    inside = [n.frequencies[0].low <= truth <= n.frequencies[0].high for n in noisy]
+    assert np.mean(inside) >= 0.9
+
+
+def test_no_swing_is_invented_from_noise(machine, rotor):
+    rng = np.random.default_rng(0)
+    time = np.arange(int(12 * RATE)) / RATE
+    still = {end: [0, -300e-6] + 0.3e-6 * rng.standard_normal((len(time), 2)) for end in machine.ends}
+    assert find_swing(planes_of(time, still), machine, rotor, 0.0) is None
+
+
+def test_too_short_a_stretch_gives_no_swing(stiff):
+    machine, rotor = stiff
+    assert find_swing(swing(stiff, (300e-6, 300e-6), 2.0, (0.2, 0.2)), machine, rotor, 0.0) is None
+
+
+TRAVEL = RestTravel(1e-6, 16e-6, 3e-6, 1e-6, 9e-6)
+
+
+def test_circle_intervals_hold_centre_and_radius(stiff):
+    """60 swings that die down, with a compliance within the prior's spread about the machine file's value."""
+    machine, _ = stiff
+    inside = []
+    for seed in range(60):
+        rng = np.random.default_rng(1000 + seed)
+        centre = tuple(rng.uniform(-20e-6, 20e-6, 2))
+        compliance = TRAVEL.per_load * (1 + 0.35 * rng.standard_normal())
+        planes = swing(
+            stiff, (300e-6, 290e-6), 1.5, (0.6, 0.5), seed=seed, centre=centre, compliance=compliance, damping=0.8
+        )
+        gap = fit_gap(planes, "NDE", machine, TRAVEL, None)
+        truth = (*centre, 300e-6)
+        inside.append([e.low <= t <= e.high for e, t in zip((*gap.centre, gap.radius), truth, strict=True)])
+    assert (np.mean(inside, axis=0) >= 0.9).all()
+
+
+def test_left_out_the_load_would_shift_the_centre(stiff):
+    """The circle of a loaded swing, fitted with the right compliance and with none: the second is far off."""
+    machine, _ = stiff
+    planes = swing(stiff, (300e-6, 290e-6), 2.0, (0.5, 0.4), compliance=9e-6, damping=0.5)
+    right = fit_gap(planes, "NDE", machine, TRAVEL, None)
+    assert right.centre[1].value == pytest.approx(0, abs=3e-6)
+    rigid = RestTravel(1e-6, 16e-6, 3e-6, 1e-6, 1e-9)
+    wrong = fit_gap(planes, "NDE", machine, rigid, None)
+    assert wrong.centre[1].value < -10e-6
+
+
+def test_the_swing_settles_the_circle_where_both_agree(stiff):
+    machine, rotor = stiff
+    planes = swing(stiff, (300e-6, 290e-6), 10.0, (0.3, 0.25), compliance=9e-6)
+    found = find_swing(planes, machine, rotor, 0.0)
+    alone = fit_gap(planes, "NDE", machine, TRAVEL, None)
+    both = fit_gap(planes, "NDE", machine, TRAVEL, None, found.gap["NDE"])
+    assert both.agrees
+    assert both.radius.high - both.radius.low < alone.radius.high - alone.radius.low
+    assert both.radius.low <= 300e-6 <= both.radius.high
+
+
+def test_a_bounce_ends_before_settling_begins():
+    time = np.arange(4000) / RATE
+    y = np.full(len(time), -300e-6)
+    y[400:600] += 100e-6  # one bounce
+    planes = planes_of(time, {"NDE": np.column_stack([0 * y, y])})
+    assert settled_from(planes, "NDE", 250e-6) == pytest.approx(time[600])
+
+
+def test_a_rotor_that_never_settles_has_no_gap(machine):
+    time = np.arange(4000) / RATE
+    y = -300e-6 + 200e-6 * np.abs(np.sin(2 * np.pi * 20 * time))
+    planes = planes_of(time, {"NDE": np.column_stack([0 * y, y])})
+    assert fit_gap(planes, "NDE", machine, TRAVEL, None) is None
