@@ -19,7 +19,7 @@ def ball_load(press, stiffness):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cosine, sine, oversize):  # type: ignore[no-untyped-def]
+def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cosine, sine, oversize, end):  # type: ignore[no-untyped-def]
     """Return the force (x, y) of the balls on the inner ring, off by (ex, ey) in the outer one.
 
     `cosine`, `sine` : of the balls' azimuths in the cage.  The displacement is turned into the cage, not every ball out.
@@ -29,11 +29,11 @@ def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cos
     fu = 0.0
     fv = 0.0
     for j in range(count):
-        press = u * cosine[j] + v * sine[j] - half_clearance + oversize[j]
+        press = u * cosine[end, j] + v * sine[end, j] - half_clearance + oversize[end, j]
         if press > 0.0:
             load = stiffness * press * math.sqrt(press)
-            fu -= load * cosine[j]
-            fv -= load * sine[j]
+            fu -= load * cosine[end, j]
+            fv -= load * sine[end, j]
     return fu * cos_cage - fv * sin_cage, fu * sin_cage + fv * cos_cage
 
 

@@ -13,12 +13,12 @@ REGULAR_SLIP = 0.05
 
 
 @inlined
-def friction_force(normal, slip, coefficient, variable, p):  # type: ignore[no-untyped-def]
+def friction_force(normal, slip, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
     """Return the tangential force on the rotor, N, positive counter-clockwise.
 
     Parameters: normal force, N; slip speed of the rotor's surface over the ring's, m/s, positive counter-clockwise;
-    sliding coefficient; whether an effect changes it; the end's numbers of effects.
+    sliding coefficient; whether an effect changes it; the effects' numbers; the end.
     """
     if variable > 0.0:
-        coefficient += hooks.friction(slip, p)
+        coefficient += hooks.friction(slip, effect[end])
     return -coefficient * normal * slip / math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP)

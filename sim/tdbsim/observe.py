@@ -71,7 +71,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
                 vx += shape * y[nq + k]
                 vy += shape * y[nq + n + k]
             heat = y[2 * nq + HEAT + end]
-            nx, ny, depth, swing = touching(m, end, x - y[i], z - y[i + 1], y[j], heat)
+            nx, ny, depth, swing = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], y[j], heat)
             elastic = elastic_force(depth, row[CONTACT_STIFFNESS])
             vx -= y[nq + i]
             vy -= y[nq + i + 1]
@@ -99,7 +99,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
             sx = y[i + 2] - y[i + 4]
             sy = y[i + 3] - y[i + 5]
             for p in range(len(_NODES)):  # the work against the spring along the straight way to where it is
-                gx, gy = spring_force(_NODES[p] * sx, _NODES[p] * sy, row, m.effect[end])
+                gx, gy = spring_force(m.end, m.effect, end, _NODES[p] * sx, _NODES[p] * sy)
                 elastic_sum -= _WEIGHTS[p] * (gx * sx + gy * sy)
             if row[FOUNDATION_MOBILITY] > 0.0:
                 elastic_sum += 0.5 * row[FOUNDATION_STIFFNESS] * (y[i + 4] ** 2 + y[i + 5] ** 2)

@@ -70,12 +70,12 @@ def positions(n):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def touching(m, end, ex, ey, ring_angle, heat):  # type: ignore[no-untyped-def]
+def touching(columns, effect, end, ex, ey, ring_angle, heat):  # type: ignore[no-untyped-def]
     """Return normal (x, y), depth and its derivative by the ring's angle, of the rotor off by (ex, ey) in the ring."""
-    row = m.end[end]
-    if row[HAS_SHAPE] > 0.0:
-        return touch_shaped(ex, ey, row[GAP], ring_angle - row[RING_ANGLE], heat, m.effect[end])
-    nx, ny, depth = touch(ex, ey, row[GAP])
+    if columns[end, HAS_SHAPE] > 0.0:
+        turned = ring_angle - columns[end, RING_ANGLE]
+        return touch_shaped(ex, ey, columns[end, GAP], turned, heat, effect[end])
+    nx, ny, depth = touch(ex, ey, columns[end, GAP])
     return nx, ny, depth, 0.0
 
 
@@ -92,7 +92,7 @@ def balls_on_ring(m, end, ex, ey, ring_angle):  # type: ignore[no-untyped-def]
         )  # fmt: skip
     return ring_force(
         ex, ey, count, row[BALL_STIFFNESS], row[HALF_CLEARANCE], math.cos(cage), math.sin(cage),
-        m.ball_cosine[end], m.ball_sine[end], m.ball_oversize[end],
+        m.ball_cosine, m.ball_sine, m.ball_oversize, end,
     )  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, ring_speed):  
     normal = normal_force(elastic, approach, row[CONTACT_DAMPING])
     radius = row[JOURNAL_RADIUS]
     slip = omega * radius - ring_speed * (radius + row[GAP]) - vx * ny + vy * nx
-    rub = friction_force(normal, slip, row[FRICTION], row[HAS_SLIP_LAW], m.effect[end])
+    rub = friction_force(normal, slip, row[FRICTION], row[HAS_SLIP_LAW], m.effect, end)
     return -normal * nx - rub * ny, -normal * ny + rub * nx, normal, rub, slip
 
 
@@ -118,11 +118,11 @@ def ring_drag_torque(row, ring_speed):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def windage_acceleration(m, omega):  # type: ignore[no-untyped-def]
+def windage_acceleration(spin, effect, omega):  # type: ignore[no-untyped-def]
     """Return the rotor's angular acceleration by windage, rad/s^2: -omega/tau, and what an effect adds."""
-    result = -m.spin[DECAY_RATE] * omega
-    if m.spin[HAS_WINDAGE] > 0.0:
-        result += hooks.windage(omega, m.effect[ROTOR_ROW])
+    result = -spin[DECAY_RATE] * omega
+    if spin[HAS_WINDAGE] > 0.0:
+        result += hooks.windage(omega, effect[ROTOR_ROW])
     return result
 
 
@@ -169,7 +169,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
         base_vx, base_vy = y[nq + i + 4], y[nq + i + 5]
         ring_speed = y[nq + j]
 
-        nx, ny, depth, swing = touching(m, end, x - y[i], yy - y[i + 1], y[j], y[ledger + HEAT + end])
+        nx, ny, depth, swing = touching(m.end, m.effect, end, x - y[i], yy - y[i + 1], y[j], y[ledger + HEAT + end])
         fx = 0.0
         fy = 0.0
         ring_torque = ring_drag_torque(row, ring_speed)
@@ -188,7 +188,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
         bx, by = balls_on_ring(m, end, y[i] - y[i + 2], y[i + 1] - y[i + 3], y[j])
         dx = row[BALL_DAMPING] * (support_vx - ring_vx)
         dz = row[BALL_DAMPING] * (support_vy - ring_vy)
-        sx, sy = spring_force(y[i + 2] - y[i + 4], y[i + 3] - y[i + 5], row, m.effect[end])
+        sx, sy = spring_force(m.end, m.effect, end, y[i + 2] - y[i + 4], y[i + 3] - y[i + 5])
         cx = row[SUPPORT_DAMPING] * (base_vx - support_vx)
         cy = row[SUPPORT_DAMPING] * (base_vy - support_vy)
         dy[nq + i] = (bx + dx - fx) / row[RING_MASS]
@@ -216,7 +216,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
 
     # spin; the torque of windage follows the shaft as it tilts, that of the contacts does not
     struck = torque / m.spin[INERTIA]
-    windage = windage_acceleration(m, omega)
+    windage = windage_acceleration(m.spin, m.effect, omega)
     alpha = struck + windage
     dy[nq + 2 * n + 12] = alpha
     dy[ledger + WINDAGE] = -m.spin[INERTIA] * windage * omega

@@ -13,11 +13,12 @@ S. Blanes, P. C. Moan, Practical symplectic partitioned Runge-Kutta and Runge-Ku
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from tdbsim import hooks
-from tdbsim.cache import compiled, inlined
+from tdbsim.cache import inlined, reassociated
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
@@ -124,28 +125,15 @@ def _damper_table(m, h, table):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _damp(m, end, y, i, ledger, part):  # type: ignore[no-untyped-def]
-    """Let the dampers of an end act; `i` is the place of its velocities in the state, `part` its row of the table."""
-    row = m.end[end]
-    for axis in range(2):
-        ring = y[i + axis]
-        support = y[i + 2 + axis]
-        base = y[i + 4 + axis]
-        slip = ring - support
-        y[i + axis] = ring - part[0] * slip
-        moved = support + part[1] * slip
-        y[ledger + ROLLED + end] += 0.5 * (
-            row[RING_MASS] * (ring * ring - y[i + axis] ** 2) + row[SUPPORT_MASS] * (support * support - moved * moved)
-        )
-        slip = moved - base
-        y[i + 2 + axis] = moved - part[2] * slip
-        if row[FOUNDATION_MOBILITY] > 0.0:
-            pushed = base + part[3] * slip
-            y[i + 4 + axis] = pushed * (1.0 - part[4])
-            lost = (base * base - y[i + 4 + axis] ** 2) / row[FOUNDATION_MOBILITY]
-        else:
-            lost = 0.0
-        y[ledger + YIELDED + end] += 0.5 * (row[SUPPORT_MASS] * (moved * moved - y[i + 2 + axis] ** 2) + lost)
+def _damp(ring, support, base, part, s, end):  # type: ignore[no-untyped-def]
+    """Return velocities of inner ring, outer ring and foundation along an axis after half a kick of the dampers."""
+    slip = ring - support
+    ring -= part[s, end, 0] * slip
+    support += part[s, end, 1] * slip
+    slip = support - base
+    support -= part[s, end, 2] * slip
+    base = (base + part[s, end, 3] * slip) * (1.0 - part[s, end, 4])
+    return ring, support, base
 
 
 @inlined
@@ -162,276 +150,324 @@ def _turned(c, s, angle):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _slide(slip, pull, grip, t, row, p):  # type: ignore[no-untyped-def]
+def _slide(slip, pull, grip, t, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
     """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
-    change = 0.0
-    k1 = pull + friction_force(grip, slip, row[FRICTION], row[HAS_SLIP_LAW], p)
-    k2 = pull + friction_force(grip, slip + 0.5 * t * k1, row[FRICTION], row[HAS_SLIP_LAW], p)
-    if abs(slip) > _SMALL_SLIP and row[HAS_SLIP_LAW] == 0.0:
+    k1 = pull + friction_force(grip, slip, coefficient, variable, effect, end)
+    k2 = pull + friction_force(grip, slip + 0.5 * t * k1, coefficient, variable, effect, end)
+    if abs(slip) > _SMALL_SLIP and variable == 0.0:
         return t * k2
-    k3 = pull + friction_force(grip, slip + 0.5 * t * k2, row[FRICTION], row[HAS_SLIP_LAW], p)
-    k4 = pull + friction_force(grip, slip + t * k3, row[FRICTION], row[HAS_SLIP_LAW], p)
-    change = t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-    return change
+    k3 = pull + friction_force(grip, slip + 0.5 * t * k2, coefficient, variable, effect, end)
+    k4 = pull + friction_force(grip, slip + t * k3, coefficient, variable, effect, end)
+    return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
 @inlined
 def _slowed(speed, drag, t):  # type: ignore[no-untyped-def]
     """Return the speed of a ring after its drag acted for t; `drag` in rad/s^2."""
-    middle = speed / (1.0 + 0.5 * t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN))
-    return speed / (1.0 + t * drag / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)) if (
-        drag * abs(t) > 0.1
-    ) else speed - t * drag * middle / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)
+    grip = t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
+    if abs(grip) > 0.1:
+        return speed / (1.0 + grip) if grip > 0.0 else speed * (1.0 - grip)
+    middle = speed * (1.0 - 0.5 * grip)
+    return speed - t * drag * middle / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)
 
 
-@compiled
-def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
-    """Advance `y` (in place) from `t` through `times` in equal steps of at most `step`, filling the rows of `out`.
+@inlined
+def _press(elastic, approach, pull, light, damping, t):  # type: ignore[no-untyped-def]
+    """Return the mean normal force in a kick, where approach' = pull - light elastic (1 + damping approach), exactly."""
+    rate = light * elastic * damping * t
+    if abs(rate) > 0.3:
+        phi1 = -math.expm1(-rate) / rate
+        phi2 = (1.0 - phi1) / rate
+    else:
+        series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
+        phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)
+        phi1 = 1.0 - rate * phi2
+    mean = elastic * (1.0 + damping * (approach * phi1 + (pull - light * elastic) * t * phi2))
+    return mean if mean > 0.0 else 0.0
 
-    `peak` (2,) is raised to the greatest normal forces, N.  Returns the time reached, which falls short where the state
-    ceased to be finite.
+
+def _kernel_for(modes: int) -> Any:
+    """Return the kernel for a number of modes a plane; for any number where it is 0.
+
+    With the number known, the compiler unrolls the loops over the modes.
     """
-    n = len(m.square)
-    nq = positions(n)
-    ledger = 2 * nq
-    shaft = 2 * n + 12
-    swing_table = np.zeros((4, 4, n))
-    damper_table = np.zeros((3, 2, 5))
-    tabled = -1.0
-    fa = np.zeros(n)
-    fb = np.zeros(n)
-    wa = np.zeros(n)
-    wb = np.zeros(n)
-    impulse = np.zeros((2, 2))
-    speed_at = np.zeros((2, 2))
-    place_at = np.zeros((2, 2))
-    compliance = np.zeros((2, 2))
-    for k in range(n):
-        compliance[0, 0] += m.at_end[0, k] ** 2
-        compliance[0, 1] += m.at_end[0, k] * m.at_end[1, k]
-        compliance[1, 1] += m.at_end[1, k] ** 2
-    compliance[1, 0] = compliance[0, 1]
-    cage = np.zeros((2, 2))
-    inertia = m.spin[INERTIA]
 
-    for row_out in range(len(times)):
-        span = times[row_out] - t
-        count = int(math.ceil(span / step - 1e-9)) if span > 0.0 else 0
-        h = span / count if count > 0 else tabled
-        if abs(h - tabled) > 1e-12 * step:
-            _swing_table(m, h, swing_table)
-            _damper_table(m, h, damper_table)
-            tabled = h
-        for one in range(count):
-            now = t + one * h
-            cosine = math.cos(y[shaft])
-            sine = math.sin(y[shaft])
-            for end in range(2):
-                row = m.end[end]
-                angle = row[CAGE_ANGLE] + row[CAGE_RATIO] * (y[shaft + 1 + end] - row[RING_ANGLE])
-                cage[end, 0] = math.cos(angle)
-                cage[end, 1] = math.sin(angle)
-            for stage in range(7):
-                # drift
-                s = min(stage, 6 - stage)
-                tau = DRIFT[s] * h
-                now += tau
-                before = 0.0
-                for k in range(n):
-                    q = y[k]
-                    v = y[nq + k]
-                    y[k] = swing_table[s, 0, k] * q + swing_table[s, 1, k] * v
-                    y[nq + k] = swing_table[s, 2, k] * q + swing_table[s, 3, k] * v
-                    q2 = y[n + k]
-                    v2 = y[nq + n + k]
-                    y[n + k] = swing_table[s, 0, k] * q2 + swing_table[s, 1, k] * v2
-                    y[nq + n + k] = swing_table[s, 2, k] * q2 + swing_table[s, 3, k] * v2
-                    before += (
-                        m.square[k] * (q * q + q2 * q2 - y[k] ** 2 - y[n + k] ** 2)
-                        + v * v
-                        + v2 * v2
-                        - y[nq + k] ** 2
-                        - y[nq + n + k] ** 2
-                    )
-                y[ledger + MODAL] += 0.5 * before
-                for k in range(2 * n, nq):
-                    y[k] += tau * y[nq + k]
-                cosine, sine = _turned(cosine, sine, tau * y[nq + shaft])
+    @reassociated
+    def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
+        n = modes if modes > 0 else len(m.square)
+        nq = 2 * n + 15
+        ledger = 2 * nq
+        square, gyro, weight, at_end, unbalance = m.square, m.gyro, m.weight, m.at_end, m.unbalance
+        columns, effect, spin_columns = m.end, m.effect, m.spin
+        ball_cosine, ball_sine, ball_oversize = m.ball_cosine, m.ball_sine, m.ball_oversize
+        swings = np.zeros((4, 4, n))
+        dampers = np.zeros((3, 2, 5))
+        tabled = -1.0
+        # the state in pieces
+        qa, qb = y[:n].copy(), y[n : 2 * n].copy()
+        place, angle = y[2 * n : 2 * n + 12].copy(), y[2 * n + 12 : nq].copy()
+        va, vb = y[nq : nq + n].copy(), y[nq + n : nq + 2 * n].copy()
+        speed, spin = y[nq + 2 * n : nq + 2 * n + 12].copy(), y[nq + 2 * n + 12 : ledger].copy()
+        work = y[ledger:].copy()
+        fa, fb, wa, wb, ga, gb = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+        impulse_x, impulse_y = np.zeros(2), np.zeros(2)
+        speed_x, speed_y, place_x, place_y = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+        cage_cosine, cage_sine = np.zeros(2), np.zeros(2)
+        own, both = np.zeros(2), 0.0
+        for k in range(n):
+            own[0] += at_end[0, k] * at_end[0, k]
+            own[1] += at_end[1, k] * at_end[1, k]
+            both += at_end[0, k] * at_end[1, k]
+        inertia, gravity = spin_columns[INERTIA], spin_columns[GRAVITY]
+        free = np.zeros(2)  # a ring nearer to the outer ring's middle than this touches no ball
+        for end in range(2):
+            free[end] = max(0.0, columns[end, HALF_CLEARANCE] - np.max(ball_oversize[end]))
+
+        for row in range(len(times)):
+            span = times[row] - t
+            count = int(math.ceil(span / step - 1e-9)) if span > 0.0 else 0
+            h = span / count if count > 0 else tabled
+            if abs(h - tabled) > 1e-12 * step:
+                _swing_table(m, h, swings)
+                _damper_table(m, h, dampers)
+                tabled = h
+            for one in range(count):
+                now = t + one * h
+                cosine, sine = math.cos(angle[0]), math.sin(angle[0])
                 for end in range(2):
-                    turn = tau * m.end[end, CAGE_RATIO] * y[nq + shaft + 1 + end]
-                    cage[end, 0], cage[end, 1] = _turned(cage[end, 0], cage[end, 1], turn)
-                if stage == 6:
-                    break
+                    cage = columns[end, CAGE_RATIO] * (angle[1 + end] - columns[end, RING_ANGLE])
+                    cage += columns[end, CAGE_ANGLE]
+                    cage_cosine[end], cage_sine[end] = math.cos(cage), math.sin(cage)
+                for stage in range(7):
+                    # drift
+                    s = min(stage, 6 - stage)
+                    tau = DRIFT[s] * h
+                    now += tau
+                    lost = 0.0
+                    for k in range(n):
+                        q1, v1, q2, v2 = qa[k], va[k], qb[k], vb[k]
+                        p1 = swings[s, 0, k] * q1 + swings[s, 1, k] * v1
+                        u1 = swings[s, 2, k] * q1 + swings[s, 3, k] * v1
+                        p2 = swings[s, 0, k] * q2 + swings[s, 1, k] * v2
+                        u2 = swings[s, 2, k] * q2 + swings[s, 3, k] * v2
+                        lost += square[k] * (q1 * q1 + q2 * q2 - p1 * p1 - p2 * p2)
+                        lost += v1 * v1 + v2 * v2 - u1 * u1 - u2 * u2
+                        qa[k], va[k], qb[k], vb[k] = p1, u1, p2, u2
+                    work[MODAL] += 0.5 * lost
+                    for k in range(12):
+                        place[k] += tau * speed[k]
+                    for k in range(3):
+                        angle[k] += tau * spin[k]
+                    cosine, sine = _turned(cosine, sine, tau * spin[0])
+                    for end in range(2):
+                        turn = tau * columns[end, CAGE_RATIO] * spin[1 + end]
+                        cage_cosine[end], cage_sine[end] = _turned(cage_cosine[end], cage_sine[end], turn)
+                    if stage == 6:
+                        break
 
-                # kick
-                s = min(stage, 5 - stage)
-                tau = KICK[s] * h
-                x0 = 0.0
-                y0 = 0.0
-                u0 = 0.0
-                v0 = 0.0
-                x1 = 0.0
-                y1 = 0.0
-                u1 = 0.0
-                v1 = 0.0
-                for k in range(n):
-                    first = m.at_end[0, k]
-                    second = m.at_end[1, k]
-                    x0 += first * y[k]
-                    y0 += first * y[n + k]
-                    u0 += first * y[nq + k]
-                    v0 += first * y[nq + n + k]
-                    x1 += second * y[k]
-                    y1 += second * y[n + k]
-                    u1 += second * y[nq + k]
-                    v1 += second * y[nq + n + k]
-                place_at[0, 0], place_at[0, 1], place_at[1, 0], place_at[1, 1] = x0, y0, x1, y1
-                speed_at[0, 0], speed_at[0, 1], speed_at[1, 0], speed_at[1, 1] = u0, v0, u1, v1
+                    # kick: places and velocities of the rotor at its ends
+                    s = min(stage, 5 - stage)
+                    tau = KICK[s] * h
+                    x0, y0, u0, v0, x1, y1, u1, v1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                    for k in range(n):
+                        first, second = at_end[0, k], at_end[1, k]
+                        x0 += first * qa[k]
+                        y0 += first * qb[k]
+                        u0 += first * va[k]
+                        v0 += first * vb[k]
+                        x1 += second * qa[k]
+                        y1 += second * qb[k]
+                        u1 += second * va[k]
+                        v1 += second * vb[k]
+                    place_x[0], place_y[0], place_x[1], place_y[1] = x0, y0, x1, y1
+                    speed_x[0], speed_y[0], speed_x[1], speed_y[1] = u0, v0, u1, v1
 
-                struck = 0.0  # change of the shaft's speed by the contacts
-                for turn in range(2):
-                    end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
-                    row = m.end[end]
-                    i = 2 * n + 6 * end
-                    spin = nq + shaft + 1 + end
-                    ring_mass = 1.0 / row[RING_MASS]
-                    nx, ny, depth, swing = touching(
-                        m, end, place_at[end, 0] - y[i], place_at[end, 1] - y[i + 1], y[shaft + 1 + end],
-                        y[ledger + HEAT + end],
-                    )  # fmt: skip
-                    if row[HAS_WAVES] > 0.0:
-                        bx, by = balls_on_ring(m, end, y[i] - y[i + 2], y[i + 1] - y[i + 3], y[shaft + 1 + end])
-                    else:
-                        bx, by = ring_force(
-                            y[i] - y[i + 2], y[i + 1] - y[i + 3], int(row[BALL_COUNT]), row[BALL_STIFFNESS],
-                            row[HALF_CLEARANCE], cage[end, 0], cage[end, 1], m.ball_cosine[end], m.ball_sine[end],
-                            m.ball_oversize[end],
+                    struck = 0.0  # change of the shaft's speed by the contacts
+                    for turn in range(2):
+                        end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
+                        i = 6 * end
+                        ring_mass = 1.0 / columns[end, RING_MASS]
+                        support_mass = 1.0 / columns[end, SUPPORT_MASS]
+                        mobility = columns[end, FOUNDATION_MOBILITY]
+                        ring_inertia = 1.0 / columns[end, RING_INERTIA]
+                        gap = columns[end, GAP]
+                        nx, ny, depth, swing = touching(
+                            columns, effect, end, place_x[end] - place[i], place_y[end] - place[i + 1], angle[1 + end],
+                            work[HEAT + end],
                         )  # fmt: skip
-                    sx, sy = spring_force(y[i + 2] - y[i + 4], y[i + 3] - y[i + 5], row, m.effect[end])
-                    _damp(m, end, y, nq + i, ledger, damper_table[s, end])
-                    jx = 0.0
-                    jy = 0.0
-                    rubbed = 0.0
-                    if depth > 0.0:
-                        elastic = elastic_force(depth, row[CONTACT_STIFFNESS])
-                        vx = speed_at[end, 0] - y[nq + i]
-                        vy = speed_at[end, 1] - y[nq + i + 1]
-                        approach = vx * nx + vy * ny + swing * y[spin]
-                        radius = row[JOURNAL_RADIUS]
-                        slip = y[nq + shaft] * radius - y[spin] * (radius + row[GAP]) - vx * ny + vy * nx
-                        pull_n = -(bx * nx + by * ny) * ring_mass
-                        pull_t = (bx * ny - by * nx) * ring_mass
-                        light = compliance[end, end] + ring_mass
-                        light_n = light + swing * swing / row[RING_INERTIA]
-                        light_t = (
-                            light + radius * radius / inertia + (radius + row[GAP]) ** 2 / row[RING_INERTIA]
-                        )
-                        # approach' = pull_n - light_n elastic (1 + damping approach), exactly
-                        damping = 1.5 * row[CONTACT_DAMPING]
-                        rate = light_n * elastic * damping * tau
-                        phi1 = 1.0 - rate / 2 * (1.0 - rate / 3 * (1.0 - rate / 4 * (1.0 - rate / 5 * (1.0 - rate / 6))))
-                        phi2 = 0.5 * (1.0 - rate / 3 * (1.0 - rate / 4 * (1.0 - rate / 5 * (1.0 - rate / 6))))
-                        if abs(rate) > 0.3:
-                            phi1 = -math.expm1(-rate) / rate
-                            phi2 = (1.0 - phi1) / rate
-                        mean = elastic * (
-                            1.0 + damping * (approach * phi1 + (pull_n - light_n * elastic) * tau * phi2)
-                        )
-                        if mean < 0.0:
-                            mean = 0.0
-                        peak[end] = max(peak[end], mean)
-                        changed = _slide(slip, pull_t, mean * light_t, tau, row, m.effect[end])
-                        rub = (changed - pull_t * tau) / light_t
-                        press = mean * tau
-                        jx = -press * nx - rub * ny
-                        jy = -press * ny + rub * nx
-                        changed_n = pull_n * tau - light_n * press
-                        y[ledger + STRUCK + end] += (press - elastic * tau) * (approach + 0.5 * changed_n)
-                        rubbed = -rub * (slip + 0.5 * changed)
-                        y[ledger + RUBBED + end] += rubbed
-                        gain = rub * radius / inertia
-                        struck += gain
-                        y[nq + shaft] += gain
-                        y[spin] += (-rub * (radius + row[GAP]) - press * swing) / row[RING_INERTIA]
-                        other = 1 - end
-                        speed_at[other, 0] += compliance[0, 1] * jx
-                        speed_at[other, 1] += compliance[0, 1] * jy
-                    y[ledger + HEAT + end] += rubbed - tau * row[COOLING_RATE] * y[ledger + HEAT + end]
-                    impulse[end, 0] = jx
-                    impulse[end, 1] = jy
-                    y[nq + i] += (tau * bx - jx) * ring_mass
-                    y[nq + i + 1] += (tau * by - jy) * ring_mass - tau * m.spin[GRAVITY]
-                    y[nq + i + 2] += tau * (sx - bx) / row[SUPPORT_MASS]
-                    y[nq + i + 3] += tau * (sy - by) / row[SUPPORT_MASS]
-                    if row[FOUNDATION_MOBILITY] > 0.0:
-                        push = tau * row[FOUNDATION_MOBILITY]
-                        y[nq + i + 4] += push * (-sx - row[FOUNDATION_STIFFNESS] * y[i + 4])
-                        y[nq + i + 5] += push * (-sy - row[FOUNDATION_STIFFNESS] * y[i + 5])
-                    _damp(m, end, y, nq + i, ledger, damper_table[s, end])
-                    slowed = _slowed(y[spin], row[RING_DRAG] / row[RING_INERTIA], tau)
-                    y[ledger + DRAGGED] += 0.5 * row[RING_INERTIA] * (y[spin] ** 2 - slowed * slowed)
-                    y[spin] = slowed
+                        ex, ey = place[i] - place[i + 2], place[i + 1] - place[i + 3]
+                        bx, by = 0.0, 0.0
+                        if columns[end, HAS_WAVES] > 0.0:
+                            bx, by = balls_on_ring(m, end, ex, ey, angle[1 + end])
+                        elif ex * ex + ey * ey > free[end] * free[end]:
+                            bx, by = ring_force(
+                                ex, ey, int(columns[end, BALL_COUNT]), columns[end, BALL_STIFFNESS],
+                                columns[end, HALF_CLEARANCE], cage_cosine[end], cage_sine[end],
+                                ball_cosine, ball_sine, ball_oversize, end,
+                            )  # fmt: skip
+                        sx, sy = spring_force(columns, effect, end, place[i + 2] - place[i + 4], place[i + 3] - place[i + 5])
+                        rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], dampers, s, end)
+                        rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], dampers, s, end)
+                        roll_x, roll_y, yield_x, yield_y = rvx - svx, rvy - svy, svx - fvx, svy - fvy
 
-                # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
-                omega = y[nq + shaft]
-                middle = omega + 0.5 * tau * windage_acceleration(m, omega)
-                lost = tau * windage_acceleration(m, middle)
-                y[nq + shaft] = omega + lost
-                y[ledger + WINDAGE] -= inertia * lost * middle
-                share = 0.0
-                if m.spin[HAS_HOLDING] > 0.0:
-                    share = tau * hooks.holding(now, m.effect[ROTOR_ROW])
-                square = tau * middle * middle
-                gain = struck + lost
-                for k in range(n):
-                    along = m.unbalance[0, k] * cosine - m.unbalance[1, k] * sine
-                    across = m.unbalance[0, k] * sine + m.unbalance[1, k] * cosine
-                    fa[k] = square * along + gain * across
-                    fb[k] = square * across - gain * along
-                if m.spin[HAS_BOW] > 0.0:
+                        jx, jy, rubbed = 0.0, 0.0, 0.0
+                        ring_spin = spin[1 + end]
+                        if depth > 0.0:
+                            elastic = elastic_force(depth, columns[end, CONTACT_STIFFNESS])
+                            vx, vy = speed_x[end] - rvx, speed_y[end] - rvy
+                            approach = vx * nx + vy * ny + swing * ring_spin
+                            radius = columns[end, JOURNAL_RADIUS]
+                            slip = spin[0] * radius - ring_spin * (radius + gap) - vx * ny + vy * nx
+                            pull_n = -(bx * nx + by * ny) * ring_mass
+                            pull_t = (bx * ny - by * nx) * ring_mass
+                            light_n = own[end] + ring_mass + swing * swing * ring_inertia
+                            light_t = (
+                                own[end] + ring_mass + radius * radius / inertia + (radius + gap) ** 2 * ring_inertia
+                            )
+                            mean = _press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
+                            peak[end] = max(peak[end], mean)
+                            changed = _slide(
+                                slip, pull_t, mean * light_t, tau, columns[end, FRICTION], columns[end, HAS_SLIP_LAW],
+                                effect, end,
+                            )  # fmt: skip
+                            rub = (changed - pull_t * tau) / light_t
+                            press = mean * tau
+                            jx, jy = -press * nx - rub * ny, -press * ny + rub * nx
+                            middle = approach + 0.5 * (pull_n * tau - light_n * press)
+                            work[STRUCK + end] += (press - elastic * tau) * middle
+                            rubbed = -rub * (slip + 0.5 * changed)
+                            work[RUBBED + end] += rubbed
+                            gain = rub * radius / inertia
+                            struck += gain
+                            spin[0] += gain
+                            ring_spin -= (rub * (radius + gap) + press * swing) * ring_inertia
+                            speed_x[1 - end] += both * jx
+                            speed_y[1 - end] += both * jy
+                        work[HEAT + end] += rubbed - tau * columns[end, COOLING_RATE] * work[HEAT + end]
+                        impulse_x[end], impulse_y[end] = jx, jy
+
+                        rvx += (tau * bx - jx) * ring_mass
+                        rvy += (tau * by - jy) * ring_mass - tau * gravity
+                        svx += tau * (sx - bx) * support_mass
+                        svy += tau * (sy - by) * support_mass
+                        fvx -= tau * mobility * (sx + columns[end, FOUNDATION_STIFFNESS] * place[i + 4])
+                        fvy -= tau * mobility * (sy + columns[end, FOUNDATION_STIFFNESS] * place[i + 5])
+                        roll_x, roll_y = 0.5 * (roll_x + rvx - svx), 0.5 * (roll_y + rvy - svy)
+                        yield_x, yield_y = 0.5 * (yield_x + svx - fvx), 0.5 * (yield_y + svy - fvy)
+                        work[ROLLED + end] += tau * columns[end, BALL_DAMPING] * (roll_x * roll_x + roll_y * roll_y)
+                        work[YIELDED + end] += tau * (
+                            columns[end, SUPPORT_DAMPING] * (yield_x * yield_x + yield_y * yield_y)
+                            + columns[end, FOUNDATION_DAMPING] * (fvx * fvx + fvy * fvy)
+                        )
+                        speed[i], speed[i + 2], speed[i + 4] = _damp(rvx, svx, fvx, dampers, s, end)
+                        speed[i + 1], speed[i + 3], speed[i + 5] = _damp(rvy, svy, fvy, dampers, s, end)
+                        slowed = _slowed(ring_spin, columns[end, RING_DRAG] * ring_inertia, tau)
+                        work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) / ring_inertia
+                        spin[1 + end] = slowed
+
+                    # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
+                    omega = spin[0]
+                    middle = omega + 0.5 * tau * windage_acceleration(spin_columns, effect, omega)
+                    slower = tau * windage_acceleration(spin_columns, effect, middle)
+                    spin[0] = omega + slower
+                    work[WINDAGE] -= inertia * slower * middle
+                    pull, gain = tau * middle * middle, struck + slower
+                    along, across = pull * cosine + gain * sine, pull * sine - gain * cosine
                     for k in range(n):
-                        fa[k] += tau * m.square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
-                        fb[k] += tau * m.square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
-                if m.spin[HAS_CIRCULATORY] > 0.0:
-                    for k in range(n):
-                        for j in range(n):
-                            fa[k] -= tau * m.circulatory[k, j] * y[n + j]
-                            fb[k] += tau * m.circulatory[k, j] * y[j]
-                if share != 0.0:
-                    for j in range(len(m.magnet)):
+                        fa[k] = unbalance[0, k] * along - unbalance[1, k] * across
+                        fb[k] = unbalance[0, k] * across + unbalance[1, k] * along
+                    if spin_columns[HAS_BOW] > 0.0:
                         for k in range(n):
-                            fa[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
-                            fb[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
-                work = 0.0
-                for k in range(n):
-                    pa = m.at_end[0, k] * impulse[0, 0] + m.at_end[1, k] * impulse[1, 0]
-                    pb = m.at_end[0, k] * impulse[0, 1] + m.at_end[1, k] * impulse[1, 1] + tau * m.weight[k]
-                    work += fa[k] * (y[nq + k] + 0.5 * (pa + fa[k])) + fb[k] * (y[nq + n + k] + 0.5 * (pb + fb[k]))
-                    fa[k] = 0.5 * (fa[k] + pa)
-                    fb[k] = 0.5 * (fb[k] + pb)
-                    wa[k] = y[nq + k] + fa[k]
-                    wb[k] = y[nq + n + k] + fb[k]
-                turned = tau * middle
-                for k in range(n):
-                    total = 0.0
-                    for j in range(n):
-                        total += m.gyro[k, j] * (turned * wb[j] + struck * y[n + j])
-                    wa[k] -= 0.5 * total
-                for k in range(n):
-                    total = 0.0
-                    for j in range(n):
-                        total += m.gyro[k, j] * (turned * wa[j] + struck * y[j])
-                    wb[k] += total
-                for k in range(n):
-                    total = 0.0
-                    for j in range(n):
-                        total += m.gyro[k, j] * (turned * wb[j] + struck * y[n + j])
-                    y[nq + k] = wa[k] - 0.5 * total + fa[k]
-                    y[nq + n + k] = wb[k] + fb[k]
-                y[ledger + EXTERNAL] += work
-        t = times[row_out]
-        for k in range(len(y)):
-            out[row_out, k] = y[k]
-        if not math.isfinite(y[0] + y[n]):
-            return t - span
-    return t
+                            fa[k] += tau * square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
+                            fb[k] += tau * square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
+                    if spin_columns[HAS_CIRCULATORY] > 0.0:
+                        for k in range(n):
+                            for j in range(n):
+                                fa[k] -= tau * m.circulatory[k, j] * qb[j]
+                                fb[k] += tau * m.circulatory[k, j] * qa[j]
+                    if spin_columns[HAS_HOLDING] > 0.0:
+                        share = tau * hooks.holding(now, effect[ROTOR_ROW])
+                        for j in range(len(m.magnet)):
+                            for k in range(n):
+                                fa[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
+                                fb[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
+                    supplied = 0.0
+                    for k in range(n):
+                        pa = at_end[0, k] * impulse_x[0] + at_end[1, k] * impulse_x[1]
+                        pb = at_end[0, k] * impulse_y[0] + at_end[1, k] * impulse_y[1] + tau * weight[k]
+                        supplied += fa[k] * (va[k] + 0.5 * (pa + fa[k])) + fb[k] * (vb[k] + 0.5 * (pb + fb[k]))
+                        fa[k] = 0.5 * (fa[k] + pa)
+                        fb[k] = 0.5 * (fb[k] + pb)
+                        wa[k] = va[k] + fa[k]
+                        wb[k] = vb[k] + fb[k]
+                    work[EXTERNAL] += supplied
+                    turn = tau * middle
+                    for k in range(n):
+                        ga[k] = turn * wb[k] + struck * qb[k]
+                    for k in range(n):
+                        total = 0.0
+                        for j in range(n):
+                            total += gyro[k, j] * ga[j]
+                        wa[k] -= 0.5 * total
+                    for k in range(n):
+                        gb[k] = turn * wa[k] + struck * qa[k]
+                    for k in range(n):
+                        total = 0.0
+                        for j in range(n):
+                            total += gyro[k, j] * gb[j]
+                        wb[k] += total
+                    for k in range(n):
+                        ga[k] = turn * wb[k] + struck * qb[k]
+                    for k in range(n):
+                        total = 0.0
+                        for j in range(n):
+                            total += gyro[k, j] * ga[j]
+                        va[k] = wa[k] - 0.5 * total + fa[k]
+                        vb[k] = wb[k] + fb[k]
+            t = times[row]
+            out[row, :n] = qa
+            out[row, n : 2 * n] = qb
+            out[row, 2 * n : 2 * n + 12] = place
+            out[row, 2 * n + 12 : nq] = angle
+            out[row, nq : nq + n] = va
+            out[row, nq + n : nq + 2 * n] = vb
+            out[row, nq + 2 * n : nq + 2 * n + 12] = speed
+            out[row, nq + 2 * n + 12 : ledger] = spin
+            out[row, ledger:] = work
+            if not math.isfinite(qa[0] + qb[0]):
+                return t - span
+        if len(times) > 0:
+            y[:] = out[len(times) - 1]
+        return t
+
+    return integrate
+
+
+_ANY = _kernel_for(0)
+_SPECIAL = {n: _kernel_for(n) for n in (8, 12)}  # with attachment modes: 4 or 8 bending modes a plane
+
+
+def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
+    """Advance a state through instants in equal steps.
+
+    Parameters
+    ----------
+    m : Arrays
+        The model.
+    y : (size,) array
+        State at `t`; at the last instant on return.
+    t, step : float
+        Time, s, and the greatest step.
+    times : (k,) array
+        Rising instants, the first not before `t`.
+    out : (k, size) array
+        Filled with the states at them.
+    peak : (2,) array
+        Raised to the greatest normal forces, N.
+
+    Returns
+    -------
+    float
+        Time reached; it falls short where the state ceased to be finite.
+    """
+    return _SPECIAL.get(len(m.square), _ANY)(m, y, t, step, times, out, peak)

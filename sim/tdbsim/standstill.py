@@ -25,9 +25,9 @@ def rest(m, end):  # type: ignore[no-untyped-def]
     x, y = 0.0, 0.0
     found = False
     for _ in range(100):
-        fx, fy = spring_force(x, y, row, m.effect[end])
-        gx, gy = spring_force(x + _NUDGE, y, row, m.effect[end])
-        hx, hy = spring_force(x, y + _NUDGE, row, m.effect[end])
+        fx, fy = spring_force(m.end, m.effect, end, x, y)
+        gx, gy = spring_force(m.end, m.effect, end, x + _NUDGE, y)
+        hx, hy = spring_force(m.end, m.effect, end, x, y + _NUDGE)
         dx, dy = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
         x += dx
         y += dy

@@ -8,12 +8,12 @@ from tdbsim.columns import HAS_SPRING, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY
 
 
 @inlined
-def spring_force(x, y, row, p):  # type: ignore[no-untyped-def]
+def spring_force(columns, effect, end, x, y):  # type: ignore[no-untyped-def]
     """Return the spring's force (x, y) on the outer ring, deflected by (x, y) against the foundation, N."""
-    fx = -(row[SUPPORT_XX] * x + row[SUPPORT_XY] * y)
-    fy = -(row[SUPPORT_XY] * x + row[SUPPORT_YY] * y)
-    if row[HAS_SPRING] > 0.0:
-        gx, gy = hooks.support(x, y, p)
+    fx = -(columns[end, SUPPORT_XX] * x + columns[end, SUPPORT_XY] * y)
+    fy = -(columns[end, SUPPORT_XY] * x + columns[end, SUPPORT_YY] * y)
+    if columns[end, HAS_SPRING] > 0.0:
+        gx, gy = hooks.support(x, y, effect[end])
         fx += gx
         fy += gy
     return fx, fy
