@@ -151,11 +151,12 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     )  # once, so that a packed record is written back exactly
     values = np.asarray(channel.values)
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
-    physical = values.astype(np.float64)
-    if scale != 1.0:
-        physical *= scale
-    if offset != 0.0:
-        physical += offset
+    with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
+        physical = values.astype(np.float64)
+        if scale != 1.0:
+            physical *= scale
+        if offset != 0.0:
+            physical += offset
     array = xr.DataArray(physical, dims=(dimension,))
     array.attrs = {"units": units, "source_units": channel.unit, "long_name": channel.long_name}
     if channel.full_scale is not None:
@@ -207,6 +208,12 @@ class _TimeBases:
                     raise InputError(
                         f"{path}: channel '{channel.name}' starts at {channel.start} s; its time is damaged"
                     )
+                last = abs(channel.start) + channel.interval * n
+                if channel.interval < 4 * np.spacing(last):
+                    raise InputError(
+                        f"{path}: channel '{channel.name}' starts at {channel.start:g} s, too late to tell samples"
+                        f" {channel.interval:g} s apart; repair its start time"
+                    )
                 key = (channel.start, channel.interval, n)
                 if key not in regular:
                     regular[key] = self._add(channel.start + channel.interval * np.arange(n))
@@ -241,8 +248,8 @@ def _clock(time: np.ndarray) -> dict[str, Any]:
     if time.size > 2:
         intervals = np.diff(time)
         typical = float(np.median(intervals))
-        usual = intervals[intervals <= 1.5 * typical]
-        jitter = float(np.std(usual)) if usual.size else 0.0
+        usual = intervals[intervals <= 1.5 * typical] / typical
+        jitter = float(np.std(usual)) * typical if usual.size else 0.0
         resolution = np.spacing(np.abs(time[[0, -1]]).max())
         if jitter > max(_ROUNDING * typical, 4 * resolution):
             attributes["jitter"] = jitter

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import h5py
 import numpy as np
@@ -17,7 +19,9 @@ from tdbmon.record.formats import FORMATS
 from tdbmon.record.formats.mat5_structure import check_structure
 from tdbmon.record.read import read
 
-FUZZ = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FUZZ = settings(
+    max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 
 
 def _refused(path: Path) -> str:
@@ -62,23 +66,20 @@ def test_random_bytes_are_refused(tmp_path: Path, magic: bytes, rest: bytes) -> 
         assert len(record.data_vars) > 0
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[bytes, xr.Dataset]]:
-    folder = tmp_path_factory.mktemp("whole")
-    found = {}
-    for kind, (_, writer) in samples.WRITERS.items():
-        writer(folder / kind, samples.signals(300))
-        found[kind] = ((folder / kind).read_bytes(), read(folder / kind))
-    return found
+@cache
+def _whole(kind: str) -> tuple[bytes, xr.Dataset]:
+    """Return a sound file's bytes and the record in it."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / kind
+        samples.WRITERS[kind][1](path, samples.signals(300))
+        return path.read_bytes(), read(path)
 
 
 @pytest.mark.parametrize("kind", samples.WRITERS)
 @settings(FUZZ, max_examples=25)
 @given(share=st.floats(0, 1, exclude_max=True))
-def test_truncated_files_are_refused_or_told(
-    kind: str, whole: dict[str, tuple[bytes, xr.Dataset]], tmp_path: Path, share: float
-) -> None:
-    raw, complete = whole[kind]
+def test_truncated_files_are_refused_or_told(kind: str, tmp_path: Path, share: float) -> None:
+    raw, complete = _whole(kind)
     path = tmp_path / "cut.dat"
     path.write_bytes(raw[: int(share * len(raw))])
     try:
@@ -102,9 +103,9 @@ def test_truncated_files_are_refused_or_told(
 @settings(FUZZ, max_examples=25)
 @given(damage=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), min_size=1, max_size=6))
 def test_damaged_bytes_end_in_a_record_or_in_one_line(
-    kind: str, whole: dict[str, tuple[bytes, xr.Dataset]], tmp_path: Path, damage: list[tuple[float, int]]
+    kind: str, tmp_path: Path, damage: list[tuple[float, int]]
 ) -> None:
-    raw = bytearray(whole[kind][0])
+    raw = bytearray(_whole(kind)[0])
     for share, byte in damage:
         raw[int(share * len(raw))] = byte
     path = tmp_path / "damaged.dat"

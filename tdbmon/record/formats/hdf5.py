@@ -43,14 +43,15 @@ def branch_of(group: Any, name: str) -> Branch:
         if isinstance(item, h5py.Group):
             branches.append(branch_of(item, key))
         elif isinstance(item, h5py.Dataset):
+            check_size(item.nbytes, Path(item.file.filename), compressed=item.chunks is not None)
+            text = h5py.check_string_dtype(item.dtype) is not None
             if item.dtype.kind in "iufb" and item.size and item.size > 1:
-                check_size(item.nbytes, Path(item.file.filename), compressed=True)
                 leaves.append(Leaf(key, np.asarray(item[()]), _attributes(item)))
-            elif item.size == 1 and item.dtype.kind in "iufbSO":
+            elif item.size == 1 and (text or item.dtype.kind in "iufb"):
                 entries[key] = np.asarray(item[()]).reshape(-1)[0]
                 if unit := first_text(_attributes(item), ("units", "unit")):
                     entries[f"{key} [{unit}]"] = entries.pop(key)
-            elif item.ndim == 1 and item.dtype.kind in "SO" and (item.size or 0) <= 10_000:
+            elif text and item.ndim == 1 and item.size <= 10_000:
                 entries[key] = list(item[()])
     return Branch(name, tuple(leaves), entries, tuple(branches))
 

@@ -97,7 +97,7 @@ def _group_73(group: Any, file: Any, name: str) -> Branch:
         elif item.size == 1:
             entries[key] = np.asarray(item[()]).reshape(-1)[0]
         elif item.size:
-            check_size(item.nbytes, Path(item.file.filename), compressed=True)
+            check_size(item.nbytes, Path(item.file.filename), compressed=item.chunks is not None)
             leaves.append(Leaf(key, np.asarray(item[()])))
     return _struct_array(Branch(name, tuple(leaves), entries, tuple(branches)), group, file)
 

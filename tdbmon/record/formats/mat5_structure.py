@@ -6,6 +6,7 @@ instead of raising.  The layout is that of "MAT-File Format", The MathWorks, 202
 
 from __future__ import annotations
 
+import math
 import zlib
 from pathlib import Path
 from typing import Literal
@@ -74,6 +75,11 @@ def _check_matrix(body: memoryview, order: _Order, depth: int) -> None:
         kind, dimensions, at = _element(body, at, order)
         if kind not in (_INT32, _UINT32) or len(dimensions) % 4:
             raise ValueError("an array without dimensions")
+        lengths = [int.from_bytes(dimensions[i : i + 4], order) for i in range(0, len(dimensions), 4)]
+        if matrix_class != _SPARSE and math.prod(lengths) > len(
+            body
+        ):  # every number and every cell takes a byte at least
+            raise ValueError(f"an array of {math.prod(lengths)} elements in {len(body)} bytes")
         kind, _, at = _element(body, at, order)
         if kind not in (_INT8, _UTF8):
             raise ValueError("an array without a name")
