@@ -92,7 +92,7 @@ def analyse(
         plan = load_machine(machine)
         result = run(read(record), plan, tell)
         if writers:
-            from tdbmon.report.drop import build_report
+            from tdbmon.report.drop_report import build_report
 
             tell("drawing the figures")
             document = build_report(result)

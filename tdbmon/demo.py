@@ -12,7 +12,7 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.atomic import write_text
 from tdbmon.record.read import read
-from tdbmon.report.drop import build_report
+from tdbmon.report.drop_report import build_report
 from tdbmon.report.html import write_html
 from tdbmon.report.pdf import write_pdf
 from tdbmon.shipped import shipped

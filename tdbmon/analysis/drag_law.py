@@ -17,6 +17,22 @@ _NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span 
 _MAX_ORDER = 6  # of the noise's autoregression
 
 
+def stopping_time(rows: np.ndarray) -> np.ndarray:
+    """Time from the speed to standstill, s, of laws (n, 4): speed, linear, constant and quadratic coefficient.
+
+    With z = ω₀/(a + b ω₀/2) and r² = b²/4 − a q it is artanh(r z)/r, artan for negative r²; infinite without constant drag.
+    """
+    speed, linear, constant, quadratic = rows.T
+    root2 = 0.25 * linear**2 - constant * quadratic
+    root = np.sqrt(np.maximum(np.abs(root2), 1e-18))
+    reach = constant + 0.5 * linear * speed
+    share = np.clip(root * speed / np.where(reach > 0, reach, 1e-300), 0, None)
+    bounded = np.minimum(share, 1 - 1e-16)
+    time = np.where(root2 < 0, np.arctan2(root * speed, reach), np.arctanh(bounded)) / root
+    never = (constant <= 0) | ((root2 >= 0) & (share >= 1))
+    return np.where(never, np.inf, time)
+
+
 @dataclass(frozen=True)
 class DragLaw:
     """The speed of a rotor that only drag acts on.
@@ -40,18 +56,8 @@ class DragLaw:
     @property
     def standstill(self) -> float:
         """Time at which the rotor stops, s; infinite where the law has no constant drag."""
-        reach = self.constant + 0.5 * self.linear * self.speed
-        root2 = 0.25 * self.linear**2 - self.constant * self.quadratic
-        if self.constant <= 0:
-            return float("inf")
-        root, z = np.sqrt(abs(root2)), self.speed / reach
-        if root * z < 1e-9:
-            return float(self.start + z)
-        if root2 < 0:
-            return float(self.start + np.arctan2(root * self.speed, reach) / root)
-        return (
-            float(self.start + 0.5 * np.log1p(2 * root * z / (1 - root * z)) / root) if root * z < 1 else float("inf")
-        )
+        row = np.array([[self.speed, self.linear, self.constant, self.quadratic]])
+        return self.start + float(stopping_time(row)[0]) if self.constant > 0 else float("inf")
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
         """Speed, Hz, at times of any shape, s; zero after standstill."""
@@ -69,7 +75,7 @@ class DragLaw:
         half = 0.5 * self.linear * sine
         over = self.speed * (cosine - half) - self.constant * sine
         under = cosine + half + self.quadratic * self.speed * sine
-        moving = over / np.maximum(under, 1e-9)  # a quadratic term that drives the rotor runs away
+        moving = over / np.maximum(under, 1e-4)  # bounds the speed of a law that drives the rotor
         return np.where(time < self.standstill, moving, 0.0)
 
     def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -86,7 +92,7 @@ class DragLaw:
         middle = 0.5 * (begin + end)
         speed = self.speed_at(np.append(self.start, middle))
         drag = self.deceleration(speed)
-        drag = np.where(np.abs(drag) > 1e-200, drag, 1e-200)
+        drag = np.where(np.abs(drag) > 1e-30, drag, 1e-30)
         turning = (speed[1:] > 0).astype(float)
         columns = [turning * drag[1:] / drag[0]]
         half = 0.5 * np.diff(np.append(self.start, middle))
@@ -247,15 +253,13 @@ class LawFit:
         i = 1 + self.terms.index(term)
         return float(np.sqrt(max(self.covariance[i, i], 0.0)))
 
-    def draw(self, count: int) -> list[DragLaw]:
-        """Laws drawn from the fit's distribution (same draws every time), those with a negative term left out."""
+    def draw(self, count: int) -> np.ndarray:
+        """Draw laws from the fit's distribution (same draws every time), as `stopping_time` takes them, (count, 4)."""
         centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
-        rows = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
-        return [
-            replace(self.law, speed=row[0], **dict(zip(self.terms, row[1:], strict=True)))
-            for row in rows
-            if row.min() > 0
-        ]
+        drawn = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
+        rows = np.zeros((count, 4))
+        rows[:, [0, *(1 + TERMS.index(term) for term in self.terms)]] = drawn
+        return rows
 
     def speed_sigma(self, time: float) -> float:
         """Standard deviation of the fitted speed at a time, Hz."""

@@ -26,6 +26,7 @@ _LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the sw
 _PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
 _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
 _WORST = 20e-6  # m: a radius known no better than this is not worth stating
+_RATE_HZ = 2500.0
 _BIN_DEG = 3.0
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
 _BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
@@ -107,8 +108,9 @@ def fit_gap(
     settled = settled_from(planes, end, nominal, circle, start)
     if settled is None:
         return None
+    steady, slow = _averaged(xy[time >= settled], rate)
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
-        arc = _Arc.of(xy[time >= settled], rate, machine.gravity, circle)
+        arc = _Arc.of(steady, slow, machine.gravity, circle)
         if len(arc.angle) < 6:
             return None
         alone = _fit_circle(arc, circle, travel.per_load)
@@ -122,7 +124,7 @@ def fit_gap(
         agrees = _overlap(from_arc, from_swing)
         if agrees:
             solution, covariance = _fit_circle(arc, circle, travel.per_load, from_swing)
-    return _gap(xy[time >= settled], arc, solution, covariance, settled, from_arc, agrees)
+    return _gap(steady, arc, solution, covariance, settled, from_arc, agrees)
 
 
 def settled_from(
@@ -141,6 +143,13 @@ def settled_from(
     lifted = np.flatnonzero((inside > _BOUNCE_SHARE * nominal) & (time > start))
     settled = float(time[min(lifted[-1] + 1, len(time) - 1)]) if lifted.size else start
     return settled if time[-1] - settled >= 0.15 else None
+
+
+def _averaged(xy: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
+    """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing."""
+    count = max(1, int(rate / _RATE_HZ))
+    whole = len(xy) // count * count
+    return xy[:whole].reshape(-1, count, 2).mean(axis=1), rate / count
 
 
 def _overlap(a: Estimate, b: Estimate) -> bool:

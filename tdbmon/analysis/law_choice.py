@@ -160,9 +160,7 @@ class _Stretch:
 
 def noise_in(stretch: Coast) -> Noise:
     """Noise of the measured quantity, from what the fullest law leaves."""
-    fullest = MODELS["constant + exponential + quadratic"]
-    fit = fit_law(stretch, fullest, WHITE)
-    fit = fit_law(stretch, fullest, noise_of(fit.residual, fit.parameters), fit.law)
+    fit = fit_law(stretch, MODELS["constant + exponential + quadratic"], WHITE)
     return noise_of(fit.residual, fit.parameters)
 
 
@@ -213,11 +211,10 @@ def _against_simpler(candidate: Candidate, candidates: list[Candidate]) -> Candi
 
 def _held_out(fit: LawFit) -> float:
     """Mean square of the whitened misfit on successive stretches, each predicted from the others (linearised at the fit)."""
-    n = len(fit.white)
-    power = 0.0
-    for rows in np.array_split(np.arange(n), _FOLDS):
-        others = np.ones(n, dtype=bool)
-        others[rows] = False
-        step = np.linalg.lstsq(fit.sensitivity[others], -fit.white[others], rcond=1e-10)[0]
-        power += float(np.sum((fit.white[rows] + fit.sensitivity[rows] @ step) ** 2))
-    return power / n
+    a, e = fit.sensitivity / np.linalg.norm(fit.sensitivity, axis=0), fit.white
+    normal, right, power = a.T @ a, a.T @ e, 0.0
+    for rows in np.array_split(np.arange(len(e)), _FOLDS):
+        own = a[rows]
+        step = np.linalg.pinv(normal - own.T @ own, rcond=1e-10, hermitian=True) @ (own.T @ e[rows] - right)
+        power += float(np.sum((e[rows] + own @ step) ** 2))
+    return power / len(e)

@@ -256,7 +256,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     if chosen is None or plain.law.linear < _FALLING * plain.sigma("linear"):
         return without(f"the speed does not fall: it changes by {slope:.3g} ± {1.96 * error:.2g} Hz/s")
     fit = chosen.fit
-    models = tuple(_model(c, c is chosen) for c in candidates)
+    models = tuple(speed_model(c, c is chosen) for c in candidates)
     levitated = _coasting(stretch, before)
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
@@ -353,7 +353,8 @@ def _term(candidate: Candidate, term: str, of: Callable[[float], float], unit: s
     return Estimate(of(value), low, high, unit, f"{candidate.name} law, least squares on whitened residuals")
 
 
-def _model(candidate: Candidate, chosen: bool) -> SpeedModel:
+def speed_model(candidate: Candidate, chosen: bool) -> SpeedModel:
+    """State a candidate's parameters with their intervals and units."""
     makers: dict[str, tuple[str, Callable[[float], float], str]] = {
         "linear": ("decay_time_s", lambda b: 1 / b, "s"),
         "constant": ("constant_drag_hz_per_s", lambda a: a, "Hz/s"),

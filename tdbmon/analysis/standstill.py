@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tdbmon.analysis.drag_law import Coast, LawFit, noise_of
+from tdbmon.analysis.drag_law import Coast, LawFit, noise_of, stopping_time
 from tdbmon.estimate import Estimate
 
 _TAIL = 0.05  # share of the record by which rest is judged
@@ -105,8 +105,8 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
         return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
     if not reached:
         return Estimate.missing("s", "the fitted law does not hold down to the slowest measured speed")
-    times = np.array([law.standstill for law in fit.draw(_DRAWS)])
-    low, high = np.quantile(times, [0.025, 0.975]) if len(times) > 0.97 * _DRAWS else (stop, np.inf)
+    times = np.sort(fit.law.start + stopping_time(fit.draw(_DRAWS)))
+    low, high = times[round(0.025 * _DRAWS)], times[round(0.975 * _DRAWS)]
     if rest.found:
         return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
     if high > last + _FARTHEST * (last - release):

@@ -174,7 +174,8 @@ def _track(
             w = 2 * np.pi * frequency[seen]
             basis = np.concatenate([np.cos(np.outer(w, t)), np.sin(np.outer(w, t))]).T
             slope_cos, slope_sin = -t[:, None] * np.sin(np.outer(w, t)).T, t[:, None] * np.cos(np.outer(w, t)).T
-            amplitude, *_ = np.linalg.lstsq(basis * taper[:, None], (part * taper).T, rcond=None)
+            q, triangle = np.linalg.qr(basis * taper[:, None])
+            amplitude = np.linalg.solve(triangle, q.T @ (part * taper).T)
             m = int(seen.sum())
             rest = (part.T - basis @ amplitude) * taper[:, None]
             jac = np.stack(
@@ -184,7 +185,6 @@ def _track(
                 ]
             ).reshape(m, -1)
             # project the amplitudes off, so that frequency and phase are not mistaken for each other
-            q, _ = np.linalg.qr(basis * taper[:, None])
             stacked = jac.reshape(m, len(t), 2)
             stacked = stacked - np.einsum("tk,mke->mte", q, np.einsum("tk,mte->mke", q, stacked))
             flat = stacked.reshape(m, -1)
