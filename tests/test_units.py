@@ -56,6 +56,10 @@ def test_channel_units_of_instruments():
     assert si_unit_of("Volts") == ("V", 1.0)
     assert si_unit_of("mils") == ("m", pytest.approx(25.4e-6))
     assert si_unit_of("rpm") == ("Hz", pytest.approx(1 / 60))
+    assert si_unit_of("RPM") == ("Hz", pytest.approx(1 / 60))
+    assert si_unit_of("%") == ("1", pytest.approx(0.01))
+    assert si_unit_of("") == si_unit_of("-") == si_unit_of("counts") == ("1", 1.0)
+    assert si_unit_of("deg") == ("rad", pytest.approx(math.pi / 180))
     assert si_unit_of("bananas") is None
 
 

@@ -21,7 +21,8 @@ _VENDOR = {
     "mil": "thou", "mils": "thou", "volts": "volt", "volt": "volt", "micron": "micrometer", "microns": "micrometer",
     "mue": "micrometer", "seconds": "second", "sec": "second", "secs": "second", "hertz": "hertz",
     "rev/min": "rpm", "r/min": "rpm", "1/min": "rpm", "min^-1": "rpm", "u/min": "rpm", "rps": "hertz",
-    "rev/s": "hertz", "rev": "turn", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
+    "rev/s": "hertz", "rev": "turn", "rpm": "rpm", "hz": "hertz",
+    "counts": "dimensionless", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
 }  # fmt: skip
 
 _NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
@@ -121,6 +122,8 @@ def si_unit_of(unit: str) -> tuple[str, float] | None:
     Displacements become m, speeds and frequencies Hz, voltages V, times s, angles rad, accelerations m/s^2,
     forces N, temperatures stay unconverted (None) since they carry an offset.
     """
+    if _spelling(split_kind(unit)[0]) in ("dimensionless", "percent"):  # a plain number, not an angle
+        return "1", scale(unit, "1")
     for si in ("m", "Hz", "V", "s", "rad", "m/s", "m/s^2", "N", "A", "1"):
         try:
             return si, scale(unit, si)

@@ -77,7 +77,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) 
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
-    checks += check_orientation(planes, record, machine, released)
+    checks += check_orientation(planes, record, machine)
     ends, swing = _ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")

@@ -75,8 +75,8 @@ class DragLaw:
         half = 0.5 * self.linear * sine
         over = self.speed * (cosine - half) - self.constant * sine
         under = cosine + half + self.quadratic * self.speed * sine
-        moving = over / np.maximum(under, 1e-4)  # bounds the speed of a law that drives the rotor
-        return np.where(time < self.standstill, moving, 0.0)
+        moving = np.maximum(over, 0.0) / np.maximum(under, 1e-4)  # bounds the speed of a law that drives the rotor
+        return moving if root2 >= 0 else np.where(time < self.standstill, moving, 0.0)  # the sine would come back
 
     def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Mean speed, Hz, over spans of time (n,)."""

@@ -1,7 +1,7 @@
 """Do the probes see a world in which things fall down?  A check on their directions, by the record itself.
 
-Gravity is the one force whose direction is known.  The shaft must come to rest at the bottom of the clearance, and the
-levitated orbit at running speed, driven by unbalance, must go with the rotation.
+Gravity is the one force whose direction is known: the shaft must come to rest at the bottom of the clearance.  (That the
+levitated orbit goes with the rotation is checked at the door, in `tdbmon.record.direction_checks`.)
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
-from tdbmon.record.quality import Check
+from tdbmon.record.finding import Check
 
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 
 
-def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
-    """Check the rest position of each end, and the sense of the levitated orbit.
+def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine) -> list[Check]:
+    """Check the rest position of each end.
 
     Parameters
     ----------
@@ -27,13 +27,11 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, 
     record : Dataset
         Probes in m (for trying other directions).
     machine : Machine
-    release_s : float or None
-        The release; without it the levitated orbit is not looked at.
 
     Returns
     -------
     list of Check
-        One row an end and question; a failed one names the likely cause.
+        One row an end; a failed one names the likely cause.
     """
     rows = []
     for end in machine.ends:
@@ -43,8 +41,6 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, 
         tail = xy[:, -max(xy.shape[1] // 10, 10) :]
         rest = np.nanmean(tail, axis=1)
         rows.append(_rest_row(end, rest, record, machine, len(tail[0])))
-        if release_s is not None:
-            rows += _sense_rows(end, planes, machine, release_s)
     return rows
 
 
@@ -85,29 +81,3 @@ def _likely_cause(end: str, record: xr.Dataset, machine: Machine, samples: int) 
         return "likely " + min(found, key=len) + ": check the cabling, or set a negative sensitivity"
     turn = -_from_bottom(np.linalg.solve(directions, readings))
     return f"the probes' angles look {turn:+.0f} deg off: check them against the drawing"
-
-
-def _sense_rows(end: str, planes: xr.Dataset, machine: Machine, release_s: float) -> list[Check]:
-    """Forward and backward part of the levitated orbit at its strongest frequency above the mains' reach."""
-    time = planes.time.to_numpy()
-    levitated = time < release_s - 0.002
-    if levitated.sum() < 256:
-        return []
-    x, y = planes.displacement.sel(end=end).to_numpy()[:, levitated]
-    z = (x - x.mean()) + 1j * machine.sense * (y - y.mean())
-    z = z * np.hanning(len(z))
-    spectrum = np.abs(np.fft.fft(z)) / len(z)
-    frequency = np.fft.fftfreq(len(z), time[1] - time[0])
-    running = np.abs(np.abs(frequency) - machine.mains) > 2.5 / (time[levitated][-1] - time[0])
-    spectrum = np.where(running & (np.abs(frequency) > 10), spectrum, 0.0)
-    forward, backward = spectrum[frequency > 0].max(), spectrum[frequency < 0].max()
-    floor = np.median(spectrum[spectrum > 0])
-    if max(forward, backward) < 8 * floor or max(forward, backward) < 2 * min(forward, backward):
-        return []
-    detail = f"strongest levitated orbit {4 * max(forward, backward) * 1e6:.2f} um 0-pk goes "
-    if forward > backward:
-        return [Check("orbit goes with the rotation", end, True, detail + "with the rotation")]
-    detail += (
-        "against the rotation; likely the probes of this end are swapped, or 'rotation' in the machine file is wrong"
-    )
-    return [Check("orbit goes with the rotation", end, False, detail)]

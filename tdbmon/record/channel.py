@@ -120,12 +120,7 @@ def si_unit(unit: str) -> tuple[str, float]:
     text = unit.strip()
     if not text:
         return "", 1.0
-    known = si_unit_of(text) or si_unit_of(text.lower())
-    if known is None:
-        return text, 1.0
-    if known[0] == "rad" and not re.search(r"rad|deg|°|rev|turn", text.lower()):
-        return "1", known[1]  # a plain number, which a unit library takes for an angle
-    return known
+    return si_unit_of(text) or si_unit_of(text.lower()) or (text, 1.0)
 
 
 def _iso(date: str) -> str:

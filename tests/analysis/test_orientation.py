@@ -1,0 +1,42 @@
+"""Faults of cabling put into a shipped record must be named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.orientation import check_orientation
+from tdbmon.record.assign import assign
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+
+@pytest.fixture(scope="module")
+def record(machine):
+    return assign(read(shipped("short/drop_100.nc")), machine).load()
+
+
+def rows(record, machine):
+    return {row.channel: row for row in check_orientation(to_planes(record, machine), record, machine)}
+
+
+def test_a_sound_record_rests_at_the_bottom(record, machine):
+    assert all(row.passed for row in rows(record, machine).values())
+
+
+@pytest.mark.parametrize("probe", ["NDE_A", "NDE_B", "DE_A", "DE_B"])
+def test_an_inverted_probe_is_named(record, machine, probe):
+    faulty = record.copy()
+    faulty[probe] = -record[probe]
+    # seen at the probes' own planes: along the rigid line one wrong probe turns the other end too
+    row = rows(faulty, machine)[probe.split("_")[0]]
+    assert not row.passed
+    assert f"'{probe}' is inverted" in row.detail
+
+
+def test_probes_turned_by_ninety_degrees_are_seen(record, machine):
+    turned = [p.model_copy(update={"angle": p.angle + np.pi / 2}) for p in machine.probes]
+    row = rows(record, machine.model_copy(update={"probes": tuple(turned)}))["DE"]
+    assert not row.passed
+    assert "inverted" in row.detail or "deg off" in row.detail
