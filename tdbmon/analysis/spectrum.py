@@ -1,0 +1,295 @@
+"""Spectra of the displacement against time (waterfall) and against speed (cascade), and the full spectrum.
+
+A full spectrum splits the orbit z = x + j y into the part that whirls with the rotor (forward) and the part that whirls
+against it (backward): for a frequency f > 0 the coefficients of z at +f and -f, exchanged where the rotor turns clockwise
+(A. Muszynska, *Rotordynamics*, CRC Press 2005, ch. 2; P. Goldman and A. Muszynska, "Application of full spectrum to
+rotating machinery diagnostics", Orbit 20 (1), 1999).
+Windows by F. J. Harris, Proc. IEEE 66, 1978, 51-83.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+
+Scale = Literal["0-pk", "pk-pk", "rms"]
+
+_FACTOR = {"0-pk": 1.0, "pk-pk": 2.0, "rms": 1 / np.sqrt(2)}
+_WINDOWS = {
+    "hann": (0.5, 0.5),
+    "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),  # four terms, sidelobes below -92 dB
+}
+_LONGEST_S = 1.0
+_SHARE = 8  # windows in a short record, laid end to end
+_TOP_HZ = 1000.0  # what a dropped rotor shows lies below
+_CHUNK = 16  # frames transformed at a time: they stay in the processor's cache
+
+
+def cosine_window(name: str, length: int) -> np.ndarray:
+    """Return a periodic window, a sum of cosines: "hann" or "blackman-harris"."""
+    turn = 2 * np.pi * np.arange(length) / length
+    return np.asarray(sum((-1) ** i * a * np.cos(i * turn) for i, a in enumerate(_WINDOWS[name])))
+
+
+def window_gain(name: str, offset: np.ndarray) -> np.ndarray:
+    """Return the window's response to a tone `offset` bins beside a bin, relative to one on it (long windows)."""
+    terms = _WINDOWS[name]
+    total = terms[0] * np.sinc(offset)
+    for i, a in enumerate(terms[1:], start=1):
+        total = total + a / 2 * (np.sinc(offset - i) + np.sinc(offset + i))
+    return np.asarray(total / terms[0])
+
+
+def short_time_spectra(signal: np.ndarray, length: int, step: int, bins: int, window: str) -> np.ndarray:
+    """Fourier coefficients of overlapping windowed stretches, each freed of its mean.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (samples,)
+    length, step : int
+        Samples of a window and from one to the next.
+    bins : int
+        Coefficients kept, from 0 Hz on.
+    window : str
+        "hann" or "blackman-harris".
+
+    Returns
+    -------
+    ndarray of complex, shape (frames, bins)
+        Scaled so that a tone on a bin has the modulus of its 0-pk amplitude; NaN where a stretch holds NaN.
+    """
+    weight = cosine_window(window, length)
+    frames = np.lib.stride_tricks.sliding_window_view(signal, length)[::step]
+    out = np.empty((len(frames), bins), dtype=complex)
+    for first in range(0, len(frames), _CHUNK):
+        some = frames[first : first + _CHUNK]
+        out[first : first + _CHUNK] = np.fft.rfft((some - some.mean(axis=1, keepdims=True)) * weight, axis=1)[:, :bins]
+    out *= 2 / weight.sum()
+    return out
+
+
+def forward_backward(x: np.ndarray, y: np.ndarray, sense: int) -> tuple[np.ndarray, np.ndarray]:
+    """Split one-sided coefficients of x and y into forward and backward whirl.
+
+    Parameters
+    ----------
+    x, y : ndarray of complex
+        0-pk coefficients of both axes at positive frequencies.
+    sense : int
+        +1 where the rotor turns from +x towards +y, -1 otherwise.
+
+    Returns
+    -------
+    forward, backward : ndarray of complex
+        Radii of the two circles whose sum is the orbit; the greater half-axis is the sum of their moduli.
+    """
+    ccw, cw = (x + 1j * y) / 2, (np.conj(x) + 1j * np.conj(y)) / 2
+    return (ccw, cw) if sense > 0 else (cw, ccw)
+
+
+def waterfall(
+    planes: xr.Dataset,
+    window_s: float | None = None,
+    step_s: float | None = None,
+    scale: Scale = "0-pk",
+    top_hz: float = _TOP_HZ,
+) -> xr.Dataset:
+    """Amplitude spectra against time (Hann windows).
+
+    For the first second after the release hand in that stretch alone (``planes.sel(time=slice(t, t + 1))``): windows
+    are an eighth of a short record.
+
+    Parameters
+    ----------
+    planes : Dataset
+        ``displacement(end, axis, time)``, m, uniformly sampled; attribute ``sampling_hz``.
+    window_s : float, optional
+        Length of a window, s; by default 1 s, or an eighth of a record shorter than 8 s.
+    step_s : float, optional
+        From one window to the next, s; by default a quarter of a window.
+    scale : {"0-pk", "pk-pk", "rms"}
+        What a tone reads.
+    top_hz : float
+        Highest frequency kept; no more than half the sampling rate.
+
+    Returns
+    -------
+    Dataset
+        ``amplitude(end, axis, time, frequency)`` in m, ``time`` the middle of each window, s.  Attributes: ``window``,
+        ``window_s``, ``step_s``, ``overlap``, ``coherent_gain`` (mean of the window, already divided out),
+        ``noise_bandwidth_bins``, ``noise_bandwidth_hz``, ``scale``.  A window that holds NaN gives NaN.
+
+    Raises
+    ------
+    InputError
+        If a window is longer than the record or shorter than 16 samples, or the step is not positive.
+    """
+    frame = _Frame.of(planes, window_s, step_s, top_hz)
+    data = frame.transform(planes)
+    amplitude = np.abs(data) * _FACTOR[_known(scale)]
+    return frame.dataset(planes, {"amplitude": (("end", "axis", "time", "frequency"), amplitude)}, scale)
+
+
+def full_spectrum(
+    planes: xr.Dataset,
+    sense: int,
+    window_s: float | None = None,
+    step_s: float | None = None,
+    scale: Scale = "0-pk",
+    top_hz: float = _TOP_HZ,
+) -> xr.Dataset:
+    """Forward and backward amplitude spectra against time, relative to the rotation.
+
+    Parameters are those of `waterfall`; `sense` is +1 where the rotor turns from +x towards +y, -1 otherwise.
+
+    Returns
+    -------
+    Dataset
+        ``forward`` and ``backward(end, time, frequency)`` in m: radii of the circles whose sum is the orbit (doubled on
+        the scale "pk-pk").  Coordinates and attributes as from `waterfall`.
+
+    Raises
+    ------
+    InputError
+        As `waterfall`.
+    """
+    frame = _Frame.of(planes, window_s, step_s, top_hz)
+    data = frame.transform(planes)
+    parts = forward_backward(data[:, 0], data[:, 1], sense)
+    factor = _FACTOR[_known(scale)]
+    variables = {
+        name: (("end", "time", "frequency"), np.abs(part) * factor)
+        for name, part in zip(("forward", "backward"), parts, strict=True)
+    }
+    return frame.dataset(planes, variables, scale)
+
+
+def cascade(
+    spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float | None = None
+) -> xr.Dataset:
+    """Spectra against speed: those of a waterfall averaged in power over equal steps of speed.
+
+    Parameters
+    ----------
+    spectra : Dataset
+        Result of `waterfall` or `full_spectrum`.
+    speed_time, speed_hz : ndarray, shape (n,)
+        Speed, Hz, on its own samples, s.
+    step_hz : float, optional
+        Width of a step, Hz; by default a hundredth of the highest speed.
+
+    Returns
+    -------
+    Dataset
+        The variables with ``speed`` (middle of a step, Hz, rising) in place of ``time``, and ``spectra(speed)``, how
+        many were averaged.  Steps that no window falls into are left out.
+
+    Raises
+    ------
+    InputError
+        If no speed is known during the spectra.
+    """
+    known = np.isfinite(speed_hz)
+    centre = spectra.time.to_numpy()
+    inside = np.zeros(len(centre), dtype=bool)
+    if known.sum() > 1:
+        at, hz = speed_time[known], speed_hz[known]
+        inside = (centre >= at[0]) & (centre <= at[-1])
+    if not inside.any():
+        raise InputError("no speed is known at the times of the spectra; a cascade needs it")
+    speed = np.maximum(mean_over(at, hz, centre[inside], spectra.attrs["window_s"]), 0.0)
+    width = step_hz if step_hz is not None else max(speed.max() / 100, 1e-6)
+    if not width > 0:
+        raise InputError(f"a speed step of {width:g} Hz makes no cascade; give a positive one")
+    steps, member, count = np.unique(np.floor(speed / width), return_inverse=True, return_counts=True)
+    variables = {}
+    for name, values in spectra.data_vars.items():
+        power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
+        total = np.zeros((len(steps), *power.shape[1:]))
+        np.add.at(total, member, power)
+        mean = np.sqrt(total / count.reshape(-1, *[1] * (total.ndim - 1)))
+        dims = tuple("speed" if d == "time" else d for d in values.transpose(..., "time", "frequency").dims)
+        variables[name] = (dims, np.moveaxis(mean, 0, -2), values.attrs)
+    variables["spectra"] = (("speed",), count, {})
+    coords = {name: c for name, c in spectra.coords.items() if "time" not in c.dims}
+    coords["speed"] = xr.DataArray((steps + 0.5) * width, dims="speed", attrs={"units": "Hz"})
+    return xr.Dataset(variables, coords=coords, attrs={**spectra.attrs, "speed_step_hz": float(width)})
+
+
+def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: float) -> np.ndarray:
+    """Mean of a sampled quantity over windows of `width` about `centre` (cut where it is not known)."""
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
+    low = np.clip(centre - width / 2, time[0], time[-1])
+    high = np.clip(centre + width / 2, time[0], time[-1])
+    gain = np.interp(high, time, integral) - np.interp(low, time, integral)
+    length = high - low
+    return np.where(length > 0, gain / np.where(length > 0, length, 1.0), np.interp(centre, time, values))
+
+
+def _known(scale: str) -> str:
+    if scale not in _FACTOR:
+        raise InputError(f"scale '{scale}' is not known; one of {', '.join(_FACTOR)}")
+    return scale
+
+
+class _Frame:
+    """Where the windows lie, how long they are, and what of their spectra is kept."""
+
+    def __init__(self, rate: float, length: int, step: int, bins: int, first: float) -> None:
+        self.rate, self.length, self.step, self.bins, self.first = rate, length, step, bins, first
+
+    @classmethod
+    def of(cls, planes: xr.Dataset, window_s: float | None, step_s: float | None, top_hz: float) -> _Frame:
+        rate, samples = float(planes.attrs["sampling_hz"]), planes.sizes["time"]
+        duration = samples / rate
+        wanted = min(_LONGEST_S, duration / _SHARE) if window_s is None else window_s
+        length = round(wanted * rate)
+        if not 16 <= length <= samples:
+            raise InputError(
+                f"a window of {wanted:g} s holds {length} of the record's {samples} samples at {rate:g} Hz;"
+                f" give 16 samples ({16 / rate:g} s) to the whole record ({duration:g} s)"
+            )
+        step = round((length / 4) if step_s is None else step_s * rate)
+        if step < 1:
+            raise InputError(f"a step of {step_s:g} s is less than one sample; give at least {1 / rate:g} s")
+        bins = min(length // 2, int(top_hz * length / rate)) + 1
+        return cls(rate, length, step, bins, float(planes.time[0]))
+
+    def transform(self, planes: xr.Dataset) -> np.ndarray:
+        """Coefficients, shape (end, axis, frames, bins)."""
+        signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
+        return np.array(
+            [[short_time_spectra(s, self.length, self.step, self.bins, "hann") for s in end] for end in signals]
+        )
+
+    def dataset(self, planes: xr.Dataset, variables: dict[str, tuple], scale: str) -> xr.Dataset:
+        frames = next(iter(variables.values()))[1].shape[-2]
+        weight = cosine_window("hann", self.length)
+        bandwidth = float(self.length * np.sum(weight**2) / weight.sum() ** 2)
+        units = {"units": "m", "kind": scale}
+        return xr.Dataset(
+            {name: (dims, values, units) for name, (dims, values) in variables.items()},
+            coords={
+                "end": planes.end,
+                **({"axis": planes.axis} if any("axis" in dims for dims, _ in variables.values()) else {}),
+                "time": (
+                    "time",
+                    self.first + (np.arange(frames) * self.step + self.length / 2) / self.rate,
+                    {"units": "s"},
+                ),
+                "frequency": ("frequency", np.arange(self.bins) * self.rate / self.length, {"units": "Hz"}),
+            },
+            attrs={
+                "window": "hann",
+                "window_s": self.length / self.rate,
+                "step_s": self.step / self.rate,
+                "overlap": max(0.0, 1 - self.step / self.length),
+                "coherent_gain": float(weight.mean()),
+                "noise_bandwidth_bins": bandwidth,
+                "noise_bandwidth_hz": bandwidth * self.rate / self.length,
+                "scale": scale,
+            },
+        )
