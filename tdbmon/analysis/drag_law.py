@@ -26,7 +26,7 @@ def stopping_time(rows: np.ndarray) -> np.ndarray:
     root2 = 0.25 * linear**2 - constant * quadratic
     root = np.sqrt(np.maximum(np.abs(root2), 1e-18))
     reach = constant + 0.5 * linear * speed
-    share = np.clip(root * speed / np.where(reach > 0, reach, 1e-300), 0, None)
+    share = root * speed / np.maximum(reach, 1e-200)
     bounded = np.minimum(share, 1 - 1e-16)
     time = np.where(root2 < 0, np.arctan2(root * speed, reach), np.arctanh(bounded)) / root
     never = (constant <= 0) | ((root2 >= 0) & (share >= 1))
@@ -222,7 +222,10 @@ class LawFit:
     residual : ndarray (n,)
         Misfit, Hz or s (see `Coast.measured`).
     white, sensitivity : ndarray (m,), (m, j)
-        Whitened misfit, and its whitened derivatives by the parameters (the zero last; see `Coast.zero`).
+        Whitened misfit, and its whitened derivatives by the parameters (the zero last; see `Coast.zero`).  Where the zero
+        is known within limits, the last row says so.
+    measured : int
+        Number of rows that are data.
     """
 
     law: DragLaw
@@ -231,6 +234,7 @@ class LawFit:
     residual: np.ndarray
     white: np.ndarray
     sensitivity: np.ndarray
+    measured: int
 
     @property
     def parameters(self) -> int:
@@ -328,7 +332,7 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
     p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-8, ftol=1e-7, maxfev=100, full_output=True)
     sensitivity = slopes(p)
     covariance = np.linalg.pinv(sensitivity.T @ sensitivity)[:k, :k] * np.outer(scale, scale)
-    return LawFit(law_of(p[:k]), terms, covariance, misfit(p), white(p), sensitivity)
+    return LawFit(law_of(p[:k]), terms, covariance, misfit(p), white(p), sensitivity, len(coast) - len(noise.ar))
 
 
 def _guess(coast: Coast) -> DragLaw:

@@ -225,10 +225,10 @@ def _from_signal(
 def _run(observed: _Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
     lead, after, rest = observed.lead, observed.after, observed.rest
     density, source, ratio = observed.density, observed.source, observed.ratio
-    before = _before(lead, release, _known(lead, density))
-    initial = _initial(before, release, source)
+    before: LawFit | None = None
 
     def without(why: str, models: tuple[SpeedModel, ...] = ()) -> RunDown:
+        initial = _initial(before or _before(lead, release, _known(lead, density)), release, source)
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
         return RunDown(initial, hz, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
 
@@ -246,10 +246,9 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     if reached:  # a law of constant drag down to zero: the rotor does rest
         stretch = replace(stretch, offset_sigma=rest.level_sigma)
     noise = noise or noise_in(stretch)
-    if density is None:  # the run-down shows the noise's colour better than the few samples of levitation
-        wider = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
-        before = _before(lead, release, Noise(np.empty(0), noise.slow * wider))
-        initial = _initial(before, release, source)
+    # the run-down shows the noise's colour better than the few samples of levitation do
+    share = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
+    before = _before(lead, release, Noise(np.empty(0), noise.slow * share))
     candidates, chosen = choose_law(stretch, noise)
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
@@ -261,6 +260,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
+    initial = _initial(before, release, source)
     return RunDown(
         initial,
         _lost(initial, fit, release),

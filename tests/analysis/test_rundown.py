@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, fit_law, noise_of
-from tdbmon.analysis.law_choice import MODELS
+from tdbmon.analysis.law_choice import MODELS, Candidate, choose_law, noise_in
 from tdbmon.analysis.pulse_train import turns_between
-from tdbmon.analysis.rundown import RunDown, fit_rundown
+from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_model
 
 RATE, RELEASE, SEEDS = 60.0, 0.5, 200
 DATA = Path(__file__).parents[2] / "datasets" / "coastdown"
@@ -49,15 +49,6 @@ def drop(law: DragLaw, seconds: float, rate: float = RATE) -> tuple[np.ndarray, 
     """Times and true speeds: driven at constant speed up to the release, then coasting."""
     t = np.arange(0, seconds, 1 / rate)
     return t, np.where(t < RELEASE, law.speed, law.speed_at(t))
-
-
-def simulate(name: str, seed: int, rho: float, seconds: float = 8.0, sigma: float = 0.05, step: float = 0.0) -> RunDown:
-    law = DragLaw(RELEASE, 100.0, **STRONG[name])
-    t, speed = drop(law, seconds)
-    speed = speed + coloured(np.random.default_rng(seed), len(t), sigma, rho)
-    if step:
-        speed = np.round(speed / step) * step
-    return fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
 
 
 def chosen(run: RunDown) -> str:
@@ -122,35 +113,60 @@ def test_fit_without_noise_returns_the_law() -> None:
 # choice and intervals
 
 
-@pytest.mark.parametrize(("name", "rho"), [(n, 0.0) for n in STRONG] + [(n, 0.6) for n in list(STRONG)[:2]])
-def test_right_law_and_true_intervals(name: str, rho: float) -> None:
-    right, hits, initial, lost, stop = 0, {term: 0 for term in STRONG[name]}, 0, 0, []
-    law = DragLaw(RELEASE, 100.0, **STRONG[name])
+def coast_of(name: str, seed: int, rho: float, step: float = 0.0) -> Coast:
+    """Eight seconds from 100 Hz on, in 160 spans."""
+    edges = np.linspace(0, 8, 161)
+    law = DragLaw(0.0, 100.0, **STRONG[name])
+    mean = law.mean_between(edges[:-1], edges[1:]) + coloured(np.random.default_rng(seed), 160, 0.05, rho)
+    return Coast(edges[:-1], edges[1:], np.round(mean / step) * step if step else mean)
+
+
+@pytest.mark.parametrize(("name", "rho", "step"), [(n, 0.0, 0.0) for n in STRONG] + [("exponential", 0.6, 0.05)])
+def test_parameters_lie_in_their_intervals_as_often_as_stated(name: str, rho: float, step: float) -> None:
+    hits = dict.fromkeys(STRONG[name], 0)
     for seed in range(SEEDS):
-        run = simulate(name, seed, rho)
-        right += chosen(run) == name
-        parameters = next(m.parameters for m in run.models if m.name == name)
+        coast = coast_of(name, seed, rho, step)
+        fit = fit_law(coast, MODELS[name], noise_in(coast))
+        model = speed_model(Candidate(name, fit, 1.0, 1.0), True)
         for term, true in STRONG[name].items():
             key, of = NAMES[term]
-            estimate = parameters[key]
-            hits[term] += estimate.known and estimate.low <= of(true) <= estimate.high
-        initial += run.initial.low <= 100.0 <= run.initial.high
-        lost += run.lost_speed.low <= 0.0 <= run.lost_speed.high
-        if run.standstill_time.known and chosen(run) == name:
-            stop.append(run.standstill_time.low <= law.standstill <= run.standstill_time.high)
-    assert right >= 0.95 * SEEDS
-    for counted in (*hits.values(), initial, lost):
+            hits[term] += model.parameters[key].low <= of(true) <= model.parameters[key].high
+    for counted in hits.values():
         assert 0.90 * SEEDS <= counted <= 0.99 * SEEDS
-    if "constant" in STRONG[name]:
-        assert len(stop) > 0.9 * SEEDS
-        assert 0.90 <= np.mean(stop) <= 0.99
 
 
-def test_intervals_stay_true_when_the_signal_is_quantised() -> None:
-    runs = [simulate("exponential", seed, 0.0, step=0.1) for seed in range(SEEDS)]
-    assert np.mean([chosen(run) == "exponential" for run in runs]) >= 0.95
-    inside = np.mean([run.decay_time.known and run.decay_time.low <= 5.0 <= run.decay_time.high for run in runs])
-    assert 0.90 <= inside <= 0.99
+@pytest.mark.parametrize("name", STRONG)
+def test_right_law_is_chosen(name: str) -> None:
+    count = SEEDS if name == "exponential" else 40
+    right = 0
+    for seed in range(count):
+        coast = coast_of(name, 1000 + seed, 0.0)
+        right += choose_law(coast, noise_in(coast))[1].name == name
+    assert right >= 0.95 * count
+
+
+def test_whole_call_chooses_right_and_states_true_intervals() -> None:
+    """From 70 Hz, with coloured and quantised noise whose level is not known, at a low sampling rate."""
+    law = DragLaw(RELEASE, 70.0, 1 / 5.0, 1.5)
+    right, hits, known = 0, np.zeros(5), 0
+    for seed in range(SEEDS):
+        t, speed = drop(law, 8.5, 40.0)
+        speed = np.round((speed + coloured(np.random.default_rng(seed), len(t), 0.05, 0.3)) / 0.02) * 0.02
+        run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+        right += chosen(run) == "exponential + constant"
+        known += run.standstill_time.known
+        pairs = [
+            (run.initial, 70.0),
+            (run.lost_speed, 0.0),
+            (run.decay_time, 5.0),
+            (run.drag_torque, 2 * np.pi * 0.3 * 1.5),
+            (run.standstill_time, law.standstill),
+        ]
+        hits += [estimate.known and estimate.low <= true <= estimate.high for estimate, true in pairs]
+    assert right >= 0.95 * SEEDS
+    assert known >= 0.95 * SEEDS
+    assert np.all(hits >= 0.90 * SEEDS)
+    assert np.all(hits <= 0.99 * SEEDS)
 
 
 def test_known_noise_is_used() -> None:
@@ -168,9 +184,9 @@ def test_known_noise_is_used() -> None:
 
 def whole_drop(seed: int, offset: float = 0.0, gain: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray, DragLaw]:
     """Contacts brake for 0.4 s, then viscous and dry drag to standstill and rest; with the pulses of one a revolution."""
-    rate, law = 2000.0, DragLaw(RELEASE + 0.4, 97.0, 1 / 4.0, 0.6)
+    rate, law = 2000.0, DragLaw(RELEASE + 0.4, 87.0, 1 / 4.0, 0.6)
     t = np.arange(0, 20, 1 / rate)
-    braked = 100 - (100 - 97.0) * (t - RELEASE) / 0.4
+    braked = 100 - (100 - 87.0) * (t - RELEASE) / 0.4
     true = np.where(t < RELEASE, 100.0, np.where(t < law.start, braked, law.speed_at(t)))
     angle = np.append(0.0, np.cumsum(0.5 * (true[1:] + true[:-1]))) / rate
     pulses = t[np.flatnonzero(np.diff(np.floor(angle)) > 0) + 1]
@@ -232,10 +248,14 @@ def test_a_missing_and_a_false_pulse_do_not_lose_the_angle() -> None:
 
 
 def test_record_that_ends_early_extrapolates_its_standstill() -> None:
-    run = simulate("constant", 0, 0.0)
-    assert "extrapolated" in run.standstill_time.method
-    assert run.standstill_time.value > 8.0
-    assert not simulate("exponential", 0, 0.0).standstill_time.known
+    runs = []
+    for law in (DragLaw(RELEASE, 100.0, constant=6.0), DragLaw(RELEASE, 100.0, linear=0.2)):
+        t, speed = drop(law, 8.0)
+        speed = speed + np.random.default_rng(0).normal(0, 0.05, len(t))
+        runs.append(fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).standstill_time)
+    assert "extrapolated" in runs[0].method
+    assert runs[0].value == pytest.approx(RELEASE + 100 / 6, rel=1e-3)
+    assert not runs[1].known
 
 
 def test_short_record_gets_the_simple_law() -> None:
@@ -243,15 +263,15 @@ def test_short_record_gets_the_simple_law() -> None:
     law = DragLaw(0.1, 100.0, 1 / 12.0)
     t = np.arange(10_000) / 20_000
     inside = simple = 0
-    for seed in range(40):
+    for seed in range(20):
         speed = law.speed_at(t) + np.random.default_rng(seed).normal(0, 0.02, len(t))
         run = fit_rundown(t, speed, release_time=0.1, polar_inertia=0.3)
         simple += chosen(run) == "exponential"
         inside += run.decay_time.known and run.decay_time.low <= 12.0 <= run.decay_time.high
         if run.decay_time.known:
             assert run.decay_time.high - run.decay_time.low < 1.0
-    assert simple >= 38
-    assert inside >= 36
+    assert simple >= 19
+    assert inside >= 17
 
 
 def test_short_record_in_which_the_rings_slip_to_the_end_is_not_trusted() -> None:
