@@ -61,7 +61,9 @@ def _end(axes: np.ndarray, analysis: Analysis, end: str, like: PathCollection | 
     if analysis.release is not None and end in analysis.release.levitated:
         x, y = analysis.release.levitated[end]
         whole.plot(x * UM, y * UM, "D", color=GREEN, markersize=4)
-        whole.annotate("levitated", (x * UM, y * UM), xytext=(4, 4), textcoords="offset points", color=GREEN, fontsize=7)
+        whole.annotate(
+            "levitated", (x * UM, y * UM), xytext=(4, 4), textcoords="offset points", color=GREEN, fontsize=7
+        )
     if settled.sum() < 2:
         say(near, "too short to show a course")
         return shown
@@ -75,8 +77,10 @@ def _end(axes: np.ndarray, analysis: Analysis, end: str, like: PathCollection | 
 
 
 def _scatter(ax: Axes, mean: np.ndarray, colour: np.ndarray, like: PathCollection | None = None) -> PathCollection:
-    norm = None if like is None else like.norm
-    return ax.scatter(*mean.T, c=colour, norm=norm, cmap="viridis", s=6, linewidths=0, rasterized=True, zorder=3)
+    shown = ax.scatter(mean[:, 0], mean[:, 1], c=colour, cmap="viridis", s=6, linewidths=0, rasterized=True, zorder=3)
+    if like is not None:
+        shown.set_clim(*like.get_clim())
+    return shown
 
 
 def _means(analysis: Analysis, end: str) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +90,11 @@ def _means(analysis: Analysis, end: str) -> tuple[np.ndarray, np.ndarray]:
         return np.empty(0), np.empty((0, 2))
     time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy() * UM
-    start = 0 if analysis.release is None or analysis.release.time.value is None else int(np.searchsorted(time, analysis.release.time.value))
+    start = (
+        0
+        if analysis.release is None or analysis.release.time.value is None
+        else int(np.searchsorted(time, analysis.release.time.value))
+    )
     size = max(1, int(_WINDOW_S * planes.attrs["sampling_hz"]))
     count = (len(time) - start) // size
     if count < 2:

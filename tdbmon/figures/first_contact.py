@@ -67,7 +67,16 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     inside = slice(*np.searchsorted(time, [max(time[0], (release or first.touch.value - 0.008) - 0.002), stop]))
     t = time[inside]
     along = (planes.displacement.sel(end=end).to_numpy()[:, inside].T - centre_of(analysis, end)) @ direction
-    ax.plot((t - origin) * 1e3, along * UM, ".-", color=BLUE, markersize=1.8, linewidth=0.5, label="measured")
+    ax.plot(
+        (t - origin) * 1e3,
+        along * UM,
+        ".-",
+        color=BLUE,
+        markersize=1.8,
+        linewidth=0.5,
+        label="measured",
+        rasterized=True,
+    )
     rest = result.gap.radius.value
     clearance = analysis.machine.bearing(end).balls.diametral_clearance.nominal
     touching = rest - (result.travel.total - clearance / 2)
@@ -115,12 +124,31 @@ def _instants(ax: Axes, first: FirstContact, touching: float, rest: float, origi
     touch, t1, t2 = first.touch, first.static_in, first.static_out
     marks = [(touch, touching, "o", VERMILION, "touch, lift-off")]
     if first.duration.value is not None and touch.value is not None:
-        ax.plot((touch.value + first.duration.value - origin) * 1e3, touching * UM, "o", color=VERMILION, markersize=4, zorder=5)
-    marks += [(t1, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)"), (t2, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)")]
+        ax.plot(
+            (touch.value + first.duration.value - origin) * 1e3,
+            touching * UM,
+            "o",
+            color=VERMILION,
+            markersize=4,
+            zorder=5,
+        )
+    marks += [
+        (t1, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)"),
+        (t2, rest, "D", PURPLE, "t₁, t₂ (with 95 % intervals)"),
+    ]
     for instant, level, marker, colour, label in marks:
         if instant.value is None:
             continue
         errors = None
         if instant.low is not None and instant.high is not None:
             errors = [[(instant.value - instant.low) * 1e3], [(instant.high - instant.value) * 1e3]]
-        ax.errorbar((instant.value - origin) * 1e3, level * UM, xerr=errors, fmt=marker, color=colour, markersize=4, label=label, zorder=5)
+        ax.errorbar(
+            (instant.value - origin) * 1e3,
+            level * UM,
+            xerr=errors,
+            fmt=marker,
+            color=colour,
+            markersize=4,
+            label=label,
+            zorder=5,
+        )

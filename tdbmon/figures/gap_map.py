@@ -65,10 +65,19 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     air, drawing = analysis.ends[end].air_gap.value, analysis.machine.bearing(end).radial_gap.nominal
     if air is not None:
         ax.add_patch(Circle(centre, air * UM, fill=False, color=GREEN, linewidth=1.0, label="air gap"))
-    ax.add_patch(Circle(centre, drawing * UM, fill=False, color=ORANGE, linewidth=1.0, linestyle=(0, (1, 1)), label="gap on the drawing"))  # fmt: skip
+    dotted = (0, (1, 1))
+    ax.add_patch(Circle(centre, drawing * UM, fill=False, color=ORANGE, linestyle=dotted, label="gap on the drawing"))
     ax.plot(*centre, "+", color=BLACK, markersize=8, label="centre")
     rest = np.nanmean(gap.points[-max(1, len(gap.points) // 10) :], axis=0) * UM
-    ax.plot(*rest, "o", color=PURPLE, markersize=4, markerfacecolor="none", markeredgewidth=1.2, label="mean of the last tenth")
+    ax.plot(
+        *rest,
+        "o",
+        color=PURPLE,
+        markersize=4,
+        markerfacecolor="none",
+        markeredgewidth=1.2,
+        label="mean of the last tenth",
+    )
     reach = 1.15 * radius
     ax.set_xlim(centre[0] - reach, centre[0] + reach)
     ax.set_ylim(centre[1] - reach, centre[1] + reach)

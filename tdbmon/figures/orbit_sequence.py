@@ -155,7 +155,14 @@ def _rotation(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
         "",
         tuple(point + 0.35 * radius * along),
         tuple(point - 0.05 * radius * along),
-        arrowprops={"arrowstyle": "-|>", "color": GREY, "linewidth": 1.1, "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0},
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": GREY,
+            "linewidth": 1.1,
+            "mutation_scale": 7,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        },
     )
 
 

@@ -46,7 +46,9 @@ def speed_decay(analysis: Analysis) -> Figure:
     time, speed = analysis.speed_time, analysis.speed_hz
     means, spreads, at = _binned(time, speed)
     each = (time[-1] - time[0]) / len(at)
-    figure = new_figure(105, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples")
+    figure = new_figure(
+        105, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
+    )
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.8, 1])
     upper.set_xlim(float(time[0]), float(time[-1]))
     mark_phases(upper, analysis, names=True)
@@ -82,10 +84,14 @@ def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.n
     fitted = np.ones(len(at), bool)
     if rundown.fitted_from is not None and rundown.fitted_to is not None:
         fitted = (at >= rundown.fitted_from) & (at <= rundown.fitted_to)
-        lower.axvspan(rundown.fitted_from, rundown.fitted_to, color=LIGHT, alpha=0.6, linewidth=0, label="fitted stretch")
+        lower.axvspan(
+            rundown.fitted_from, rundown.fitted_to, color=LIGHT, alpha=0.6, linewidth=0, label="fitted stretch"
+        )
     upper.plot(at, np.where(fitted, law, np.nan), color=VERMILION, linestyle=(0, (5, 2)), label=f"law: {name}")
     beyond = np.where(~fitted, law, np.nan)
-    upper.plot(at, beyond, color=VERMILION, linewidth=0.7, linestyle=(0, (1, 1.5)), label="law beyond the fitted stretch")
+    upper.plot(
+        at, beyond, color=VERMILION, linewidth=0.7, linestyle=(0, (1, 1.5)), label="law beyond the fitted stretch"
+    )
     rest = (means - law) * 1e3
     lower.axhline(0.0, color=BLACK, linewidth=0.7)
     lower.plot(at, rest, color=BLUE, linewidth=0.7)

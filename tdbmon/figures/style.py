@@ -30,7 +30,7 @@ PHASE_COLOUR = {
     "levitated": "#E8F1F8", "fall": "#FFF3D6", "contacts": "#FBE3D6", "run-down": "#E6F4EE", "rest": "#F0F0F0",
 }  # fmt: skip
 
-STYLE: dict[str, Any] = {
+STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 7.5,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tdbsim.errors import InputError
 
 from tdbmon.figures.envelope import envelope_line
 from tdbmon.figures.style import (
@@ -45,7 +46,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     """
     planes = analysis.planes
     if planes is None:
-        raise ValueError("a record without displacement has no time history")
+        raise InputError("the record holds no displacement to draw")
     time = planes.time.to_numpy()
     start, stop = float(time[0]) if start is None else start, float(time[-1]) if stop is None else stop
     inside = slice(*np.searchsorted(time, [start, stop]))
@@ -88,7 +89,9 @@ def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
         return
     middle = centre_of(analysis, end)[0 if axis == "x" else 1]
     for sign, label in ((1, "clearance circle at rest load"), (-1, None)):
-        ax.axhline((middle + sign * gap.radius.value) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label)
+        ax.axhline(
+            (middle + sign * gap.radius.value) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label
+        )
 
 
 def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:
@@ -96,8 +99,17 @@ def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -
     if release is not None and start <= release <= stop:
         ax.axvline(release, color=GREY, linewidth=0.8)
         early = release - start < 0.05 * (stop - start)
-        ax.annotate("release", (release, 0.04), xycoords=("data", "axes fraction"), xytext=(2 if early else -2, 0),
-                    textcoords="offset points", rotation=90, fontsize=6.5, color=GREY, ha="left" if early else "right")  # fmt: skip
+        ax.annotate(
+            "release",
+            (release, 0.04),
+            xycoords=("data", "axes fraction"),
+            xytext=(2 if early else -2, 0),
+            textcoords="offset points",
+            rotation=90,
+            fontsize=6.5,
+            color=GREY,
+            ha="left" if early else "right",
+        )
     contacts = analysis.ends[end].contacts
     if contacts is None:
         return

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from tdbmon.report.palette import with_palette, with_palettes
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
@@ -107,11 +109,12 @@ class Figure:
         # the canvas lays out and draws once, where savefig draws twice
         with rc_context({**STYLE, "svg.hashsalt": self.name}):
             FigureCanvasSVG(drawing).print_svg(out, metadata={"Date": None, "Creator": None})
-            if out.tell() <= _HEAVY_BYTES:
-                return Image("svg", out.getvalue(), width, height)
+            svg = with_palettes(out.getvalue())
+            if len(svg) <= _HEAVY_BYTES:
+                return Image("svg", svg, width, height)
             out = io.BytesIO()
             FigureCanvasAgg(drawing).print_png(out, metadata={"Software": None})
-        return Image("png", out.getvalue(), width, height)
+        return Image("png", with_palette(out.getvalue()), width, height)
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from tdbmon import __version__
-
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Document
 from tdbmon.report.quantity import moment
-from tdbmon.report.sections import contact, gap, limits, orbit, quality, release, rundown, source, summary
+from tdbmon.report.sections import (
+    contact,
+    gap,
+    limits,
+    orbit,
+    quality,
+    release,
+    rundown,
+    source,
+    spectra,
+    summary,
+    tracking,
+    whirl,
+)
 
-_SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, limits, source)
+_SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, spectra, whirl, tracking, limits, source)
 
 
 def build_report(analysis: Analysis, note: str = "") -> Document:

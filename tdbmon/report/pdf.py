@@ -72,10 +72,22 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
         return {"kind": "Verdict", "text": block.text, "tone": block.tone}
     if isinstance(block, Table):
         rows = [{"cells": list(row.cells), "tone": row.tone} for row in block.rows]
-        return {"kind": "Table", "caption": block.caption, "header": list(block.header), "rows": rows, "columns": len(block.header)}
+        return {
+            "kind": "Table",
+            "caption": block.caption,
+            "header": list(block.header),
+            "rows": rows,
+            "columns": len(block.header),
+        }
     if isinstance(block, Figure):
         image = block.image
         file = folder / f"{block.name}.{image.kind}"
         file.write_bytes(image.data)
-        return {"kind": "Figure", "file": file.name, "width": image.width_mm, "caption": block.caption, "alt": block.alt}
+        return {
+            "kind": "Figure",
+            "file": file.name,
+            "width": image.width_mm,
+            "caption": block.caption,
+            "alt": block.alt,
+        }
     return None

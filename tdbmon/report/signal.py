@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BINS = 4000
+_SAMPLES = 6000  # as heavy as the bins: so many are kept as they are
 _SPANS = (4.0, 0.5)  # s after the release that are kept finer
 _LEAD = 0.05  # s before it
 _NONE = -32768  # no value in the bin
@@ -58,7 +59,9 @@ def signals_of(analysis: Analysis) -> Signals | None:
                 continue
             for axis in ("x", "y"):
                 values = analysis.planes.displacement.sel(end=end, axis=axis).to_numpy() * 1e6
-                channels.append(Signal(f"{end} {axis}", f"displacement at the {result.plane} plane", "µm", time, values))
+                channels.append(
+                    Signal(f"{end} {axis}", f"displacement at the {result.plane} plane", "µm", time, values)
+                )
     if len(analysis.speed_time) > 1:
         channels.append(Signal("speed", "speed", "Hz", analysis.speed_time, analysis.speed_hz))
     if not channels:
@@ -82,13 +85,21 @@ def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str
         time, values = channel.time[inside], (channel.values[inside] - middle) / scale
         if len(time) < 2:
             continue
-        bins = min(_BINS, len(time))
+        bins = len(time) if len(time) <= _SAMPLES else _BINS
         step = float(time[-1] - time[0]) / (len(time) - 1) * len(time) / bins
         if levels and step > 0.7 * levels[-1]["step"]:
             continue
         sides = envelope(values, bins) if bins < len(time) else (values,)
         data = [base64.b64encode(_integers(side)).decode() for side in sides]
-        levels.append({"start": float(time[0]), "step": step, "count": bins, "low": data[0], "high": data[-1] if len(data) > 1 else ""})
+        levels.append(
+            {
+                "start": float(time[0]),
+                "step": step,
+                "count": bins,
+                "low": data[0],
+                "high": data[-1] if len(data) > 1 else "",
+            }
+        )
     return {"scale": scale, "offset": middle, "levels": levels}
 
 

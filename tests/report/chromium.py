@@ -30,7 +30,14 @@ class Page:
             "--headless --no-sandbox --disable-gpu --disable-background-networking --disable-extensions --no-first-run "
             "--disable-component-update --disable-sync --remote-debugging-pipe"
         ).split()
-        command = [binary, *options, f"--user-data-dir={folder}", f"--window-size={width},{height}", "--host-resolver-rules=MAP * ~NOTFOUND", "about:blank"]
+        command = [
+            binary,
+            *options,
+            f"--user-data-dir={folder}",
+            f"--window-size={width},{height}",
+            "--host-resolver-rules=MAP * ~NOTFOUND",
+            "about:blank",
+        ]
         # the browser reads commands from descriptor 3 and answers on 4
         shell = f'exec "$@" 3<&{to_browser} 4>&{from_browser}'
         self._process = subprocess.Popen(

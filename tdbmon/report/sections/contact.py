@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from tdbmon.analysis.contacts import Contact
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
@@ -49,7 +50,7 @@ def section(analysis: Analysis) -> Section | None:
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
             " computed from the state at the release and fitted to nothing; the half sine is what the single-mass"
             " stiffness assumes, so that its misfit shows how far to trust it.",
-            "For each end, displacement against time through the fall, the first contact and the rebound, with the instants that are read off it.",
+            "For each end, displacement against time through the fall, the first contact and the rebound.",
             partial(first_contact, analysis),
         ),
     ]
@@ -67,10 +68,18 @@ _QUANTITIES = (
 )
 
 
-def _list(end: str, events: tuple, release: Estimate) -> Table:  # type: ignore[type-arg]
+def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     origin = release.value or 0.0
     rows = tuple(
-        Row((f"{i + 1}", f"{(c.start - origin) * 1e3:.2f} ms", f"{(c.end - c.start) * 1e3:.2f} ms", _degrees(c.angle), f"{c.depth * 1e6:.0f} µm"))
+        Row(
+            (
+                f"{i + 1}",
+                f"{(c.start - origin) * 1e3:.2f} ms",
+                f"{(c.end - c.start) * 1e3:.2f} ms",
+                _degrees(c.angle),
+                f"{c.depth * 1e6:.0f} µm",
+            )
+        )
         for i, c in enumerate(events[:_LISTED])
     )
     more = f"; {len(events) - _LISTED} more follow" if len(events) > _LISTED else ""

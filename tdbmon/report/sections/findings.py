@@ -35,7 +35,9 @@ def settle_time(analysis: Analysis) -> Estimate:
     times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
     if not times or len(times) < len(analysis.ends):
         return Estimate.missing("ms", "not both ends settle within the record")
-    last = Estimate(max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample")
+    last = Estimate(
+        max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample"
+    )
     return since(last, release_time(analysis))
 
 
@@ -60,7 +62,9 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies
         missing = Estimate.missing("Hz", "no swing of enough cycles stands out after both ends have settled")
-        found.append(Finding(f"Swing in the clearance, {name}", "", frequencies[i] if i < len(frequencies) else missing))
+        found.append(
+            Finding(f"Swing in the clearance, {name}", "", frequencies[i] if i < len(frequencies) else missing)
+        )
     return found
 
 
@@ -81,7 +85,11 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("First touch, after the release", since(touch, release), None),
         ("First contact, duration", first.duration if first else Estimate.missing("ms", _NO_CONTACT), None),
         ("Rebound", first.rebound if first else Estimate.missing("um", _NO_CONTACT), None),
-        ("Velocity after over before the contact", first.restitution if first else Estimate.missing("1", _NO_CONTACT), None),
+        (
+            "Velocity after over before the contact",
+            first.restitution if first else Estimate.missing("1", _NO_CONTACT),
+            None,
+        ),
         ("Deepest excursion", end.deepest, None),
         ("Single-mass stiffness", end.stiffness, None),
     ]

@@ -28,7 +28,9 @@ def section(analysis: Analysis) -> Section | None:
     rows = [_row(name, [pick(end) for end in ends]) for name, pick in _PARTS]
     blocks.append(Table("How the radius at rest adds up (95 % intervals)", header, tuple(rows)))
     agreement = tuple(Row((end.name, _agreement(end))) for end in ends)
-    blocks.append(Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement))
+    blocks.append(
+        Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement)
+    )
     if any(end.gap is not None for end in ends):
         caption = (
             "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
@@ -36,7 +38,7 @@ def section(analysis: Analysis) -> Section | None:
             " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
             " is a continuation."
         )
-        alt = "For each end a circle in x and y with settled positions at its bottom, and a strip of radial deviations over the angle."
+        alt = "For each end a circle with settled positions at its bottom, and a strip of radial deviations over the angle."
         blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
     return Section("The gap", tuple(blocks))
 
@@ -76,5 +78,7 @@ def _agreement(end: EndResult) -> str:
     arc, swing = words(end.gap.from_arc), words(end.gap_from_swing)
     if end.gap.agrees is None:
         return f"arc alone: {arc}; swing: {swing}"
-    verdict = "they agree, and both settle the circle" if end.gap.agrees else "they disagree, so that the arc stands alone"
+    verdict = (
+        "they agree, and both settle the circle" if end.gap.agrees else "they disagree, so that the arc stands alone"
+    )
     return f"arc {arc}, swing {swing}: {verdict}"

@@ -19,7 +19,9 @@ def section(analysis: Analysis) -> Section:
     findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
     rows += [Row((f.name, f.end or "rotor", f.estimate.why)) for f in findings if not f.estimate.known]
     blocks: list[Block] = [
-        Paragraph("Nothing is guessed: where the record does not bear a number, the number is missing and the reason stands here."),
+        Paragraph(
+            "Nothing is guessed: where the record does not bear a number, the number is missing and the reason stands here."
+        ),
         Table("Not estimated", ("Quantity", "End", "Why"), tuple(rows)),
     ]
     return Section("What is not estimated", tuple(blocks))

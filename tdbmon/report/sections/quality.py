@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.record.finding import Check
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 
@@ -23,7 +24,7 @@ def section(analysis: Analysis) -> Section:
     return Section("Can the record be trusted?", tuple(blocks))
 
 
-def _row(name: str, checks: list) -> Row:  # type: ignore[type-arg]
+def _row(name: str, checks: list[Check]) -> Row:
     details = list(dict.fromkeys(c.detail for c in checks))
     if len(details) == 1:
         said = details[0]

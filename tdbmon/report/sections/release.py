@@ -17,7 +17,11 @@ def section(analysis: Analysis) -> Section:
     """Return the release, the phases and the time histories."""
     blocks: list[Block] = []
     if analysis.release is None:
-        blocks.append(Paragraph("The release was not found: the record holds no levitated stretch before the fall, or no displacement."))
+        blocks.append(
+            Paragraph(
+                "The release was not found: the record holds no levitated stretch before the fall, or no displacement."
+            )
+        )
     else:
         blocks += _release(analysis)
     if analysis.phases:
@@ -27,7 +31,9 @@ def section(analysis: Analysis) -> Section:
         blocks += _figures(analysis)
     signals = signals_of(analysis)
     if signals is not None:
-        blocks.append(SignalViewer("Displacement (not filtered, runout not compensated) and speed of the whole record", signals))
+        blocks.append(
+            SignalViewer("Displacement (not filtered, runout not compensated) and speed of the whole record", signals)
+        )
     return Section("Release and phases", tuple(blocks))
 
 
@@ -40,9 +46,20 @@ def _release(analysis: Analysis) -> list[Block]:
     said = f"The magnetic field let go at {words(release.time)} ({release.time.method}). {soft}"
     rows = []
     for end, state in release.states.items():
-        noise = Estimate(release.noise[end], unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms")
+        noise = Estimate(
+            release.noise[end], unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms"
+        )
         ax, ay = release.fall[end]
-        rows.append(Row((end, *(words(q) for q in (state.x, state.y, state.vx, state.vy)), words(noise), f"{ax:.2f}, {ay:.2f} m/s²".replace("-", "−"))))
+        rows.append(
+            Row(
+                (
+                    end,
+                    *(words(q) for q in (state.x, state.y, state.vx, state.vy)),
+                    words(noise),
+                    f"{ax:.2f}, {ay:.2f} m/s²".replace("-", "−"),
+                )
+            )
+        )
     header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Fall x, y")
     gravity = analysis.machine.gravity
     caption = f"State at the release, from the probes' zero; a fall free of other forces has 0, −{gravity:.2f} m/s²"
@@ -56,18 +73,21 @@ def _figures(analysis: Analysis) -> list[Block]:
     release = analysis.release.time.value if analysis.release is not None else None
     begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
     end = min(begin + _FIRST_S, float(time[-1]))
-    reading = "Dashed: how far the shaft centre lies from the clearance centre at rest. Triangles: touches of that end. Shading: phases."
+    reading = (
+        "Dashed: how far the shaft centre lies from the clearance centre at rest."
+        " Triangles: touches of that end. Shading: phases."
+    )
     return [
         Figure(
             "first-contacts",
             f"The first {end - begin:.2f} s of the drop, every sample. {reading}",
-            f"Four traces against time: x and y of each end from {begin:.2f} s to {end:.2f} s, falling at the release and bouncing on the touchdown bearings.",
+            f"x and y of each end from {begin:.2f} s to {end:.2f} s: the fall and the bounces on the touchdown bearings.",
             partial(time_history, analysis, begin, end),
         ),
         Figure(
             "whole-record",
             f"The whole record; each stroke spans the least and the largest value of its bin, so that no peak is lost. {reading}",
-            "Four traces against time: x and y of each end over the whole record.",
+            "x and y of each end over the whole record.",
             partial(time_history, analysis),
         ),
     ]

@@ -62,7 +62,13 @@ def _laws(rundown: RunDown) -> Table:
     for model in rundown.models:
         parameters = "; ".join(f"{_NAMES.get(key, key)} {_parameter(value)}" for key, value in model.parameters.items())
         verdict = "chosen" if model.chosen else (model.refused or "worse")
-        cells = (model.name, parameters, f"{_millihertz(model.rms)} / {_millihertz(model.held_out_rms)}", number(model.bic, 10.0), verdict)
+        cells = (
+            model.name,
+            parameters,
+            f"{_millihertz(model.rms)} / {_millihertz(model.held_out_rms)}",
+            number(model.bic, 10.0),
+            verdict,
+        )
         rows.append(Row(cells, "good" if model.chosen else "plain"))
     return Table("Laws tried", header, tuple(rows))
 

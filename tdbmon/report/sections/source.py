@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from tdbmon import __version__
 
+from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Row, Section, Table
 from tdbmon.report.sections.findings import end_findings, rotor_findings

@@ -31,7 +31,11 @@ def _story(analysis: Analysis) -> str:
     attributes = analysis.record.attrs
     when = f" on {moment(str(attributes['drop_time']))}" if attributes.get("drop_time") else ""
     parts = []
-    speed = "an unknown speed" if analysis.rundown is None or not analysis.rundown.initial.known else rpm(analysis.rundown.initial)
+    speed = (
+        "an unknown speed"
+        if analysis.rundown is None or not analysis.rundown.initial.known
+        else rpm(analysis.rundown.initial)
+    )
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
     counts = []
     for end in analysis.ends.values():
@@ -77,7 +81,9 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
         if whirl.backward:
             found.append(Verdict(f"{end}: backward whirl, from {words(whirl.backward_onset)}.", "attention"))
         if whirl.full:
-            found.append(Verdict(f"{end}: whirl around the whole clearance, from {words(whirl.full_onset)}.", "attention"))
+            found.append(
+                Verdict(f"{end}: whirl around the whole clearance, from {words(whirl.full_onset)}.", "attention")
+            )
     return found or [Verdict("No sustained backward whirl and no whirl around the whole clearance was found.", "good")]
 
 
@@ -94,7 +100,9 @@ def _ends_table(analysis: Analysis) -> Table:
             rows.append(Row((findings[0].name, *(words(f.estimate, f.unit) for f in findings))))
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
-    return Table(f"The touchdown bearings: values with 95 % intervals, {where}", ("Quantity", *analysis.ends), tuple(rows))
+    return Table(
+        f"The touchdown bearings: values with 95 % intervals, {where}", ("Quantity", *analysis.ends), tuple(rows)
+    )
 
 
 def _against_drawing(analysis: Analysis) -> list[Row]:
@@ -108,7 +116,9 @@ def _against_drawing(analysis: Analysis) -> list[Row]:
 
 
 def _compare(name: str, measured: Estimate, drawn: Tolerant, unit: str, factor: float) -> Row:
-    nominal, low, high = (number(x * factor, abs(drawn.nominal) * factor * 0.02) for x in (drawn.nominal, drawn.low, drawn.high))
+    nominal, low, high = (
+        number(x * factor, abs(drawn.nominal) * factor * 0.02) for x in (drawn.nominal, drawn.low, drawn.high)
+    )
     limits = f"{nominal} {unit}" + ("" if drawn.is_exact else f" ({low} to {high})")
     verdict, tone = _verdict(measured, drawn)
     return Row((name, words(measured), limits, verdict), tone)
@@ -122,7 +132,9 @@ def _verdict(measured: Estimate, drawn: Tolerant) -> tuple[str, Tone]:
     high = measured.value if measured.high is None else measured.high
     if drawn.is_exact:
         agrees = low <= drawn.nominal <= high
-        return ("agrees" if agrees else "differs; the drawing states no tolerance"), ("plain" if agrees else "attention")
+        return ("agrees" if agrees else "differs; the drawing states no tolerance"), (
+            "plain" if agrees else "attention"
+        )
     if drawn.low <= low and high <= drawn.high:
         return "inside the tolerance", "good"
     if high < drawn.low or low > drawn.high:

@@ -241,7 +241,7 @@
       pen.strokeStyle = "#e4e4e4";
       pen.fillStyle = "#333";
       pen.lineWidth = 1;
-      const stepY = tickStep(high - low, Math.max(2, height / 40));
+      const stepY = tickStep(high - low, Math.max(3, height / 40));
       pen.textAlign = "right";
       pen.textBaseline = "middle";
       for (let v = Math.ceil(low / stepY) * stepY; v <= high; v += stepY) {

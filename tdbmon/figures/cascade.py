@@ -1,0 +1,72 @@
+"""Cascade: spectra of each end and direction against speed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from tdbsim.errors import InputError
+
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
+from tdbmon.figures.style import AXIS_WORD, GREY, new_figure, said, seen_ends, styled
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+
+@styled
+def cascade(analysis: Analysis) -> Figure:
+    """Draw spectra against speed: orders are rays, lines of constant frequency stand upright.
+
+    Raises
+    ------
+    InputError
+        If the record holds no displacement or no speed.
+    """
+    from tdbmon.analysis.spectrum import cascade as against_speed
+
+    if analysis.waterfall is None or analysis.planes is None:
+        raise InputError("the record holds no displacement whose spectra could be drawn")
+    if len(analysis.speed_time) < 4:
+        raise InputError("the record holds no speed to draw spectra against")
+    # steps wide enough that the slowing rotor jumps over none
+    at = np.interp(analysis.waterfall.time.to_numpy(), analysis.speed_time, analysis.speed_hz)
+    widest = max(float(np.max(np.abs(np.diff(at)), initial=0.0)), float(at.max()) / 100)
+    spectra = against_speed(analysis.waterfall, analysis.speed_time, analysis.speed_hz, widest)
+    ends = seen_ends(analysis)
+    frequency, speed = spectra.frequency.to_numpy(), spectra.speed.to_numpy()
+    top_hz = top_frequency(analysis, float(frequency[-1]))
+    keep = frequency <= top_hz
+    step = spectra.attrs["speed_step_hz"]
+    # steps that the speed jumped over stay empty
+    row_of = np.round((speed - speed[0]) / step).astype(int)
+    rows = speed[0] + step * np.arange(row_of[-1] + 1)
+    half_f = frequency[1] / 2
+    extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, rows[0] - step / 2, rows[-1] + step / 2)
+    window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
+    figure = new_figure(125, said(analysis, window, f"power mean in steps of {step:.2g} Hz"))
+    axes = figure.subplots(2, len(ends), sharex=True, sharey=True, squeeze=False)
+    limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()[..., keep]))
+    for column, end in enumerate(ends):
+        for row, axis in enumerate(("y", "x")):
+            ax = axes[row, column]
+            db = np.full((len(rows), int(keep.sum())), np.nan)
+            db[row_of] = decibel(
+                spectra.amplitude.sel(end=end, axis=axis).transpose("speed", "frequency").to_numpy()[:, keep]
+            )
+            image = draw_map(ax, db, extent, limits)
+            draw_orders(ax, rows, rows, top_hz)
+            draw_constants(ax, analysis, end, top_hz)
+            ax.set_title(f"{end}, {AXIS_WORD[axis]}")
+            ax.set_xlim(0.0, extent[1])
+            ax.set_ylim(extent[2], extent[3])
+            ax.grid(False)
+            if row == 1:
+                ax.set_xlabel("frequency [Hz]")
+            if column == 0:
+                ax.set_ylabel("speed [Hz]")
+    bar = figure.colorbar(image, ax=axes, shrink=0.6, aspect=30)
+    bar.set_label(f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
+    bar.outline.set_edgecolor(GREY)
+    return figure

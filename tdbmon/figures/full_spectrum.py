@@ -1,0 +1,106 @@
+"""Full spectra: how much of each frequency whirls with the rotation (right) and how much against it (left)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from tdbsim.errors import InputError
+
+from tdbmon.figures.spectral_map import decibel, top_frequency
+from tdbmon.figures.style import BLUE, GREY, VERMILION, new_figure, said, say, seen_ends, styled
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+_LONGEST_S = 1.0
+_LEAST_S = 0.04
+_TOP_HZ = 1000.0
+
+
+@styled
+def full_spectrum(analysis: Analysis) -> Figure:
+    """Draw the full spectrum of each end in the stretches that the record holds.
+
+    Raises
+    ------
+    InputError
+        If the record holds no displacement.
+    """
+    if analysis.planes is None:
+        raise InputError("the record holds no displacement whose spectra could be drawn")
+    ends, stretches = seen_ends(analysis), _stretches(analysis)
+    note = said(analysis, "Hann window over each stretch")
+    figure = new_figure(20 + 34 * len(stretches), note)
+    axes = figure.subplots(len(stretches), len(ends), squeeze=False, sharex=True)
+    for row, (name, start, stop) in enumerate(stretches):
+        for column, end in enumerate(ends):
+            ax = axes[row, column]
+            _panel(ax, analysis, end, name, start, stop)
+            if row == len(stretches) - 1:
+                ax.set_xlabel("frequency [Hz], forward positive")
+            if column == 0:
+                ax.set_ylabel("amplitude\n[dB re 1 µm 0-pk]")
+    return figure
+
+
+def _stretches(analysis: Analysis) -> list[tuple[str, float, float]]:
+    """Name, start and end of the stretches to draw, s: at most one second at the beginning of each phase."""
+    planes = analysis.planes
+    if planes is None:
+        return []
+    found = []
+    for phase in analysis.phases:
+        # the fall is shorter than anything that a spectrum could tell apart
+        if phase.name in ("fall", "rest") or phase.end - phase.start < _LEAST_S:
+            continue
+        start = phase.start
+        found.append((phase.name, start, min(phase.end, start + _LONGEST_S)))
+        if phase.name == "run-down" and phase.end - start > 20 * _LONGEST_S:
+            later = start + 0.15 * (phase.end - start)
+            found.append(("later run-down", later, later + _LONGEST_S))
+    time = planes.time.to_numpy()
+    return found or [("whole record", float(time[0]), float(time[-1]))]
+
+
+def _panel(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop: float) -> None:
+    from tdbmon.analysis.spectrum import full_spectrum as transform
+
+    planes = analysis.planes
+    ax.set_title(f"{end}, {name}: {start:.2f} to {stop:.2f} s", fontsize=7)
+    if planes is None:
+        return
+    part = planes.sel(end=[end], time=slice(start, stop))
+    whole = part.sizes["time"] / planes.attrs["sampling_hz"]
+    spectra = transform(part, analysis.machine.sense, window_s=whole, top_hz=_TOP_HZ).isel(end=0, time=0)
+    frequency = spectra.frequency.to_numpy()
+    top = top_frequency(analysis, float(frequency[-1]))
+    keep = (frequency > 0) & (frequency <= top)
+    forward, backward = (decibel(spectra[side].to_numpy()[keep]) for side in ("forward", "backward"))
+    if not np.isfinite(forward).all():
+        say(ax, "samples are missing in this stretch")
+        return
+    ax.plot(frequency[keep], forward, color=BLUE, linewidth=0.7, rasterized=True)
+    ax.plot(-frequency[keep], backward, color=VERMILION, linewidth=0.7, rasterized=True)
+    loudest = float(max(forward.max(), backward.max()))
+    ax.set_ylim(loudest - 90, loudest + 15)
+    ax.set_xlim(-top, top)
+    ax.axvline(0.0, color=GREY, linewidth=0.6)
+    _orders(ax, analysis, (start + stop) / 2, top)
+
+
+def _orders(ax: Axes, analysis: Analysis, at: float, top: float) -> None:
+    if len(analysis.speed_time) < 4:
+        ax.annotate("no speed: no orders", (0.02, 0.9), xycoords="axes fraction", fontsize=6.5, color=GREY)
+        return
+    speed = float(np.interp(at, analysis.speed_time, analysis.speed_hz))
+    for order in (1, 2, 3):
+        for side in (1, -1):
+            if order * speed < 0.95 * top:
+                ax.axvline(side * order * speed, color=GREY, linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
+                if speed < 0.12 * top and order > 1:
+                    continue
+                ax.annotate(f"{order}X", (side * order * speed, 0.97), xycoords=("data", "axes fraction"), xytext=(1, 0),
+                            textcoords="offset points", va="top", fontsize=6.5, color=GREY)  # fmt: skip

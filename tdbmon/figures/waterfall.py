@@ -1,0 +1,62 @@
+"""Waterfall: spectra of each end and direction against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from tdbsim.errors import InputError
+
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
+from tdbmon.figures.style import AXIS_WORD, GREY, new_figure, said, seen_ends, styled
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+
+@styled
+def waterfall(analysis: Analysis) -> Figure:
+    """Draw the waterfall with order lines and lines of constant frequency.
+
+    Raises
+    ------
+    InputError
+        If the record holds no displacement.
+    """
+    spectra = analysis.waterfall
+    if spectra is None or analysis.planes is None:
+        raise InputError("the record holds no displacement whose spectra could be drawn")
+    ends = seen_ends(analysis)
+    frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
+    top_hz = top_frequency(analysis, float(frequency[-1]))
+    keep = frequency <= top_hz
+    window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
+    figure = new_figure(135, said(analysis, window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"))
+    axes = figure.subplots(2, len(ends), sharex=True, sharey=True, squeeze=False)
+    amplitude = spectra.amplitude.sel(end=ends).to_numpy()[..., keep]
+    limits = colour_limits(decibel(amplitude))
+    half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
+    extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
+    for column, end in enumerate(ends):
+        for row, axis in enumerate(("y", "x")):
+            ax = axes[row, column]
+            db = decibel(spectra.amplitude.sel(end=end, axis=axis).to_numpy()[:, keep])
+            image = draw_map(ax, db, extent, limits)
+            if len(analysis.speed_time) > 3:
+                draw_orders(ax, np.interp(time, analysis.speed_time, analysis.speed_hz), time, top_hz)
+            else:
+                ax.annotate("no speed: no order lines", (0.02, 0.02), xycoords="axes fraction", color="white")
+            draw_constants(ax, analysis, end, top_hz)
+            ax.set_title(f"{end}, {AXIS_WORD[axis]}")
+            ax.set_xlim(0.0, extent[1])
+            ax.set_ylim(extent[2], extent[3])
+            ax.grid(False)
+            if row == 1:
+                ax.set_xlabel("frequency [Hz]")
+            if column == 0:
+                ax.set_ylabel("time [s]")
+    bar = figure.colorbar(image, ax=axes, shrink=0.6, aspect=30)
+    bar.set_label(f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
+    bar.outline.set_edgecolor(GREY)
+    return figure

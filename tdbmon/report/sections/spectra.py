@@ -1,0 +1,80 @@
+"""Lines in the spectra: a table of what was found, and the maps to see it in."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
+
+_LISTED = 24
+
+
+def section(analysis: Analysis) -> Section | None:
+    """Return lines, waterfall, cascade and full spectra."""
+    if analysis.planes is None or analysis.waterfall is None:
+        return None
+    from tdbmon.figures.cascade import cascade
+    from tdbmon.figures.full_spectrum import full_spectrum
+    from tdbmon.figures.waterfall import waterfall
+
+    has_speed = len(analysis.speed_time) > 3
+    blocks: list[Block] = [_lines(analysis, has_speed)]
+    reading = (
+        "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
+        " Dashed: orders of the speed; dotted: lines of constant frequency that were found."
+    )
+    blocks.append(
+        Figure(
+            "waterfall",
+            f"Waterfall, vertical and horizontal at each end. {reading} What follows a dashed line turns with the rotor;"
+            " what stands upright is a swing or a bending of the rotor on its touchdown bearings, or the mains.",
+            "Maps of amplitude over frequency and time for each end and direction, with curved order lines.",
+            partial(waterfall, analysis),
+        )
+    )
+    if has_speed:
+        blocks.append(
+            Figure(
+                "cascade",
+                f"Cascade: the same spectra against speed, where orders are straight rays. {reading}",
+                "Maps of amplitude over frequency and speed for each end and direction, with straight order rays.",
+                partial(cascade, analysis),
+            )
+        )
+    blocks.append(
+        Figure(
+            "full-spectrum",
+            "Full spectra of stretches of the drop: amplitude of the circle that turns with the rotor (right, blue) and"
+            " against it (left, red). Equal peaks on both sides are motion along a line; a peak on the left alone is"
+            " backward whirl.",
+            "For each end and stretch, amplitude over frequency from backward to forward.",
+            partial(full_spectrum, analysis),
+        )
+    )
+    return Section("Spectra and lines", tuple(blocks))
+
+
+def _lines(analysis: Analysis, has_speed: bool) -> Block:
+    if not analysis.lines:
+        why = "none stands out" if has_speed else "without a speed, orders cannot be told from constant frequencies"
+        return Paragraph(f"No lines are listed: {why}.")
+    strongest = sorted(analysis.lines, key=lambda line: -(line.amplitude.value or 0.0))[:_LISTED]
+    rows = tuple(
+        _row(line)
+        for line in sorted(strongest, key=lambda line: (line.kind, line.order or 0.0, line.frequency.value or 0.0))
+    )
+    more = len(analysis.lines) - len(strongest)
+    caption = "Lines found (95 % intervals)" + (f"; {more} weaker ones are left out" if more > 0 else "")
+    return Table(caption, ("Line", "Kind", "End", "Frequency or order", "Direction", "Amplitude", "Seen"), rows)
+
+
+def _row(line: Line) -> Row:
+    place = f"{line.order:g}X" if line.kind == "order" and line.order is not None else words(line.frequency)
+    seen = f"{line.first_s:.1f} to {line.last_s:.1f} s"
+    return Row((line.name or "unnamed", line.kind, line.end, place, line.direction, words(line.amplitude), seen))

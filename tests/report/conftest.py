@@ -1,0 +1,88 @@
+"""Analysed records that the tests of figures and reports share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tdbsim.machine import load_machine, parse_machine
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.result import Analysis
+from tdbmon.record.read import read
+
+DATASETS = Path(__file__).parents[2] / "datasets"
+
+# ends a script element, opens another, and holds what HTML, SVG, typst, matplotlib's mathtext and JSON might act on
+HOSTILE = "</script><script>alert(1)</script><b>&amp; $\\frac{1}$ #sys.inputs *b* _i_ @ref \\u003c"
+
+
+@pytest.fixture(scope="session")
+def short() -> Analysis:
+    """A short record: 0.5 s at 20 kHz, which ends long before standstill."""
+    return analyse(read(DATASETS / "short" / "drop_100.nc"), load_machine(DATASETS / "short" / "machine.toml"))
+
+
+@pytest.fixture(scope="session")
+def coastdown() -> Analysis:
+    """A whole drop: 85 s at 10 kHz, to standstill."""
+    return analyse(read(DATASETS / "coastdown" / "drop_100.nc"), load_machine(DATASETS / "coastdown" / "machine.toml"))
+
+
+@pytest.fixture(scope="session")
+def hostile(short: Analysis) -> Analysis:
+    """The short record with hostile names in every place that a file gives one."""
+    machine = parse_machine(_renamed(short.machine.model_dump(by_alias=True)))
+    rename = dict(zip(short.machine.ends, machine.ends, strict=True))
+    planes = short.planes
+    assert planes is not None and short.release is not None
+    release = replace(
+        short.release,
+        **{
+            name: {rename[end]: value for end, value in getattr(short.release, name).items()}
+            for name in ("states", "noise", "levitated", "fall")
+        },
+    )
+    record = short.record.copy()
+    record.attrs = {**record.attrs, "title": HOSTILE, "source_file": f"{HOSTILE}.nc", "drop_time": HOSTILE}
+    return replace(
+        short,
+        machine=machine,
+        record=record,
+        release=release,
+        planes=planes.assign_coords(end=[rename[str(end)] for end in planes.end.values]),
+        waterfall=None if short.waterfall is None else _ends_renamed(short.waterfall, rename),
+        tracks=None if short.tracks is None else _ends_renamed(short.tracks, rename),
+        ends={rename[name]: replace(end, name=rename[name]) for name, end in short.ends.items()},
+        checks=tuple(replace(c, channel=HOSTILE, detail=HOSTILE, passed=i > 0) for i, c in enumerate(short.checks)),
+        lines=tuple(replace(line, name=HOSTILE, end=rename.get(line.end, line.end)) for line in short.lines),
+        whirl={rename[end]: whirl for end, whirl in short.whirl.items()},
+    )
+
+
+def _ends_renamed(dataset, rename):  # type: ignore[no-untyped-def]
+    return dataset.assign_coords(end=[rename[str(end)] for end in np.atleast_1d(dataset.end.values)])
+
+
+def _renamed(data: dict) -> dict:  # type: ignore[type-arg]
+    """The machine with hostile names of itself and of its ends (which differ by their last letter)."""
+    data = _without_none(data)
+    ends = {bearing["name"]: f"{HOSTILE}{i}" for i, bearing in enumerate(data["touchdown_bearing"])}
+    for bearing in data["touchdown_bearing"]:
+        bearing["name"] = ends[bearing["name"]]
+    for probe in data["probe"]:
+        probe["end"] = ends[probe["end"]]
+    return {**data, "name": HOSTILE}
+
+
+def _without_none(value):  # type: ignore[no-untyped-def]
+    """A dump of a machine as its file would be written: nothing that is not set, a tolerance as a half-width."""
+    if isinstance(value, dict):
+        if set(value) == {"nominal", "low", "high"}:
+            return {"nominal": value["nominal"], "tolerance": (value["high"] - value["low"]) / 2}
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(item) for item in value]
+    return value

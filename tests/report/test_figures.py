@@ -1,0 +1,199 @@
+"""Every figure on a short record: labelled with units, nothing clipped, honest where parts are missing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.figures.bode import bode
+from tdbmon.figures.cascade import cascade
+from tdbmon.figures.centreline import centreline
+from tdbmon.figures.first_contact import first_contact
+from tdbmon.figures.full_spectrum import full_spectrum
+from tdbmon.figures.gap_map import gap_map
+from tdbmon.figures.orbit_sequence import orbit_sequence
+from tdbmon.figures.speed_decay import speed_decay
+from tdbmon.figures.time_history import time_history
+from tdbmon.figures.waterfall import waterfall
+
+DRAW: dict[str, Callable[[Analysis], Figure]] = {
+    "time_history": time_history,
+    "orbit_sequence": lambda a: orbit_sequence(a, next(iter(a.ends))),
+    "centreline": centreline,
+    "gap_map": gap_map,
+    "first_contact": first_contact,
+    "speed_decay": speed_decay,
+    "waterfall": waterfall,
+    "cascade": cascade,
+    "full_spectrum": full_spectrum,
+    "bode": bode,
+}
+EQUAL = {"orbit_sequence", "centreline"}
+
+
+def _rendered(figure: Figure) -> Figure:
+    FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def _texts(figure: Figure) -> str:
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_every_axis_has_a_label_with_its_unit(name: str, short: Analysis) -> None:
+    for ax in DRAW[name](short).axes:
+        if not ax.axison:
+            continue
+        shared = ax.get_shared_x_axes().get_siblings(ax)
+        labels = [ax.get_ylabel(), max((other.get_xlabel() for other in shared), key=len)]
+        if ax.get_label() == "<colorbar>":
+            labels = [ax.get_ylabel() or ax.get_xlabel()]
+        for label in labels:
+            assert re.search(r"\[.+\]", label), f"{name}: '{label}' has no unit"
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_no_text_is_clipped_by_the_edge_of_the_figure(name: str, coastdown: Analysis) -> None:
+    figure = _rendered(DRAW[name](coastdown))
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    edge = figure.bbox
+    for text in figure.findobj(Text):
+        if not text.get_visible() or not text.get_text().strip():
+            continue
+        box = text.get_window_extent(renderer)
+        axes = text.axes
+        if axes is not None and not axes.axison:
+            continue
+        inside = box.x0 > edge.x0 - 1 and box.x1 < edge.x1 + 1 and box.y0 > edge.y0 - 1 and box.y1 < edge.y1 + 1
+        # ticks beyond the limits of their axis keep a text that is not drawn
+        hidden = axes is not None and text in [*axes.get_xticklabels(), *axes.get_yticklabels()] and not _shown(text)
+        assert inside or hidden, f"{name}: '{text.get_text()}' at {box}"
+
+
+def _shown(tick_label: Text) -> bool:
+    axes = tick_label.axes
+    x, y = tick_label.get_position()
+    if tick_label in axes.get_xticklabels():
+        return min(axes.get_xlim()) <= x <= max(axes.get_xlim())
+    return min(axes.get_ylim()) <= y <= max(axes.get_ylim())
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_displacement_says_its_plane_filter_and_runout(name: str, short: Analysis) -> None:
+    if name == "speed_decay":
+        return
+    said = _texts(DRAW[name](short))
+    assert "bearing plane" in said
+    assert re.search(r"not filtered|mean over|tracked|window", said)
+    assert "runout" in said
+
+
+@pytest.mark.parametrize("name", sorted(EQUAL))
+def test_orbits_and_centrelines_have_equal_axes(name: str, short: Analysis) -> None:
+    figure = _rendered(DRAW[name](short))
+    drawn = [ax for ax in figure.axes if ax.axison and ax.get_label() != "<colorbar>"]
+    assert drawn
+    for ax in drawn:
+        box = ax.get_window_extent()
+        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        assert box.width / (right - left) == pytest.approx(box.height / (high - low), rel=1e-6)
+
+
+def test_the_gap_map_is_round(short: Analysis) -> None:
+    figure = _rendered(gap_map(short))
+    for ax in figure.axes[: len(short.ends)]:
+        box = ax.get_window_extent()
+        assert box.width / np.ptp(ax.get_xlim()) == pytest.approx(box.height / np.ptp(ax.get_ylim()), rel=1e-6)
+
+
+def test_orbits_without_a_keyphasor_say_so(short: Analysis) -> None:
+    assert "no keyphasor: no dots" in _texts(_rendered(orbit_sequence(replace(short, angle=None), "DE")))
+
+
+def test_keyphasor_dots_lie_where_the_shaft_was_at_its_mark(short: Analysis) -> None:
+    """On a circular orbit that turns with the shaft all dots fall on one point."""
+    assert short.planes is not None and short.angle is not None
+    angle = np.nan_to_num(short.angle, nan=0.0)
+    phase = 0.4
+    planes = short.planes.copy(deep=True)
+    planes["displacement"].loc[{"end": "DE", "axis": "x"}] = 1e-4 * np.cos(angle + phase)
+    planes["displacement"].loc[{"end": "DE", "axis": "y"}] = 1e-4 * np.sin(angle + phase)
+    figure = orbit_sequence(replace(short, planes=planes), "DE")
+    dots = [line for ax in figure.axes for line in ax.lines if line.get_label() == "keyphasor"]
+    assert dots
+    mark = short.machine.keyphasor.angle if short.machine.keyphasor else 0.0
+    for line in dots:
+        assert np.allclose(line.get_xdata(), 100 * np.cos(mark + phase), atol=0.5)
+        assert np.allclose(line.get_ydata(), 100 * np.sin(mark + phase), atol=0.5)
+
+
+def test_the_rotation_arrow_follows_the_machine(short: Analysis) -> None:
+    def head(analysis: Analysis) -> tuple[float, float]:
+        arrows = [
+            t for t in orbit_sequence(analysis, "DE").axes[0].texts if getattr(t, "arrow_patch", None) is not None
+        ]
+        return arrows[0].xy[0] - arrows[0].xyann[0], arrows[0].xy[1] - arrows[0].xyann[1]  # type: ignore[attr-defined]
+
+    against = replace(short, machine=short.machine.model_copy(update={"rotation": "cw"}))
+    # the head stands left of the arc's centre when it turns counter-clockwise, and right of it when clockwise
+    assert head(short)[1] < 0 and head(against)[0] < 0
+    assert head(short) != head(against)
+
+
+@pytest.mark.parametrize("name", ["time_history", "orbit_sequence", "centreline", "gap_map", "first_contact"])
+def test_figures_can_do_without_release_gap_and_contacts(name: str, short: Analysis) -> None:
+    ends = {end: replace(result, gap=None, contacts=None) for end, result in short.ends.items()}
+    bare = replace(short, ends=ends, release=None, phases=(), swing=None, rundown=None, angle=None)
+    figure = _rendered(DRAW[name](bare))
+    assert any(text.get_text() for text in figure.findobj(Text))
+    if name in ("gap_map", "first_contact", "centreline"):
+        assert re.search(r"does not settle|no first contact", _texts(figure))
+
+
+@pytest.mark.parametrize("name", ["waterfall", "cascade", "full_spectrum", "bode"])
+def test_spectra_say_that_there_is_no_speed(name: str, short: Analysis) -> None:
+    none = np.empty(0)
+    bare = replace(short, speed_time=none, speed_hz=none, rundown=None, lines=(), tracks=None, angle=None)
+    try:
+        figure = _rendered(DRAW[name](bare))
+    except InputError as error:
+        assert re.search("speed|keyphasor", str(error))
+    else:
+        assert "no speed" in _texts(figure)
+
+
+@pytest.mark.parametrize("name", ["time_history", "waterfall", "cascade", "full_spectrum"])
+def test_a_record_without_displacement_is_refused_in_words(name: str, short: Analysis) -> None:
+    with pytest.raises(InputError, match="displacement"):
+        DRAW[name](replace(short, planes=None, waterfall=None, ends={}, tracks=None))
+
+
+def test_a_speed_decay_without_speed_is_refused_in_words(short: Analysis) -> None:
+    with pytest.raises(InputError, match="no speed"):
+        speed_decay(replace(short, rundown=None))
+
+
+def test_a_dollar_sign_in_a_name_is_a_dollar_sign(hostile: Analysis) -> None:
+    for end in hostile.ends:
+        assert "$" in _texts(_rendered(orbit_sequence(hostile, end)))
+
+
+def test_a_spike_survives_the_thinning_of_the_whole_record(coastdown: Analysis) -> None:
+    assert coastdown.planes is not None
+    planes = coastdown.planes.copy(deep=True)
+    planes["displacement"].loc[{"end": "DE", "axis": "y"}][700_001] = 1.7e-3
+    figure = time_history(replace(coastdown, planes=planes))
+    highest = max(
+        float(np.nanmax(line.get_ydata())) for ax in figure.axes for line in ax.lines if len(line.get_ydata()) > 10
+    )
+    assert highest == pytest.approx(1700.0)

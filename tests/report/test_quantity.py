@@ -1,0 +1,74 @@
+"""How quantities are written."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tdbmon.estimate import Estimate
+from tdbmon.report.quantity import moment, number, rpm, short, since, words
+
+
+def test_a_value_has_the_digits_that_its_interval_bears() -> None:
+    assert words(Estimate(282.13e-6, 279.04e-6, 285.22e-6, "um")) == "282 µm (279 to 285)"
+    assert words(Estimate(282.13e-6, 281.04e-6, 283.22e-6, "um")) == "282.1 µm (281.0 to 283.2)"
+    assert words(Estimate(95.0095, 95.0081, 95.0109, "Hz")) == "95.0095 Hz (95.0081 to 95.0109)"
+
+
+def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
+    assert words(Estimate(4.2554e7, 3.8169e7, 4.7742e7, "N/m")) == "43 MN/m (38 to 48)"
+    assert words(Estimate(0.0861, 0.0860, 0.0862, "N m")) == "86.10 mN m (86.00 to 86.20)"
+    assert words(Estimate(3e-6, 2e-6, 4e-6, "um", kind="0-pk")) == "3.0 µm 0-pk (2.0 to 4.0)"
+
+
+def test_a_missing_value_says_why() -> None:
+    assert words(Estimate.missing("um", "no swing")) == "not estimated: no swing"
+    assert short(Estimate.missing("um", "no swing")) == "–"
+
+
+def test_no_negative_zero_and_a_true_minus() -> None:
+    assert number(-0.001, 1.0) == "0.0"
+    assert number(-2.0, 1.0) == "−2.0"
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e5))
+def test_rounding_moves_a_number_by_at_most_an_eighth_of_its_interval(value: float, width: float) -> None:
+    shown = float(number(value, width).replace("−", "-"))
+    assert abs(shown - value) <= 0.1251 * width + 1e-9 * abs(value)
+
+
+def test_a_time_since_the_release_carries_both_errors() -> None:
+    touch = Estimate.from_sigma(0.108, 3e-4, "s", "touch")
+    release = Estimate.from_sigma(0.1, 4e-4, "s", "release")
+    span = since(touch, release)
+    assert span.value == pytest.approx(0.008)
+    assert span.high is not None and span.value is not None
+    assert (span.high - span.value) / 1.96 == pytest.approx(5e-4)
+
+
+def test_a_time_since_an_unknown_release_is_missing() -> None:
+    touch = Estimate.from_sigma(0.108, 3e-4, "s", "touch")
+    assert not since(touch, None).known
+    assert since(touch, Estimate.missing("s", "cut off")).why == "cut off"
+    assert since(Estimate.missing("s", "none"), touch).why == "none"
+
+
+def test_speed_is_also_given_in_rpm() -> None:
+    assert rpm(Estimate(100.0, 99.9, 100.1, "Hz")) == "100.00 Hz (99.90 to 100.10), 6000 rpm"
+
+
+def test_moments_are_written_as_people_do_and_other_words_are_left_alone() -> None:
+    assert moment("2026-03-10T09:00:00Z") == "2026-03-10 09:00:00 UTC"
+    assert moment("2026-03-10T09:00:00") == "2026-03-10 09:00:00"
+    assert moment("last <week>") == "last <week>"
+
+
+def test_every_unit_of_an_estimate_can_be_written() -> None:
+    from tdbmon.estimate import OUTSIDE
+
+    for unit in OUTSIDE:
+        text = words(Estimate(1.0, 0.5, 1.5, unit))
+        assert "(" in text and not math.isnan(float(text.split()[0].replace("°", "")))
