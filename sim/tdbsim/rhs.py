@@ -185,7 +185,10 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
             dy[ledger + STRUCK + end] = (normal - elastic) * (vrx * nx + vry * ny + swing * ring_speed)
         dy[ledger + HEAT + end] = dy[ledger + RUBBED + end] - row[COOLING_RATE] * y[ledger + HEAT + end]
 
-        bx, by = balls_on_ring(m, end, y[i] - y[i + 2], y[i + 1] - y[i + 3], y[j])
+        ex = y[i] - y[i + 2]
+        ey = y[i + 1] - y[i + 3]
+        bx, by = balls_on_ring(m, end, ex, ey, y[j])
+        external += (ex * by - ey * bx) * row[CAGE_RATIO] * ring_speed  # the cage turns loaded balls along
         dx = row[BALL_DAMPING] * (support_vx - ring_vx)
         dz = row[BALL_DAMPING] * (support_vy - ring_vy)
         sx, sy = spring_force(m.end, m.effect, end, y[i + 2] - y[i + 4], y[i + 3] - y[i + 5])

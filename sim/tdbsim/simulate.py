@@ -236,5 +236,5 @@ def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out
 def error_scale(n: int) -> Array:
     """Return the size of each component of the state against which errors count."""
     positions = np.concatenate([np.full(2 * n, 1e-3), np.full(12, 1e-4), np.ones(3)])
-    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), np.full(3, 1e2)])
+    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), [1e-2, 1.0, 1.0]])
     return np.concatenate([positions, rates, np.ones(14)])

@@ -305,6 +305,8 @@ def _kernel_for(modes: int) -> Any:
                                 columns[end, HALF_CLEARANCE], cage_cosine[end], cage_sine[end],
                                 ball_cosine, ball_sine, ball_oversize, end,
                             )  # fmt: skip
+                        turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
+                        work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate  # the cage turns loaded balls along
                         sx, sy = spring_force(columns, effect, end, place[i + 2] - place[i + 4], place[i + 3] - place[i + 5])
                         rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], dampers, s, end)
                         rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], dampers, s, end)
