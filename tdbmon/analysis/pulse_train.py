@@ -8,7 +8,7 @@ from tdbmon.analysis.drag_law import Coast
 from tdbmon.estimate import Estimate
 
 _LAST_TURNS = 3
-_COMPARED = 200  # pulses
+_COMPARED = 60  # pulses: few carry all that the comparison needs
 _FEWEST = 24  # block means
 
 
