@@ -105,6 +105,60 @@ def analyse(
         typer.echo(f"report: {path}")
 
 
+@app.command()
+def simulate(
+    machine: MachineFile,
+    speed: Annotated[str, typer.Option(help='speed at the release, e.g. "100 Hz" or "6000 rpm"')],
+    out: Annotated[Path, typer.Option(metavar="F.nc", help="the record to write (netCDF)")],
+    seconds: Annotated[str, typer.Option(help="time after the release, s")] = "0.2",
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID:name=value,...", help="an effect of the catalogue with its place; may be repeated"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="of the sensors' noise")] = 0,
+    json_file: JsonFile = None,
+) -> None:
+    """Simulate a drop: a record as the machine's sensors would see it, and what they do not see."""
+    from tdbsim.errors import InputError
+    from tdbsim.machine import load_machine
+
+    from tdbmon.simulation import simulate_drop, simulation_json, simulation_lines
+
+    if out.suffix.lower() != ".nc":
+        raise InputError(f"{out}: a simulated record is netCDF; name it {out.with_suffix('.nc').name}")
+    with _progress() as tell:
+        tell("reading the machine and compiling the model")
+        drop = simulate_drop(load_machine(machine), speed, seconds, effect or [], seed, tell)
+        from tdbmon.record.read import write
+
+        write(drop, out)
+    for line in simulation_lines(drop):
+        typer.echo(line)
+    _write_json(json_file, lambda: simulation_json(drop))
+    typer.echo(f"record: {out}")
+
+
+@app.command()
+def effects(
+    identifier: Annotated[str | None, typer.Argument(metavar="ID", help="one effect, with its parameters")] = None,
+) -> None:
+    """Show the catalogue of effects that a simulation or a machine file may carry."""
+    from tdbsim.effect import catalogue, declaration
+
+    if identifier is None:
+        for each in catalogue():
+            typer.echo(f"{each.identifier:<26}{each.place:<18}{each.what}")
+        return
+    found = declaration(identifier)
+    typer.echo(f"{found.identifier}: {found.title}\n{found.what}\nsignature: {found.signature}\nwhere: {found.place}")
+    for each in found.parameters:
+        if each.choices:
+            typer.echo(f"  {each.name}: {each.meaning}; {' or '.join(each.choices)}")
+        else:
+            bounds = f"{each.text(each.low)} to {each.text(each.high)}"
+            typer.echo(f"  {each.name}: {each.meaning}; {bounds}, off or default {each.text(each.off)}")
+
+
 def _report_writer(path: Path) -> Callable[[Any], None]:
     """Return what writes a document to this path; the suffix decides."""
     from tdbsim.errors import InputError

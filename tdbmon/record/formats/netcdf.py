@@ -205,6 +205,9 @@ def _channel(name: str, variable: Any, time: np.ndarray) -> Channel:
 
 def _write_variable(file: Any, name: str, array: xr.DataArray) -> None:
     values = np.asarray(array.values)
+    if values.dtype.kind in "UO":  # labels of a dimension
+        file.createVariable(name, str, array.dims)[...] = values.astype(object)
+        return
     stored, packing = _smallest_exact(values, array.encoding)
     # no fill value where the codes are integers: every code is a measured one
     fill = False if stored.dtype.kind in "iu" else np.array(np.nan, dtype=stored.dtype)
