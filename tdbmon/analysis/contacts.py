@@ -169,11 +169,11 @@ def _first(
     touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
     if contact.end >= t[-1]:
         why = "the shaft does not leave the ring again before it settles"
-        ms, um, one = (Estimate.missing(u, why) for u in ("ms", "um", "1"))
-        return FirstContact(touch, ms, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
+        s, um, one = (Estimate.missing(u, why) for u in ("s", "um", "1"))
+        return FirstContact(touch, s, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
     # a level set too deep makes the touch late and the lift-off early: the errors add
     duration_sigma = touch_sigma + _crossing_sigma(t, depth, contact.end, sigma)
-    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "ms", rule)
+    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "s", rule)
     following = events[1].start if len(events) > 1 else t[-1]
     flight = (t >= contact.end) & (t <= following)
     rise = touching - float(np.min(depth[flight])) if flight.any() else 0.0

@@ -154,62 +154,77 @@ def _track(
     amplitude of both ends as real and imaginary parts.
     """
     thin = max(1, int(rate / (20 * predicted[1])))
-    if thin > 1:
-        length = x.shape[1] // thin * thin
-        x = x[:, :length].reshape(2, -1, thin).mean(axis=2)
-        rate, window = rate / thin, window // thin
-    count = x.shape[1] // window
-    t = np.arange(window) / rate
+    length = x.shape[1] // thin * thin
+    x = x[:, :length].reshape(2, -1, thin).mean(axis=2)
+    rate, window = rate / thin, window // thin
     taper = np.hanning(window)
     rows: list[list[np.ndarray]] = [[], []]
-    for k in range(count):
-        part = x[:, k * window : (k + 1) * window]
-        part = part - part.mean(axis=1, keepdims=True)
-        peaks = [_peak(part * taper, rate, f) for f in predicted]
-        if any(p is None for p in peaks[:1]):
+    for k in range(x.shape[1] // window):
+        fit = _fit_window(x[:, k * window : (k + 1) * window], taper, rate, predicted)
+        if fit is None:
             continue
-        frequency = np.array([p if p is not None else np.nan for p in peaks])
-        seen = np.isfinite(frequency)
-        for _ in range(4):  # Gauss-Newton on the frequencies, both swings at once
-            w = 2 * np.pi * frequency[seen]
-            basis = np.concatenate([np.cos(np.outer(w, t)), np.sin(np.outer(w, t))]).T
-            slope_cos, slope_sin = -t[:, None] * np.sin(np.outer(w, t)).T, t[:, None] * np.cos(np.outer(w, t)).T
-            q, triangle = np.linalg.qr(basis * taper[:, None])
-            amplitude = np.linalg.solve(triangle, q.T @ (part * taper).T)
-            m = int(seen.sum())
-            rest = (part.T - basis @ amplitude) * taper[:, None]
-            jac = np.stack(
-                [
-                    (slope_cos[:, j, None] * amplitude[j] + slope_sin[:, j, None] * amplitude[m + j]) * taper[:, None]
-                    for j in range(m)
-                ]
-            ).reshape(m, -1)
-            # project the amplitudes off, so that frequency and phase are not mistaken for each other
-            stacked = jac.reshape(m, len(t), 2)
-            stacked = stacked - np.einsum("tk,mke->mte", q, np.einsum("tk,mte->mke", q, stacked))
-            flat = stacked.reshape(m, -1)
-            normal = flat @ flat.T
-            step = np.linalg.solve(normal, flat @ rest.ravel())
-            frequency[seen] += step / (2 * np.pi)
-        noise = float(np.sum(rest**2)) / (2 * len(t))
-        sigma = np.sqrt(noise * np.diag(np.linalg.inv(normal))) / (2 * np.pi)
-        complex_amplitude = np.zeros((2, 2), complex)
-        complex_amplitude[np.flatnonzero(seen)] = amplitude[:m] - 1j * amplitude[m:]
-        wide = np.abs(complex_amplitude) / nominal  # (mode, end)
+        wide = np.abs(fit.amplitude) / nominal  # (mode, end)
         if wide.max() > _WIDEST:
             continue
         # a pendulum's frequency falls with its own amplitude squared, and twice as fast with the other's
         own = np.mean(wide**2, axis=1)
         correction = 1 + own / 16 + 2 * own[::-1] / 16
-        for j, mode in enumerate(np.flatnonzero(seen)):
-            size = np.abs(complex_amplitude[mode]).max()
-            if size < 4 * np.sqrt(noise * 4 / np.sum(taper**2)):
+        least = 4 * np.sqrt(fit.noise * 4 / np.sum(taper**2))
+        for mode in np.flatnonzero(np.isfinite(fit.frequency)):
+            a = fit.amplitude[mode]
+            if np.abs(a).max() < least:
                 continue
-            parts = np.concatenate([complex_amplitude[mode].real, complex_amplitude[mode].imag])
-            rows[mode].append(np.concatenate([[frequency[mode] * correction[mode], sigma[j] ** -2], parts]))
+            frequency = fit.frequency[mode] * correction[mode]
+            rows[mode].append(np.concatenate([[frequency, fit.sigma[mode] ** -2], a.real, a.imag]))
     if len(rows[0]) < 4:
         return None
     return [np.array(r).reshape(-1, 6) for r in rows]
+
+
+@dataclass(frozen=True)
+class _WindowFit:
+    """Both swings in one window; a mode that does not stand out has frequency NaN and amplitude 0."""
+
+    frequency: np.ndarray  # (mode,) Hz
+    sigma: np.ndarray  # (mode,) Hz, for white noise
+    amplitude: np.ndarray  # (mode, end) complex, m
+    noise: float  # variance of what is left, m^2
+
+
+def _fit_window(part: np.ndarray, taper: np.ndarray, rate: float, predicted: np.ndarray) -> _WindowFit | None:
+    """Fit one sinusoid a mode to both ends: Gauss-Newton on the frequencies, amplitudes eliminated."""
+    part = part - part.mean(axis=1, keepdims=True)
+    found = [_peak(part * taper, rate, f) for f in predicted]
+    if found[0] is None:
+        return None
+    frequency = np.array([np.nan if f is None else f for f in found])
+    seen = np.flatnonzero(np.isfinite(frequency))
+    t = np.arange(part.shape[1]) / rate
+    weighted = (part * taper).T
+    m = len(seen)
+    for _ in range(4):
+        phase = np.outer(t, 2 * np.pi * frequency[seen])
+        cosine, sine = np.cos(phase) * taper[:, None], np.sin(phase) * taper[:, None]
+        basis = np.concatenate([cosine, sine], axis=1)
+        q, triangle = np.linalg.qr(basis)
+        amplitude = np.linalg.solve(triangle, q.T @ weighted)
+        rest = weighted - basis @ amplitude
+        # derivative over each angular frequency, with the amplitudes' part taken out of it
+        slope = np.stack(
+            [
+                t[:, None] * (np.outer(cosine[:, j], amplitude[m + j]) - np.outer(sine[:, j], amplitude[j]))
+                for j in range(m)
+            ]
+        )
+        slope = (slope - np.einsum("tk,mke->mte", q, np.einsum("tk,mte->mke", q, slope))).reshape(m, -1)
+        normal = slope @ slope.T
+        frequency[seen] += np.linalg.solve(normal, slope @ rest.ravel()) / (2 * np.pi)
+    noise = float(np.sum(rest**2)) / rest.size
+    sigma = np.full(2, np.nan)
+    sigma[seen] = np.sqrt(noise * np.diag(np.linalg.inv(normal))) / (2 * np.pi)
+    complex_amplitude = np.zeros((2, 2), complex)
+    complex_amplitude[seen] = amplitude[:m] - 1j * amplitude[m:]
+    return _WindowFit(frequency, sigma, complex_amplitude, noise)
 
 
 def _peak(part: np.ndarray, rate: float, near: float) -> float | None:

@@ -1,0 +1,165 @@
+"""The command line as a user meets it: exit codes, one line for a wrong input, JSON by the contract."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tdbmon.cli import main
+from tdbmon.shipped import shipped
+
+MACHINE = str(shipped("short/machine.toml"))
+RECORD = str(shipped("short/drop_100.nc"))
+
+
+def run(capsys, *arguments):
+    """Run a command in this process; return exit code, output and errors."""
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom tdbmon.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        "heavy = {'numpy', 'pandas', 'xarray', 'scipy', 'matplotlib', 'numba', 'pint'} & set(sys.modules)\n"
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "analyse" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["analyse", MACHINE, "nowhere.nc"], "nowhere.nc"),
+        (["analyse", "nowhere.toml", RECORD], "nowhere.toml"),
+        (["analyse", RECORD, RECORD], "not a text file"),
+        (["analyse", MACHINE, MACHINE], "machine.toml"),
+        (["analyse", MACHINE, RECORD, "--report", "drop.docx"], "drop.html"),
+        (["analyse", MACHINE, RECORD, "--report", "/no/such/folder/r.pdf"], "does not exist"),
+        (["analyze", MACHINE, RECORD], "analyse"),
+        (["analyse", MACHINE], "RECORD"),
+        (["inspect", "nowhere.nc"], "nowhere.nc"),
+        (["effects", "oval_clearence"], "oval_clearance"),
+        (["simulate", MACHINE, "--speed", "100 um", "--out", "x.nc"], "not a frequency"),
+        (["simulate", MACHINE, "--speed", "-10 Hz", "--out", "x.nc"], "-10 Hz"),
+        (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.csv"], "x.nc"),
+        (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.nc", "--effect", "ring_drag:end=XX"], "ring_drag"),
+    ],
+)
+def test_a_wrong_input_is_one_line_and_exit_code_two(capsys, arguments, says):
+    code, out, err = run(capsys, *arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("tdbmon: ")
+    assert err.count("\n") == 1
+    assert says in err
+
+
+def test_inspect_needs_no_machine(capsys, tmp_path):
+    code, out, _ = run(capsys, "inspect", RECORD, "--json", str(tmp_path / "i.json"))
+    assert code == 0
+    assert "NDE_A" in out
+    assert "20000 Hz" in out
+    assert json.loads((tmp_path / "i.json").read_text())["channels"]
+
+
+def quantity(q, unit):
+    assert set(q) >= {"value", "low", "high", "unit", "method"}
+    assert q["unit"] == unit
+    if q["value"] is None:
+        assert q["why"]
+    elif q["low"] is not None:
+        assert q["low"] <= q["value"] <= q["high"]
+
+
+def test_analyse_writes_what_the_contract_promises(capsys, tmp_path):
+    files = [tmp_path / name for name in ("a.json", "a.html", "a.pdf")]
+    code, out, _ = run(
+        capsys,
+        "analyse",
+        MACHINE,
+        RECORD,
+        "--json",
+        str(files[0]),
+        "--report",
+        str(files[1]),
+        "--report",
+        str(files[2]),
+    )
+    assert code == 0
+    assert "release" in out
+    assert all(f.stat().st_size > 1000 for f in files)
+    result = json.loads(files[0].read_text())
+    assert result["record"]["sampling_hz"] == pytest.approx(20000)
+    assert len(result["record"]["sha256"]) == 64
+    quantity(result["release_time_s"], "s")
+    assert result["release_time_s"]["value"] == pytest.approx(0.1, abs=2e-4)
+    for end in ("NDE", "DE"):
+        state = result["release"][end]
+        for name, unit in (("x_um", "um"), ("y_um", "um"), ("vx_mm_s", "mm/s"), ("vy_mm_s", "mm/s")):
+            quantity(state[name], unit)
+        found = result["ends"][end]
+        for name, unit in (
+            ("gap_lower_um", "um"), ("gap_upper_um", "um"), ("gap_from_swing_um", "um"), ("swing_hz", "Hz"),
+            ("first_contact_s", "s"), ("first_contact_duration_s", "s"), ("rebound_um", "um"), ("restitution", "1"),
+            ("stiffness_n_per_m", "N/m"), ("peak_force_n", "N"), ("ring_at_speed_s", "s"),
+        ):  # fmt: skip
+            quantity(found[name], unit)
+        quantity(found["gap_centre_um"][0], "um")
+        quantity(found["support"]["mass_kg"], "kg")
+        quantity(found["stress_mpa"]["max"], "MPa")
+        assert isinstance(found["contacts"], int)
+    speed = result["speed"]
+    for name, unit in (
+        ("initial_hz", "Hz"),
+        ("decay_time_s", "s"),
+        ("standstill_time_s", "s"),
+        ("drag_torque_n_m", "N m"),
+    ):
+        quantity(speed[name], unit)
+    assert sum(model["chosen"] for model in speed["models"]) <= 1
+    assert {"kind", "order", "frequency_hz", "direction", "end", "name"} <= set(result["lines"][0] if result["lines"] else
+        {"kind", "order", "frequency_hz", "direction", "end", "name"})  # fmt: skip
+    assert {"backward", "full"} <= set(result["whirl"])
+    assert all({"check", "channel", "passed", "detail"} <= set(row) for row in result["quality"])
+
+
+def test_nothing_is_left_of_a_run_that_fails(capsys, tmp_path):
+    broken = tmp_path / "broken.nc"
+    broken.write_bytes(shipped("short/drop_100.nc").read_bytes()[:5000])
+    code, _, err = run(capsys, "analyse", MACHINE, str(broken), "--json", str(tmp_path / "a.json"))
+    assert code == 2
+    assert "broken.nc" in err
+    assert [f.name for f in tmp_path.iterdir()] == ["broken.nc"]
+
+
+def test_a_simulated_drop_is_a_record_that_analyse_takes(capsys, tmp_path):
+    drop = tmp_path / "drop.nc"
+    code, out, _ = run(
+        capsys, "simulate", MACHINE, "--speed", "6000 rpm", "--seconds", "0.1", "--out", str(drop),
+        "--effect", "oval_clearance:end=NDE,amplitude=20 um", "--json", str(tmp_path / "s.json"),
+    )  # fmt: skip
+    assert code == 0
+    assert "oval_clearance" in out
+    forces = json.loads((tmp_path / "s.json").read_text())["ends"]["NDE"]["peak_force_n"]
+    assert forces["value"] > 500  # it came down on the ring
+    code, out, _ = run(capsys, "analyse", MACHINE, str(drop), "--json", str(tmp_path / "a.json"))
+    assert code == 0
+    found = json.loads((tmp_path / "a.json").read_text())
+    assert found["release_time_s"]["value"] == pytest.approx(0.1, abs=2e-4)
+
+
+def test_effects_lists_the_catalogue(capsys):
+    code, out, _ = run(capsys, "effects")
+    assert code == 0
+    assert len(out.strip().splitlines()) == 21
+    code, out, _ = run(capsys, "effects", "loose_support")
+    assert "play" in out

@@ -1,0 +1,103 @@
+"""The machine file: what it means in SI, and every way to get it wrong, each with its cure."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import pytest
+from tdbsim.errors import InputError
+from tdbsim.machine import load_machine, parse_machine
+
+from tdbmon.shipped import shipped
+
+TEXT = shipped("coastdown/machine.toml").read_text()
+
+
+def changed(old, new, count=1):
+    assert old in TEXT
+    return parse_machine(tomllib.loads(TEXT.replace(old, new, count)), "machine.toml")
+
+
+def test_values_are_si_and_tolerances_are_limits(machine):
+    bearing = machine.bearing("NDE")
+    assert bearing.radial_gap.nominal == pytest.approx(250e-6)
+    assert (bearing.radial_gap.low, bearing.radial_gap.high) == pytest.approx((200e-6, 300e-6))
+    generator = machine.rotor.unbalance[0]
+    assert generator.amount.nominal == pytest.approx(40e-6)
+    assert generator.phase.high == pytest.approx(math.radians(20))  # an absolute tolerance
+    assert machine.rotor.length == pytest.approx(1.24)
+    assert machine.sense == 1
+
+
+def test_a_number_is_already_si():
+    assert changed('journal_radius = "35 mm"', "journal_radius = 0.035").bearing("NDE").journal_radius == 0.035
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("radial_gap", "radial_gp", "did you mean 'radial_gap'"),
+        ("count = 11, diameter", "count = 11, diametr", "did you mean 'diameter'"),
+        ("[speed]", "[sped]", "did you mean 'speed'"),
+        ('tolerance = "20 %"', 'tolerence = "20 %"', "did you mean 'tolerance'"),
+        ('nominal = "250 um"', 'nominal = "250 mm"', "check its unit"),
+        ('nominal = "250 um"', 'nominal = "250 kg"', "'kg' is not a unit"),
+        ('nominal = "250 um"', 'nominal = "0 um"', "not positive"),
+        ('nominal = "250 um"', 'nominal = "-250 um"', "not positive"),
+        ('tolerance = "20 %"', 'tolerance = "-20 %"', "negative"),
+        ('position = "1240 mm", mass', 'position = "1240 m", mass', "outside the shaft"),
+        ("count = 11", "count = 2", "greater than or equal to 3"),
+        ("count = 11", "count = 40", "do not fit"),
+        (
+            'outer_diameter = "60 mm" }',
+            'outer_diameter = "60 mm", inner_diameter = "70 mm" }',
+            "not smaller than outer",
+        ),
+        ('"45 deg"', '"135 deg"', "one line"),
+        ('end = "DE"', 'end = "ED"', "no touchdown bearing"),
+        ('name = "DE_A"', 'name = "DE_B"', "given twice"),
+        ("nominal = 0.12", "nominal = 12", "no friction coefficient"),
+        ('rotation = "ccw"', 'rotation = "left"', "ccw"),
+        ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
+    ],
+)
+def test_mistakes_are_said_with_their_cure(old, new, says):
+    with pytest.raises(InputError, match="machine.toml") as error:
+        changed(old, new)
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_machine_with_one_touchdown_bearing_is_refused():
+    data = tomllib.loads(TEXT)
+    data["touchdown_bearing"] = data["touchdown_bearing"][:1]
+    with pytest.raises(InputError, match="two, one at each end"):
+        parse_machine(data)
+
+
+def test_a_missing_value_is_named_with_its_place():
+    data = tomllib.loads(TEXT)
+    del data["touchdown_bearing"][1]["journal_radius"]
+    with pytest.raises(InputError, match=r"\[touchdown_bearing\] 'DE': 'journal_radius' is missing"):
+        parse_machine(data)
+
+
+def test_channels_map_only_what_the_machine_has():
+    data = tomllib.loads(TEXT) | {"channels": {"NDE_X": "Ai0"}}
+    with pytest.raises(InputError, match="did you mean 'NDE_"):
+        parse_machine(data)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [(b"a = = 1", "not valid TOML"), (b"\xff\xfe\x00\x01", "not a text file"), (None, "no such file")],
+)
+def test_files_that_cannot_be_read(tmp_path, content, says):
+    path = tmp_path / "machine.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        load_machine(path)
+    with pytest.raises(InputError, match="folder"):
+        load_machine(tmp_path)
