@@ -260,7 +260,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial = _initial(before, release, source)
+    initial = _initial(before, release, source, 1.96)
     return RunDown(
         initial,
         _lost(initial, fit, release),
@@ -295,10 +295,12 @@ def _before(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
     return rough if noise else fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
 
 
-def _initial(before: LawFit | None, release: float, source: str) -> Estimate:
+def _initial(before: LawFit | None, release: float, source: str, quantile: float | None = None) -> Estimate:
+    """State the speed at the release; with Student's quantile where the noise was estimated from the same few spans."""
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
-    quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
+    if quantile is None:
+        quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
     value, sigma = float(before.law.speed_at(release)), before.speed_sigma(release)
     return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
 
