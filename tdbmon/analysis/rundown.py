@@ -20,9 +20,7 @@ from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_l
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses, turns_between
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
-from tdbmon.estimate import OUTSIDE, Estimate
-
-OUTSIDE.setdefault("Hz/s", 1.0)
+from tdbmon.estimate import Estimate
 
 _BLOCKS = 2000
 _LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
