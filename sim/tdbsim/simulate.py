@@ -229,7 +229,7 @@ def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out
     from tdbsim import splitting
 
     t = splitting.integrate(model.arrays, y, 0.0, plan.step, times, out, peak)
-    if len(times) and t < times[-1]:
+    if (len(times) and t < times[-1]) or not np.all(np.isfinite(out)):
         raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
 
 

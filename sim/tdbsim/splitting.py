@@ -53,7 +53,7 @@ from tdbsim.columns import (
     SUPPORT_MASS,
 )
 from tdbsim.contact import elastic_force
-from tdbsim.friction import friction_force
+from tdbsim.friction import REGULAR_SLIP, friction_force
 from tdbsim.ball_bearing import ring_force
 from tdbsim.rhs import (
     DRAGGED,
@@ -150,8 +150,29 @@ def _turned(c, s, angle):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
+    """Return the change of the slip where friction stops it within a kick: a backward Euler step, or its inverse."""
+    if t < 0.0 or slip == 0.0:
+        return pulled - held
+    hold = held * math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP) / slip
+    target = slip + pulled
+    after = target * REGULAR_SLIP / (REGULAR_SLIP + hold)
+    for _ in range(50):
+        root = math.sqrt(after * after + REGULAR_SLIP * REGULAR_SLIP)
+        miss = after + hold * after / root - target
+        change = miss / (1.0 + hold * REGULAR_SLIP * REGULAR_SLIP / (root * root * root))
+        # for large steps of Newton's method the target is nearer than where it goes
+        after = min(max(after - change, min(0.0, target)), max(0.0, target))
+        if abs(change) < 1e-14:
+            break
+    return after - slip
+
+
+@inlined
 def _slide(slip, pull, grip, t, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
     """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
+    if grip * coefficient * abs(t) > REGULAR_SLIP:
+        return _stuck(slip, pull * t, -friction_force(grip, slip, coefficient, variable, effect, end) * t, t)
     k1 = pull + friction_force(grip, slip, coefficient, variable, effect, end)
     k2 = pull + friction_force(grip, slip + 0.5 * t * k1, coefficient, variable, effect, end)
     if abs(slip) > _SMALL_SLIP and variable == 0.0:

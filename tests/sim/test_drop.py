@@ -1,0 +1,467 @@
+"""Whole drops: closed forms, conservation, symmetry, convergence, an independent integration."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plain_drop import PlainDrop
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from tdbsim.drop_model import build_model
+from tdbsim.drop_record import drop_record
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+from tdbsim.rhs import LEDGER
+from tdbsim.simulate import DropPlan, error_scale, initial_state, run, simulate
+
+DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
+ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
+
+
+def changed(machine: Machine, rotor=None, ends=None, **fields) -> Machine:
+    """Return the machine with some fields of itself, its rotor and both its touchdown bearings replaced."""
+    if rotor:
+        fields["rotor"] = machine.rotor.model_copy(update=rotor)
+    if ends:
+        fields["touchdown_bearings"] = tuple(each.model_copy(update=ends) for each in machine.touchdown_bearings)
+    return machine.model_copy(update=fields)
+
+
+def exactly(value):
+    """A value without tolerance, as the machine holds it."""
+    from tdbsim.machine import Tolerant
+
+    return Tolerant(nominal=value, low=value, high=value)
+
+
+def at_ends(trajectory):
+    """Shaft centres (k, 2), complex, at the touchdown bearings."""
+    n, at = trajectory.model.n, trajectory.model.arrays.at_end
+    return (trajectory.state[:, :n] + 1j * trajectory.state[:, n : 2 * n]) @ at.T
+
+
+@pytest.fixture(scope="module")
+def balanced(machine):
+    return changed(machine, rotor={"unbalance": ()})
+
+
+@pytest.fixture(scope="module")
+def exact_drop(machine):
+    """A drop with contacts, integrated far below what is asked of it."""
+    return run(build_model(machine), ADAPTIVE)
+
+
+@pytest.mark.parametrize("method", ["splitting", "dormand_prince"])
+def test_free_fall(balanced, method):
+    plan = DropPlan(100.0, 0.006, method=method, tolerance=1e-11)
+    drop = simulate(balanced, plan)
+    assert float(drop["depth"].max()) < 0
+    model = build_model(balanced)
+    state = run(model, plan).state
+    centre = state[:, model.n] / math.sqrt(model.modes.model.total_mass)
+    expected = -0.5 * balanced.gravity * drop["time"].values ** 2
+    assert np.abs(centre - centre[0] - expected).max() < 1e-11
+    # the shaft, bent by its weight on the magnets, straightens on the way, so its ends are off by little
+    fallen = (drop["rotor_y"] - drop["rotor_y"].isel(time=0)).values
+    assert np.abs(fallen - expected).max() < 0.03 * np.abs(expected).max()
+
+
+def test_levitated_whirl_is_a_solution_of_the_full_rotor(machine):
+    """Unbalance response in levitation against the unreduced finite element model, solved on its own."""
+    from tdbsim.rotor import build_rotor
+
+    drop = simulate(machine, DropPlan(150.0, 0.001, levitated=0.06, shaft_angle=0.3, bending=10))
+    rotor = build_rotor(machine)
+    omega = 2 * np.pi * 150.0
+    polar, mass, stiffness = rotor.plane_polar, rotor.plane_mass, rotor.plane_stiffness.astype(complex)
+    load = np.zeros(len(mass), dtype=complex)
+    for magnet in machine.magnetic_bearings:
+        row = rotor.plane_rows(magnet.position)[0]
+        stiffness += (magnet.stiffness.nominal + 1j * omega * magnet.damping.nominal) * row.T @ row
+    for plane in machine.rotor.unbalance:
+        row = rotor.plane_rows(plane.position)[0][0]
+        load += omega**2 * plane.amount.nominal * np.exp(1j * plane.phase.nominal) * row
+    whirl = np.linalg.solve(stiffness - omega**2 * (mass - polar), load)
+    held = drop.isel(time=drop["time"] < 0.06 - 1e-9)  # nine revolutions
+    turning = np.exp(1j * held["shaft_angle"].values)
+    for probe in machine.probes:
+        at = held.sel(probe=probe.name)
+        seen = at["shaft_x"].values + 1j * at["shaft_y"].values
+        expected = complex((rotor.plane_rows(probe.position)[0] @ whirl)[0])
+        found = np.mean((seen - seen.mean()) / turning)
+        assert abs(found - expected) < 0.01 * abs(expected)
+        assert np.abs(seen - seen.mean() - found * turning).max() < 1e-3 * abs(expected)
+
+
+def test_levitation_passes_into_the_drop_without_a_jump(machine):
+    drop = simulate(machine, DropPlan(150.0, 0.003, levitated=0.01, sampling=100e3))
+    for name in ("rotor_x", "rotor_y"):
+        bends = np.abs(np.diff(drop[name].values, 2))
+        assert bends.max() < 1e-8  # at 10 us a jump of 10 nm or of 1 mm/s would show; 100 m/s^2 are allowed
+
+
+def test_set_point_is_where_the_shaft_stands(machine):
+    places = ((3e-5, -2e-5), (-1e-5, 4e-5))
+    drop = simulate(changed(machine, rotor={"unbalance": ()}), DropPlan(100.0, 0.001, levitated=0.02, set_point=places))
+    held = drop.isel(time=slice(0, 300))
+    for end, (x, y) in zip(machine.ends, places, strict=True):
+        assert held["rotor_x"].sel(end=end).values == pytest.approx(x, abs=1e-12)
+        assert held["rotor_y"].sel(end=end).values == pytest.approx(y, abs=1e-12)
+
+
+def _deflection(bearing, load, gravity=9.80665):
+    """How far the shaft stands below the middle under a static load, ball 1 below: contact, ring, balls, support."""
+    depth = (load / bearing.contact_stiffness) ** 0.9
+    azimuth = -math.pi / 2 + 2 * math.pi * np.arange(bearing.balls.count) / bearing.balls.count
+    below = load + bearing.inner_ring_mass * gravity
+
+    def carried(u):
+        press = np.maximum(-u * np.sin(azimuth) - bearing.balls.diametral_clearance.nominal / 2, 0)
+        return float(-np.sum(bearing.balls.stiffness * press**1.5 * np.sin(azimuth)))
+
+    ring = brentq(lambda u: carried(u) - below, 0, 1e-3)
+    return bearing.radial_gap.nominal + depth + ring + below / bearing.support_stiffness.nominal
+
+
+def test_rest_on_the_touchdown_bearings(balanced):
+    """After a drop at standstill the shaft rests where statics puts it: share of the weight on contact, balls, support."""
+    from tdbsim.rotor import static_loads
+
+    # a ball exactly below, so that the equilibrium is in the plane; strong dampers, so that it comes soon
+    soft = changed(
+        balanced,
+        ends={"contact_damping": exactly(20.0), "friction": exactly(0.3), "support_damping": exactly(5e4)},
+    )
+    plan = DropPlan(0.0, 4.0, step=20e-6, sampling=2e3, cage_angle=(-math.pi / 2, -math.pi / 2))
+    drop = simulate(soft, plan).isel(time=slice(-2000, None))
+    loads = static_loads(soft, build_model(soft).modes.model)
+    for bearing in soft.touchdown_bearings:
+        rest = drop.sel(end=bearing.name)
+        assert float(rest["normal_force"].mean()) == pytest.approx(loads[bearing.name], rel=1e-3)
+        assert float(rest["rotor_y"].mean()) == pytest.approx(-_deflection(bearing, loads[bearing.name]), abs=2e-8)
+
+
+def test_swing_in_the_clearance(balanced):
+    """The rotor rolls to and fro in the gap like a pendulum; an inner ring that it turns adds to its mass.
+
+    Where friction sticks, the rate of the centre is that of the ring's surface less the shaft's: a force F turns both
+    against their inertias, so m = 1/(r^2/I_p + r_i^2/(2 J)) is added (J/r^2 a ring for a heavy shaft), and the swing has
+    the square of its angular frequency M g / ((M + m) c), with c the distance of the centres.
+    """
+    inertia = 0.05
+    stuck = changed(
+        balanced,
+        rotor={"speed_decay_time": None},
+        ends={
+            "friction": exactly(50.0), "inner_ring_drag": exactly(0.0), "contact_damping": exactly(5.0),
+            "inner_ring_inertia": inertia, "ball_damping": 4e4, "contact_stiffness": 1e10,
+            "balls": balanced.touchdown_bearings[0].balls.model_copy(update={"diametral_clearance": exactly(-4e-6)}),
+        },
+    )  # fmt: skip
+    model = build_model(stuck)
+    places = tuple((12e-6, -(each.radial_gap.nominal - 4e-6)) for each in stuck.touchdown_bearings)
+    drop = run(model, DropPlan(0.0, 1.0, sampling=5e3, set_point=places, step=20e-6))
+    late = drop.time > 0.3
+    x = drop.state[late, 0]
+    spectrum = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)), 32 * len(x)))
+    frequency = np.fft.rfftfreq(32 * len(x), 1 / 5e3)
+    found = frequency[5:][np.argmax(spectrum[5:])]
+
+    rotor, bearing = model.modes.model, stuck.touchdown_bearings[0]
+    added = 1 / (
+        bearing.journal_radius**2 / rotor.polar_inertia
+        + (bearing.journal_radius + bearing.radial_gap.nominal) ** 2 / (2 * inertia)
+    )
+    assert added > 0.4 * rotor.total_mass
+    distance = bearing.radial_gap.nominal
+    expected = math.sqrt(rotor.total_mass * stuck.gravity / ((rotor.total_mass + added) * distance)) / (2 * math.pi)
+    assert found == pytest.approx(expected, rel=0.03)
+
+
+def test_ring_spin_up_follows_the_momentum(machine):
+    """What a ring gains of angular momentum, friction gave it; it comes from the shaft in the ratio of the radii."""
+    free = changed(machine, rotor={"speed_decay_time": None}, ends={"inner_ring_drag": exactly(0.0)})
+    model = build_model(free)
+    state = run(model, replace(ADAPTIVE, seconds=0.1)).state
+    n = model.n
+    omega, rings = state[:, 2 * n + 15 + 2 * n + 12], state[:, 2 * n + 15 + 2 * n + 13 : 2 * n + 15 + 2 * n + 15]
+    bearings = free.touchdown_bearings
+    passed = sum(
+        each.inner_ring_inertia * rings[-1, k] * each.journal_radius / (each.journal_radius + each.radial_gap.nominal)
+        for k, each in enumerate(bearings)
+    )
+    assert rings[-1].min() > 50.0
+    assert model.modes.model.polar_inertia * (omega[0] - omega[-1]) == pytest.approx(passed, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["splitting", "dormand_prince"])
+def test_speed_decays_exponentially(machine, method):
+    smooth = changed(machine, ends={"friction": exactly(0.0), "inner_ring_drag": exactly(0.0)})
+    drop = simulate(smooth, DropPlan(100.0, 0.1, method=method))
+    assert float(drop["normal_force"].max()) > 100
+    expected = 100.0 * np.exp(-drop["time"].values / 14.0)
+    assert drop["rotor_speed"].values == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("method", "step", "closed"), [("dormand_prince", 50e-6, 1e-4), ("splitting", 5e-6, 1e-3)])
+def test_energy_balance_with_contacts(machine, method, step, closed):
+    """Energy lost is energy dissipated, less what unbalance supplied, within 1e-4 of the energy of the fall.
+
+    The spin holds half a million times that energy, so the spin's own balance is in it.
+    """
+    drop = simulate(machine, replace(ADAPTIVE, method=method, step=step))
+    assert float(drop["normal_force"].max()) > 1000
+    total = drop["energy"].sum("energy_kind") + drop["work"].sel(work_kind=DISSIPATED).sum("work_kind")
+    total = total - drop["work"].sel(work_kind="external")
+    weight = drop["energy"].sel(energy_kind="weight")
+    fall = float(weight[0] - weight.min())
+    assert fall > 0.2
+    assert float(np.abs(total - total[0]).max()) < closed * fall
+
+
+def test_dissipation_is_never_negative(exact_drop):
+    drop = drop_record(exact_drop)
+    lost = drop["work"].sel(work_kind=DISSIPATED)
+    assert float(lost.diff("time").min()) > -1e-9
+    for kind in DISSIPATED:
+        assert float(lost.sel(work_kind=kind)[-1]) > 0
+
+
+def test_rotational_symmetry(machine):
+    """Without gravity, everything turned by an angle - one ball pitch at the most - gives the same drop, turned."""
+    light = changed(machine, gravity=0.0)
+    angle = 0.77
+    turn = np.exp(1j * angle)
+    places, speeds = np.array([4e-5 + 1e-5j, -2e-5j]), np.array([0.1 - 0.05j, 0.08 + 0.02j])
+
+    def plan(factor, turned):
+        def pairs(values):
+            return tuple((float(v.real), float(v.imag)) for v in values * factor)
+
+        return replace(
+            ADAPTIVE, seconds=0.03, set_point=pairs(places), velocity=pairs(speeds), shaft_angle=0.2 + turned,
+            cage_angle=(0.1 + turned, 0.3 + turned), ring_angle=(turned, turned),
+        )  # fmt: skip
+
+    first, second = (run(build_model(light), plan(f, a)) for f, a in ((1.0, 0.0), (turn, angle)))
+    assert np.abs(at_ends(first)).max() > 2.5e-4
+    assert np.abs(at_ends(second) - turn * at_ends(first)).max() < 2e-9
+
+
+def test_mirror_symmetry(machine):
+    """A machine that turns the other way, mirrored, drops in the mirror."""
+    other = changed(
+        machine,
+        rotation="cw",
+        rotor={
+            "unbalance": tuple(
+                each.model_copy(update={"phase": exactly(-each.phase.nominal)}) for each in machine.rotor.unbalance
+            )
+        },
+    )
+    plan = replace(ADAPTIVE, set_point=((1e-5, 2e-5), (-3e-5, 0.0)), shaft_angle=0.4, cage_angle=(0.1, 0.2))
+    mirrored = replace(
+        plan, set_point=((-1e-5, 2e-5), (3e-5, 0.0)), shaft_angle=math.pi - 0.4,
+        cage_angle=(math.pi - 0.1, math.pi - 0.2),
+    )  # fmt: skip
+    # in the mirror x -> -x a phase phi on a shaft at angle a stands at pi - a - phi
+    first, second = run(build_model(machine), plan), run(build_model(other), mirrored)
+    assert np.abs(at_ends(first)[:, 0]).max() > 2.5e-4
+    assert np.abs(at_ends(second) + at_ends(first).conj()).max() < 2e-9
+
+
+def _pressed_start(model):
+    """A state in the middle of a contact at both ends, moving in."""
+    start = initial_state(model, DropPlan(150.0))
+    n, at = model.n, model.arrays.at_end
+    deep = np.array([-model.arrays.end[0, 0] - 3e-5, -model.arrays.end[1, 0] - 3e-5])
+    start[n : n + 2] += np.linalg.solve(at[:, :2], deep)
+    nq = 2 * n + 15
+    start[nq + n : nq + n + 2] += np.linalg.solve(at[:, :2], [-0.05, -0.05])
+    for end in range(2):
+        start[2 * n + 6 * end + 1] -= 1e-5
+    return start
+
+
+def _through_contact(model):
+    """Return start, finish and exact finish of 80 us within one contact of both ends."""
+    from tdbsim import dormand_prince
+    from tdbsim.observe import ENERGIES, FORCES, observe
+
+    start, times = _pressed_start(model), np.linspace(0, 8e-5, 41)[1:]
+    exact = np.empty((40, len(start)))
+    dormand_prince.integrate(model.arrays, start.copy(), 0.0, 1e-7, 1e-5, 1e-13, error_scale(model.n), times, exact)
+    forces = np.zeros((2, len(FORCES), 40))
+    observe(model.arrays, exact, forces, np.zeros((2, 11, 40)), np.zeros((len(ENERGIES), 40)))
+    assert forces[:, FORCES.index("depth")].min() > 0
+    assert forces[:, FORCES.index("normal_force")].max() > 3000
+    return start, times[-1:], exact[-1]
+
+
+def test_order_of_the_splitting_during_contact(machine):
+    """Within a contact the error falls as the step to the fourth power, down to 0.1 nm."""
+    from tdbsim import splitting
+
+    model = build_model(machine)
+    start, finish, exact = _through_contact(model)
+    errors = []
+    for count in (1, 2, 4):
+        out = np.empty((1, len(start)))
+        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2))
+        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+    assert math.log2(errors[0] / errors[1]) > 3.7
+    assert math.log2(errors[1] / errors[2]) > 3.7
+    assert errors[2] < 1e-10
+
+
+def test_order_of_dormand_prince_during_contact(machine):
+    """With equal steps the error falls as the step to the fifth power."""
+    from tdbsim import dormand_prince
+
+    model = build_model(machine)
+    start, finish, exact = _through_contact(model)
+    errors = []
+    for count in (20, 40, 80):
+        out, step = np.empty((1, len(start))), finish[0] / count
+        dormand_prince.integrate(
+            model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out
+        )
+        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+    assert math.log2(errors[0] / errors[1]) > 4.5
+    assert math.log2(errors[1] / errors[2]) > 4.5
+
+
+@pytest.fixture(scope="module")
+def independent(machine, exact_drop):
+    """The same drop integrated by scipy from equations written a second time: centres at the ends (2, k), complex."""
+    plain = PlainDrop(machine, 150.0)
+    start = plain.from_state(exact_drop.state[0])
+    found = solve_ivp(plain, (0, 0.05), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=exact_drop.time)
+    return plain.at_ends(found.y)
+
+
+def test_first_50_ms_against_an_independent_integration(exact_drop, independent):
+    depth = drop_record(exact_drop)["depth"]
+    assert float(depth.max()) > 1e-6
+    assert np.abs(at_ends(exact_drop).T - independent).max() < 1e-9
+
+
+def test_splitting_against_an_independent_integration(machine, independent):
+    fine = run(build_model(machine), DropPlan(150.0, 0.05, step=25e-6))
+    assert np.abs(at_ends(fine).T - independent).max() < 1e-7
+
+
+def test_neighbouring_trajectories_part(machine):
+    """A picometre grows by contacts, and by no more than thousandfold within 0.1 s: trajectories compare early only."""
+    model = build_model(machine)
+    plan = DropPlan(150.0, 0.1, step=10e-6)
+    near = replace(plan, set_point=((1e-12, 0.0), (0.0, 0.0)))
+    apart = np.abs(at_ends(run(model, near)) - at_ends(run(model, plan))).max(axis=1)
+    before = apart[: int(0.006 * 20e3)].max()
+    assert before < 3e-12
+    rate = math.log(apart[-200:].max() / before) / 0.09
+    assert 10 < rate < 120
+
+
+def test_first_contacts_of_the_independent_rig(coastdown_answer):
+    """Against a record of another program with the true values known: first contact and first rebound, both ends."""
+    import tomllib
+
+    import xarray as xr
+    from tdbsim.machine import parse_machine
+
+    from tdbmon.shipped import shipped
+
+    data = tomllib.loads(shipped("coastdown/machine.toml").read_text())
+    truth = coastdown_answer
+    for plane in data["rotor"]["unbalance"]:
+        plane["amount"], plane["phase"] = truth["unbalance_kg_m"][plane["name"]]
+    data["rotor"]["speed_decay_time"] = truth["speed_decay_time_s"]
+    for bearing in data["touchdown_bearing"]:
+        end = truth["ends"][bearing["name"]]
+        bearing |= {
+            "radial_gap": end["radial_gap_m"], "support_stiffness": end["support_stiffness_y_n_per_m"],
+            "support_damping": end["support_damping_n_s_per_m"], "inner_ring_drag": end["inner_ring_drag_n_m"],
+            "friction": truth["friction_sliding"], "contact_damping": truth["contact_damping_s_per_m"],
+        }  # fmt: skip
+        bearing["balls"]["diametral_clearance"] = end["ball_clearance_m"]
+    true_machine = parse_machine(data)
+    with xr.open_dataset(shipped("coastdown/drop_150.nc")) as file:
+        record = file.isel(time=slice(0, 1250)).load()
+    time = record["time"].values
+    held = time < truth["release_time_s"] - 1e-6
+    pulse = np.flatnonzero(np.diff(record["keyphasor"].values.astype(float)) > 0.5) + 1
+    instants = time[pulse][time[pulse] < truth["release_time_s"]] - 0.5e-4
+    turns, first = np.polyfit(instants, np.arange(len(instants)), 1)
+    places = {}
+    for end in true_machine.ends:
+        probes = true_machine.probes_at(end)
+        axes = [[math.cos(probe.angle), math.sin(probe.angle)] for probe in probes]
+        means = [float(record[probe.name].values[held].mean()) * 1e-6 for probe in probes]
+        places[end] = (probes[0].position, np.linalg.solve(axes, means))
+    (z0, p0), (z1, p1) = places.values()
+    set_point = tuple(
+        tuple(p0 + (p1 - p0) * (bearing.position - z0) / (z1 - z0)) for bearing in true_machine.touchdown_bearings
+    )
+    drop = simulate(
+        true_machine,
+        DropPlan(
+            turns, 0.02, levitated=truth["release_time_s"], sampling=10e3, set_point=set_point,
+            shaft_angle=2 * math.pi * (turns * truth["release_time_s"] + first), bending=8,
+        ),
+    )  # fmt: skip
+    count = drop.sizes["time"]
+    for probe in true_machine.probes:
+        miss = drop[probe.name].values - record[probe.name].values[:count] * 1e-6
+        early = np.abs(miss[(time[:count] > 0.1) & (time[:count] < 0.112)])  # the fall and the first contact
+        assert early.max() < 5e-6
+        assert np.sqrt(np.mean(early**2)) < 2e-6
+        assert np.sqrt(np.mean(miss[time[:count] > 0.112] ** 2)) < 8e-6  # the cages' angles are not known
+    assert float(drop["normal_force"].max()) > 1000
+    assert json.dumps(drop.attrs["effects"]) == '""'
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"speed": -50.0}, "speed -50 Hz must be not negative"),
+        ({"speed": math.nan}, "speed"),
+        ({"speed": 100.0, "seconds": 0.0}, "seconds 0 s must be positive"),
+        ({"speed": 100.0, "step": -1e-5}, "step"),
+        ({"speed": 100.0, "sampling": 0.0}, "sampling"),
+        ({"speed": 100.0, "levitated": -1.0}, "levitated"),
+        ({"speed": 100.0, "bending": -1}, "bending"),
+        ({"speed": 100.0, "method": "euler"}, "euler"),
+        ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point"),
+        ({"speed": 100.0, "seconds": 1e-6}, "no sample"),
+    ],
+)
+def test_impossible_plans(values, says):
+    with pytest.raises(InputError, match=says):
+        DropPlan(**values)
+
+
+def test_set_point_outside_the_gap(machine):
+    with pytest.raises(InputError, match="reaches the gap of 250 um"):
+        simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
+
+
+def test_no_gap(machine):
+    with pytest.raises(InputError, match="gap"):
+        simulate(changed(machine, ends={"radial_gap": exactly(0.0)}), DropPlan(100.0, 0.01))
+
+
+def test_no_magnets(machine):
+    with pytest.raises(InputError, match="magnetic_bearing"):
+        simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
+
+
+def test_steps_that_cannot_converge(machine):
+    with pytest.raises(InputError, match="step"):
+        simulate(machine, DropPlan(150.0, 0.1, step=1e-3, sampling=1e3))
+    with pytest.raises(InputError, match="tolerance"):
+        simulate(machine, replace(ADAPTIVE, tolerance=1e-30))

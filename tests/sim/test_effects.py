@@ -1,0 +1,251 @@
+"""What every effect must do, by being in the folder; and how effects are read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from tdbsim import hooks
+from tdbsim.drop_model import build_model
+from tdbsim.effect import Place, all_effects, catalogue, declaration, parse, places
+from tdbsim.errors import InputError
+from tdbsim.machine import EffectSetting
+from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.units import scale
+
+PLAN = DropPlan(150.0, 0.35, levitated=0.1)
+SHORT = DropPlan(150.0, 0.02, levitated=0.01)
+EVERY = pytest.mark.parametrize("declared", catalogue(), ids=[each.identifier for each in catalogue()])
+
+# the catalogue that users, records and diagnoses name
+NAMES = {
+    "residual_magnetic_force": Place.ROTOR, "unbalance": Place.PLANE, "shaft_bow": Place.ROTOR,
+    "cross_coupled_stiffness": Place.PLANE, "stribeck_friction": Place.BEARING_OR_BOTH,
+    "oval_clearance": Place.BEARING, "ring_out_of_round": Place.BEARING, "race_waviness": Place.BEARING,
+    "off_sized_ball": Place.BEARING, "support_anisotropy": Place.BEARING_OR_BOTH, "loose_support": Place.BEARING,
+    "hardening_support": Place.BEARING_OR_BOTH, "foundation_mode": Place.BEARING_OR_BOTH, "ring_drag": Place.BEARING,
+    "quadratic_windage": Place.ROTOR, "thermal_growth": Place.BEARING_OR_BOTH, "probe_gain": Place.PROBE,
+    "probe_angle": Place.PROBE, "probe_runout": Place.END, "probe_crosstalk": Place.END, "channel_lag": Place.PROBE,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plain_drop(machine):
+    return simulate(machine, PLAN)
+
+
+@pytest.fixture(scope="module")
+def short_drop(machine):
+    return simulate(machine, SHORT)
+
+
+def test_the_catalogue():
+    assert {each.identifier: each.place for each in catalogue()} == NAMES
+
+
+@EVERY
+def test_units_parse_and_declarations_are_whole(declared):
+    assert declared.title and declared.what.endswith(".") and declared.signature.endswith(".")
+    assert declared.kind.__doc__ and not declared.kind.__doc__.startswith(declared.kind.__name__ + "(")
+    assert declared.parameters
+    assert len(declared.parameters) == len(fields(declared.kind)) - 1
+    for each in declared.parameters:
+        assert each.meaning
+        if each.choices:
+            assert each.off in each.choices
+            continue
+        assert scale(each.unit, each.si) > 0
+        assert each.low < each.high
+        assert each.low <= each.typical <= each.high
+        assert each.low <= each.off <= each.high or each.off == math.inf
+        read = declared.at("somewhere", {each.name: each.text(each.typical)})
+        assert getattr(read, each.name) == pytest.approx(each.typical, rel=1e-5)
+    assert declared.parameters[0].typical != declared.parameters[0].off
+    for kind in hooks.HOOKS:
+        if hasattr(declared.module, kind):
+            assert declared.kind.slots > 0
+
+
+@EVERY
+def test_off_is_neutral_to_the_last_bit(declared, machine, short_drop):
+    for where in places(declared.place, machine):
+        off = declared.kind(where)
+        assert off.is_off or declared.identifier == "probe_runout"
+        if declared.identifier == "probe_runout":
+            off = declared.at(where, {"second": 0.0})
+        drop = simulate(machine, SHORT, [off])
+        for name in short_drop.data_vars:
+            np.testing.assert_array_equal(drop[name].values, short_drop[name].values, err_msg=name)
+
+
+@EVERY
+def test_finite_within_bounds(declared, machine):
+    """At each bound of each parameter the drop is finite, or an error says what cannot be."""
+    where = places(declared.place, machine)[-1]
+    usual = {each.name: each.typical for each in declared.parameters if not each.choices}
+    finite = 0
+    for each in declared.parameters:
+        for value in each.choices or (each.low, each.high):
+            effect = declared.at(where, usual | {each.name: value})
+            try:
+                drop = simulate(machine, DropPlan(150.0, 0.03, levitated=0.005), [effect])
+            except InputError as error:
+                assert len(str(error)) > 30
+                continue
+            finite += 1
+            assert all(np.all(np.isfinite(drop[name].values)) for name in drop.data_vars)
+    assert finite > 0
+
+
+@EVERY
+def test_the_declared_signature_rises(declared, machine, plain_drop):
+    where = places(declared.place, machine)[0]
+    drop = simulate(machine, PLAN, [declared.typical(where)])
+    assert float(drop["normal_force"].max()) > 1000
+    before, after = (declared.kind.measure(each, where) for each in (plain_drop, drop))
+    assert after > declared.kind.rise * before
+
+
+@EVERY
+def test_methods_agree_with_the_effect(declared, machine):
+    """The fast kernel and the equations in the open give one drop, through the first contact."""
+    effect = declared.typical(places(declared.place, machine)[0])
+    model = build_model(machine, [effect])
+    fine = run(model, DropPlan(150.0, 0.015, step=5e-6)).state
+    exact = run(build_model(machine, [effect]), DropPlan(150.0, 0.015, method="dormand_prince", tolerance=1e-9)).state
+    n = model.n
+    for states in (fine, exact):
+        assert (states[-1, n : 2 * n] @ model.arrays.at_end[0]) < -1e-4
+    ends = [states[:, : 2 * n].reshape(-1, 2, n) @ model.arrays.at_end.T for states in (fine, exact)]
+    assert np.abs(ends[0] - ends[1]).max() < 5e-9
+    assert np.abs(fine[:, 4 * n + 27 : 4 * n + 30] - exact[:, 4 * n + 27 : 4 * n + 30]).max() < 0.01
+
+
+@EVERY
+@pytest.mark.parametrize("kind", list(hooks.HOOKS))
+def test_hooks_as_plain_functions_are_the_compiled_ones(declared, kind, machine):
+    if not hasattr(declared.module, kind):
+        assert not hooks.has_hook(declared, kind)
+        return
+    model = build_model(machine, [declared.typical(places(declared.place, machine)[0])])
+    row = model.arrays.effect[2 if declared.place is Place.ROTOR else 0]
+    start = hooks.offsets()[declared.identifier]
+    arguments = {"gap": (0.7, 30.0), "ball": (0.7, 0.2), "support": (1e-5, -2e-5)}.get(kind, (0.7,))
+    plain = getattr(declared.module, kind)(*arguments, row, start)
+    assert np.any(np.asarray(plain) != 0.0)
+    assert np.allclose(getattr(hooks, kind)(*arguments, row), plain, rtol=1e-13)
+
+
+@pytest.mark.parametrize("law", ["radial", "normal"])
+def test_slopes_of_shaped_bores(machine, law):
+    for identifier, kind in (("oval_clearance", "gap"), ("ring_out_of_round", "bore")):
+        declared = declaration(identifier)
+        model = build_model(machine, [declared.at("NDE", {"amplitude": 1e-5, "law": law})])
+        row, start = model.arrays.effect[0], hooks.offsets()[identifier]
+        hook = getattr(declared.module, kind)
+
+        def shape(azimuth, hook=hook, kind=kind, row=row, start=start):
+            return hook(*((azimuth, 0.0) if kind == "gap" else (azimuth,)), row, start)
+
+        for azimuth in np.linspace(0, 6, 25):
+            value, slope, curvature = shape(azimuth)
+            assert abs(value) <= 1e-5
+            expected = (shape(azimuth + 1e-5)[0] - shape(azimuth - 1e-5)[0]) / 2e-5 if law == "normal" else 0.0
+            assert slope == pytest.approx(expected, abs=1e-13)
+            expected = (shape(azimuth + 1e-5)[1] - shape(azimuth - 1e-5)[1]) / 2e-5 if law == "normal" else 0.0
+            assert curvature == pytest.approx(expected, abs=1e-12)
+
+
+def test_effects_combine(machine, plain_drop):
+    some = [
+        parse("oval_clearance:end=NDE,amplitude=20 um,angle=35 deg"),
+        parse("support_anisotropy:where=both,ratio=0.5"),
+        parse("off_sized_ball:end=DE,ball=3,deviation=5 um"),
+        parse("off_sized_ball:end=DE,ball=7,deviation=-5 um"),
+        parse("probe_gain:probe=NDE_A,gain=1.1"),
+        parse("quadratic_windage:share=0.3"),
+    ]
+    drop, other = simulate(machine, SHORT, some), simulate(machine, SHORT, some[::-1])
+    np.testing.assert_array_equal(drop["NDE_A"].values, other["NDE_A"].values)
+    oversize = build_model(machine, some).arrays.ball_oversize[1]
+    assert oversize[2] == 5e-6 and oversize[6] == -5e-6
+    assert drop.attrs["effects"].count(";") == 5
+
+
+def test_parse_reads_what_a_person_writes():
+    oval = declaration("oval_clearance").kind
+    expected = oval("NDE", amplitude=pytest.approx(20e-6), angle=pytest.approx(math.radians(35)))
+    assert parse("oval_clearance:end=NDE,amplitude=20 um,angle=35 deg") == expected
+    assert parse("oval_clearance: where = NDE , amplitude=0.02 mm, angle=35 deg") == expected
+    assert parse(str(parse("race_waviness:end=DE,amplitude=2 um,order=3,race=outer"))) == parse(
+        "race_waviness:end=DE,amplitude=2 um,order=3,race=outer"
+    )
+    assert parse("residual_magnetic_force:decay_time=3 ms").where == "rotor"
+    assert parse("residual_magnetic_force").is_off
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("oval_clearence:end=NDE", "did you mean 'oval_clearance'"),
+        ("oval_clearance:end=NDE,amplitud=20 um", "did you mean 'amplitude'"),
+        ("oval_clearance:end=NDE,amplitude=20 kg", "amplitude: 'kg' is not a unit"),
+        ("oval_clearance:end=NDE,amplitude=900 um", "amplitude 900 um is out of bounds; give -100 um to 100 um"),
+        ("oval_clearance:amplitude=20 um", "no place given"),
+        ("oval_clearance:end=NDE,where=DE", "place is given twice"),
+        ("oval_clearance:end=NDE,amplitude=1 um,amplitude=2 um", "amplitude is given twice"),
+        ("oval_clearance:end=NDE,amplitude", "not of the form"),
+        ("off_sized_ball:end=NDE,ball=2.5", "whole number"),
+        ("race_waviness:end=NDE,race=middle", "not one of inner, outer"),
+        ("oval_clearance:end=NDE,amplitude=nan", "not a quantity"),
+    ],
+)
+def test_wrong_texts(text, says):
+    with pytest.raises(InputError, match=says):
+        parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("oval_clearance:end=NED,amplitude=1 um", "did you mean 'NDE'"),
+        ("oval_clearance:end=both,amplitude=1 um", "is no bearing"),
+        ("unbalance:plane=impeler,amount=1 g mm", "did you mean 'impeller'"),
+        ("probe_gain:probe=NDE,gain=1.1", "is no probe"),
+        ("off_sized_ball:end=NDE,ball=30,deviation=1 um", "has 11 balls"),
+        ("cross_coupled_stiffness:plane=impeller,stiffness=5e6 N/m", "not stable"),
+    ],
+)
+def test_effects_that_do_not_fit_the_machine(machine, text, says):
+    with pytest.raises(InputError, match=says):
+        simulate(machine, SHORT, [parse(text)])
+
+
+def test_one_hooked_effect_acts_once_at_a_place(machine):
+    twice = [parse("oval_clearance:end=NDE,amplitude=1 um"), parse("oval_clearance:end=NDE,amplitude=2 um")]
+    with pytest.raises(InputError, match="given twice"):
+        all_effects(machine, twice)
+    both = [parse("stribeck_friction:where=both,static_excess=0.1"), parse("stribeck_friction:end=DE")]
+    with pytest.raises(InputError, match="given twice"):
+        all_effects(machine, both)
+
+
+def test_effects_of_the_machine_file_act(machine, short_drop):
+    setting = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitude": "20 um"})
+    carrying = machine.model_copy(update={"effects": (setting,)})
+    drop = simulate(carrying, SHORT)
+    same = simulate(machine, SHORT, [declaration("oval_clearance").at("NDE", {"amplitude": 20e-6})])
+    assert float(np.abs(drop["rotor_y"] - short_drop["rotor_y"]).max()) > 1e-6
+    np.testing.assert_array_equal(drop["rotor_y"].values, same["rotor_y"].values)
+    wrong = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitud": "20 um"})
+    with pytest.raises(InputError, match="did you mean 'amplitude'"):
+        simulate(machine.model_copy(update={"effects": (wrong,)}), SHORT)
+
+
+def test_parameters_out_of_bounds_in_python():
+    with pytest.raises(InputError, match="out of bounds"):
+        declaration("oval_clearance").kind("NDE", amplitude=1.0)
+    with pytest.raises(InputError, match="not a number"):
+        declaration("oval_clearance").kind("NDE", amplitude="20 um")
