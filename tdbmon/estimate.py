@@ -86,14 +86,20 @@ class Estimate:
 
     def __str__(self) -> str:
         value, low, high = self.outside
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        kind = f" {self.kind}" if self.kind else ""
         if value is None:
             return f"not estimated ({self.why})"
+        unit = self.unit
+        if unit == "s" and abs(value) < 0.05:  # contacts last milliseconds
+            value, low, high = (None if x is None else 1e3 * x for x in (value, low, high))
+            unit = "ms"
+        tail = f"{'' if unit == '1' else ' ' + unit}{' ' + self.kind if self.kind else ''}"
         if low is None or high is None:
-            return f"{value:.4g}{unit}{kind}"
-        digits = _digits(high - low)
-        return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f}){unit}{kind}"
+            return f"{value:.4g}{tail}"
+        power = math.floor(math.log10(abs(value))) if value and abs(value) >= 1e5 else 0
+        digits = _digits((high - low) / 10**power)
+        numbers = [f"{x / 10**power:.{digits}f}" for x in (value, low, high)]
+        scale = f"e{power}" if power else ""
+        return f"{numbers[0]}{scale} ({numbers[1]} to {numbers[2]}){scale}{tail}"
 
 
 def _digits(width: float) -> int:

@@ -13,6 +13,7 @@ from tdbsim.modes import free_free, supported
 from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
 from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.contacts import find_contacts
 from tdbmon.analysis.gap import Gap, fit_gap, settled_from
 from tdbmon.analysis.lines import Line, find_lines
@@ -87,7 +88,9 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) 
     settled = [e.gap.settled_from for e in ends.values() if e.gap is not None]
     lines: tuple[Line, ...] = ()
     if speed.known:
-        lines = find_lines(planes, speed.time, speed.hz, machine.sense, machine.mains, _expected(machine, rotor, swing))
+        bands = _expected(machine, rotor, swing)
+        lines = find_lines(planes, speed.time, speed.hz, machine.sense, machine.mains, bands)
+        lines = name_bearing_orders(lines, machine)
     touched = [e.contacts.events[0].start for e in ends.values() if e.contacts is not None and e.contacts.events]
     standstill = rundown.standstill_time.value if rundown is not None else None
     phases = split_phases(

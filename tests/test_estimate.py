@@ -1,0 +1,45 @@
+"""Estimates: SI inside, their own unit outside, and never a number without what it is worth."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tdbmon.estimate import OUTSIDE, Estimate
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-9, 10), st.sampled_from(sorted(OUTSIDE)))
+def test_json_is_in_the_unit_outside(value, sigma, unit):
+    q = Estimate.from_sigma(value, sigma, unit, "test").to_json()
+    assert q["value"] == pytest.approx(value * OUTSIDE[unit])
+    assert q["high"] - q["low"] == pytest.approx(2 * 1.96 * sigma * OUTSIDE[unit], rel=1e-6, abs=1e-9 * OUTSIDE[unit])
+    assert q["unit"] == unit
+
+
+@pytest.mark.parametrize(
+    ("estimate", "text"),
+    [
+        (Estimate(250e-6, 248.1e-6, 252.4e-6, "um"), "250.0 (248.1 to 252.4) um"),
+        (Estimate(0.00354, 0.00335, 0.00372, "s"), "3.54 (3.35 to 3.72) ms"),
+        (Estimate(0.1, 0.09998, 0.10002, "s"), "0.100000 (0.099980 to 0.100020) s"),
+        (Estimate(4.18e7, 3.75e7, 4.68e7, "N/m"), "4.18e7 (3.75 to 4.68)e7 N/m"),
+        (Estimate(1.2e-6, 1.1e-6, 1.3e-6, "um", kind="0-pk"), "1.20 (1.10 to 1.30) um 0-pk"),
+        (Estimate(1.3, 1.2, 1.4), "1.30 (1.20 to 1.40)"),
+        (Estimate.missing("um", "no probe"), "not estimated (no probe)"),
+    ],
+)
+def test_text_shows_the_interval_with_two_figures(estimate, text):
+    assert str(estimate) == text
+
+
+def test_what_is_missing_says_why_and_nothing_is_infinite():
+    assert Estimate.missing("um", "no probe").to_json()["why"] == "no probe"
+    with pytest.raises(ValueError, match="say why"):
+        Estimate(None)
+    with pytest.raises(ValueError, match="finite"):
+        Estimate(math.nan)
+    with pytest.raises(ValueError, match="OUTSIDE"):
+        Estimate(1.0, unit="furlong")
