@@ -16,12 +16,14 @@ from tdbmon.figures.style import (
     GREEN,
     GREY,
     UM,
+    Margins,
     legend_below,
     new_figure,
     said,
     say,
     seen_ends,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ def bode(analysis: Analysis) -> Figure:
     first = tracks.sel(order=1.0)
     ends = seen_ends(analysis)
     figure = new_figure(150, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
-    axes = figure.subplots(3, len(ends), squeeze=False, height_ratios=[1, 0.8, 1.5])
+    axes = subplots(figure, 3, len(ends), Margins(15, 3, 11, 16, across=17, down=14), [1, 0.8, 1.5])
     for column, end in enumerate(ends):
         amplitude, lag, polar = axes[:, column]
         part = first.sel(end=end)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
-from tdbmon.figures.style import AXIS_WORD, GREY, new_figure, said, seen_ends, styled
+from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -45,8 +45,8 @@ def cascade(analysis: Analysis) -> Figure:
     half_f = frequency[1] / 2
     extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, rows[0] - step / 2, rows[-1] + step / 2)
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
-    figure = new_figure(125, said(analysis, window, f"power mean in steps of {step:.2g} Hz"))
-    axes = figure.subplots(2, len(ends), sharex=True, sharey=True, squeeze=False)
+    figure = new_figure(108, said(analysis, window, f"power mean in steps of {step:.2g} Hz"))
+    axes = subplots(figure, 2, len(ends), Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()[..., keep]))
     for column, end in enumerate(ends):
         for row, axis in enumerate(("y", "x")):
@@ -66,7 +66,5 @@ def cascade(analysis: Analysis) -> Figure:
                 ax.set_xlabel("frequency [Hz]")
             if column == 0:
                 ax.set_ylabel("speed [Hz]")
-    bar = figure.colorbar(image, ax=axes, shrink=0.6, aspect=30)
-    bar.set_label(f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
-    bar.outline.set_edgecolor(GREY)
+    colour_bar(figure, image, f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
     return figure

@@ -9,7 +9,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from tdbmon.figures.style import BLACK, GREEN, GREY, UM, centre_of, new_figure, said, say, seen_ends, styled
+from tdbmon.figures.style import (
+    BLACK,
+    GREEN,
+    GREY,
+    UM,
+    Margins,
+    centre_of,
+    colour_bar,
+    new_figure,
+    said,
+    say,
+    seen_ends,
+    styled,
+    subplots,
+)
 
 if TYPE_CHECKING:
     from matplotlib.collections import PathCollection
@@ -25,13 +39,13 @@ def centreline(analysis: Analysis) -> Figure:
     """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below."""
     ends = seen_ends(analysis)
     figure = new_figure(125, said(analysis, f"mean over {_WINDOW_S:g} s"))
-    axes = figure.subplots(2, len(ends), squeeze=False)
+    axes = subplots(figure, 2, len(ends), Margins(16, 24, 11, 11, across=18, down=17))
     shown = None
     for column, end in enumerate(ends):
         shown = _end(axes[:, column], analysis, end, shown) or shown
     if shown is not None:
         by_speed = len(analysis.speed_time) > 3
-        figure.colorbar(shown, ax=axes, label="speed [Hz]" if by_speed else "time [s]", shrink=0.7, aspect=30)
+        colour_bar(figure, shown, "speed [Hz]" if by_speed else "time [s]")
     return figure
 
 
@@ -100,10 +114,11 @@ def _means(analysis: Analysis, end: str) -> tuple[np.ndarray, np.ndarray]:
     if count < 2:
         return np.empty(0), np.empty((0, 2))
     span = slice(start, start + count * size)
-    mean = np.nanmean(xy[:, span].reshape(2, count, size), axis=2).T
-    middle = time[span].reshape(count, size).mean(axis=1)
-    thin = max(1, count // _POINTS)
-    return middle[::thin], mean[::thin]
+    mean = xy[:, span].reshape(2, count, size).mean(axis=2).T
+    middle = time[start + size // 2 : start + count * size : size]
+    whole = np.isfinite(mean).all(axis=1)  # windows without a missing sample
+    thin = max(1, int(whole.sum()) // _POINTS)
+    return middle[whole][::thin], mean[whole][::thin]
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from tdbmon.figures.style import (
     PURPLE,
     UM,
     VERMILION,
+    Margins,
     centre_of,
     legend_below,
     new_figure,
@@ -25,6 +26,7 @@ from tdbmon.figures.style import (
     say,
     seen_ends,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -39,7 +41,7 @@ def first_contact(analysis: Analysis) -> Figure:
     """Draw displacement along the first contact's direction against time, an end a panel."""
     ends = seen_ends(analysis)
     figure = new_figure(92, said(analysis))
-    axes = figure.subplots(1, len(ends), squeeze=False)[0]
+    axes = subplots(figure, 1, len(ends), Margins(15, 3, 11, 23, across=17))[0]
     for ax, end in zip(axes, ends, strict=True):
         _panel(ax, analysis, end)
     legend_below(figure)

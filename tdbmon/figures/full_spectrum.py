@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.figures.spectral_map import decibel, top_frequency
-from tdbmon.figures.style import BLUE, GREY, VERMILION, new_figure, said, say, seen_ends, styled
+from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from tdbmon.analysis.result import Analysis
 
 _LONGEST_S = 1.0
@@ -34,11 +36,17 @@ def full_spectrum(analysis: Analysis) -> Figure:
     ends, stretches = seen_ends(analysis), _stretches(analysis)
     note = said(analysis, "Hann window over each stretch")
     figure = new_figure(20 + 34 * len(stretches), note)
-    axes = figure.subplots(len(stretches), len(ends), squeeze=False, sharex=True)
+    axes = subplots(
+        figure, len(stretches), len(ends), Margins(17, 3, 11, 10, across=6, down=8), sharex=True, sharey="row"
+    )
     for row, (name, start, stop) in enumerate(stretches):
+        spectra = _spectra(analysis.planes, ends, start, stop, analysis.machine.sense)
+        loudest = float(decibel(np.nanmax([spectra.forward.max(), spectra.backward.max()])))
+        axes[row, 0].set_ylim(loudest - 90, loudest + 15)
         for column, end in enumerate(ends):
             ax = axes[row, column]
-            _panel(ax, analysis, end, name, start, stop)
+            ax.set_title(f"{end}, {name}: {start:.2f} to {stop:.2f} s", fontsize=7)
+            _panel(ax, analysis, spectra.sel(end=end), (start + stop) / 2)
             if row == len(stretches) - 1:
                 ax.set_xlabel("frequency [Hz], forward positive")
             if column == 0:
@@ -65,16 +73,16 @@ def _stretches(analysis: Analysis) -> list[tuple[str, float, float]]:
     return found or [("whole record", float(time[0]), float(time[-1]))]
 
 
-def _panel(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop: float) -> None:
+def _spectra(planes: xr.Dataset, ends: list[str], start: float, stop: float, sense: int) -> xr.Dataset:
+    """Full spectra of one stretch, one window long."""
     from tdbmon.analysis.spectrum import full_spectrum as transform
 
-    planes = analysis.planes
-    ax.set_title(f"{end}, {name}: {start:.2f} to {stop:.2f} s", fontsize=7)
-    if planes is None:
-        return
-    part = planes.sel(end=[end], time=slice(start, stop))
+    part = planes.sel(end=ends, time=slice(start, stop))
     whole = part.sizes["time"] / planes.attrs["sampling_hz"]
-    spectra = transform(part, analysis.machine.sense, window_s=whole, top_hz=_TOP_HZ).isel(end=0, time=0)
+    return transform(part, sense, window_s=whole, top_hz=_TOP_HZ).isel(time=0)
+
+
+def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None:
     frequency = spectra.frequency.to_numpy()
     top = top_frequency(analysis, float(frequency[-1]))
     keep = (frequency > 0) & (frequency <= top)
@@ -84,11 +92,9 @@ def _panel(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
         return
     ax.plot(frequency[keep], forward, color=BLUE, linewidth=0.7, rasterized=True)
     ax.plot(-frequency[keep], backward, color=VERMILION, linewidth=0.7, rasterized=True)
-    loudest = float(max(forward.max(), backward.max()))
-    ax.set_ylim(loudest - 90, loudest + 15)
     ax.set_xlim(-top, top)
     ax.axvline(0.0, color=GREY, linewidth=0.6)
-    _orders(ax, analysis, (start + stop) / 2, top)
+    _orders(ax, analysis, at, top)
 
 
 def _orders(ax: Axes, analysis: Analysis, at: float, top: float) -> None:

@@ -18,12 +18,14 @@ from tdbmon.figures.style import (
     PURPLE,
     SKY,
     UM,
+    Margins,
     legend_below,
     new_figure,
     said,
     say,
     seen_ends,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ def gap_map(analysis: Analysis) -> Figure:
     """Draw the clearance circle of each end, and below it the settled radius over the angle, where micrometres show."""
     ends = seen_ends(analysis)
     figure = new_figure(142, said(analysis, "settled positions only, thinned", "not filtered"))
-    axes = figure.subplots(2, len(ends), squeeze=False, height_ratios=[1.7, 1])
+    axes = subplots(figure, 2, len(ends), Margins(16, 3, 11, 24, across=18, down=13), height_ratios=[1.9, 1])
     for column, end in enumerate(ends):
         _plan(axes[0, column], analysis, end)
         _strip(axes[1, column], analysis.ends[end].gap)

@@ -17,6 +17,7 @@ from tdbmon.figures.style import (
     PURPLE,
     UM,
     VERMILION,
+    Margins,
     centre_of,
     legend_below,
     new_figure,
@@ -24,6 +25,7 @@ from tdbmon.figures.style import (
     said,
     say,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -37,8 +39,8 @@ _DENSE = 500  # samples, beyond which the line is drawn as an image
 @styled
 def orbit_sequence(analysis: Analysis, end: str) -> Figure:
     """Draw six stretches of the orbit of an end with the clearance circle; small orbits are magnified and say so."""
-    figure = new_figure(112, said(analysis))
-    axes = figure.subplots(2, 3).ravel()
+    figure = new_figure(101, said(analysis))
+    axes = subplots(figure, 2, 3, Margins(15, 2, 14, 16, across=15, down=18)).ravel()
     spans = _spans(analysis, end)
     for ax, (name, start, stop) in zip(axes, spans, strict=False):
         _orbit(ax, analysis, end, name, start, stop)
@@ -114,7 +116,7 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")
     ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
     magnified = _frame(ax, analysis, end, xy)
-    ax.set_title(f"{end}, {name}{', magnified' if magnified else ''}\n{_span(start, stop)}", fontsize=7)
+    ax.set_title(f"{end}, {name}\n{_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7)
     _pulses(ax, analysis, t, xy)
 
 

@@ -17,11 +17,13 @@ from tdbmon.figures.style import (
     PURPLE,
     SKY,
     VERMILION,
+    Margins,
     legend_below,
     mark_phases,
     new_figure,
     say,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -49,7 +51,8 @@ def speed_decay(analysis: Analysis) -> Figure:
     figure = new_figure(
         105, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
     )
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.8, 1])
+    margins = Margins(15, 3, 11, 20, down=5)
+    upper, lower = subplots(figure, 2, 1, margins, height_ratios=[1.8, 1], sharex=True)[:, 0]
     upper.set_xlim(float(time[0]), float(time[-1]))
     mark_phases(upper, analysis, names=True)
     upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
@@ -63,7 +66,6 @@ def speed_decay(analysis: Analysis) -> Figure:
         _law(upper, lower, rundown, at, means)
     _standstill(upper, rundown)
     legend_below(figure)
-    figure.align_ylabels()
     return figure
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec
 
 import numpy as np
 from matplotlib import rc_context
@@ -12,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
+    from matplotlib.cm import ScalarMappable
+
     from tdbmon.analysis.result import Analysis
 
 P = ParamSpec("P")
@@ -45,7 +48,6 @@ STYLE: dict[Any, Any] = {
     "legend.edgecolor": LIGHT,
     "legend.borderpad": 0.3,
     "legend.handlelength": 1.6,
-    "figure.titlesize": 7.5,
     "axes.linewidth": 0.6,
     "axes.grid": True,
     "axes.axisbelow": True,
@@ -75,10 +77,65 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 def new_figure(height_mm: float, note: str = "") -> Figure:
     """Return an empty figure of the page's width; `note` says above it what was drawn."""
-    figure = Figure(figsize=(WIDTH_MM / 25.4, height_mm / 25.4), layout="constrained")
+    figure = Figure(figsize=(WIDTH_MM / 25.4, height_mm / 25.4))
     if note:
-        figure.suptitle(note, x=0.01, ha="left", color=GREY, fontsize=7)
+        figure.text(0.008, 1 - 1.5 / height_mm, note, va="top", color=GREY, fontsize=7)
     return figure
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Room about and between the axes of a figure, mm.
+
+    Stated, not found: matplotlib's constrained layout takes as long as all the drawing.  A test holds that nothing is
+    clipped.
+    """
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+    across: float = 0.0
+    down: float = 0.0
+
+
+def subplots(
+    figure: Figure,
+    rows: int,
+    columns: int,
+    margins: Margins,
+    height_ratios: list[float] | None = None,
+    sharex: bool = False,
+    sharey: bool | Literal["row"] = False,
+) -> np.ndarray:
+    """Return axes (rows, columns) that fill the figure up to its margins."""
+    width, height = (float(inches) * 25.4 for inches in figure.get_size_inches())
+    wide = (width - margins.left - margins.right - (columns - 1) * margins.across) / columns
+    high = (height - margins.top - margins.bottom - (rows - 1) * margins.down) / rows
+    axes: np.ndarray = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        sharex=sharex,
+        sharey=sharey,
+        height_ratios=height_ratios,
+        gridspec_kw={
+            "left": margins.left / width,
+            "right": 1 - margins.right / width,
+            "top": 1 - margins.top / height,
+            "bottom": margins.bottom / height,
+            "wspace": margins.across / wide,
+            "hspace": margins.down / high,
+        },
+    )
+    return axes
+
+
+def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
+    """Draw a colour bar into the right margin (of at least 21 mm)."""
+    width = float(figure.get_size_inches()[0]) * 25.4
+    axes = figure.add_axes((1 - 18 / width, 0.2, 2.5 / width, 0.6), label="<colorbar>")
+    figure.colorbar(image, cax=axes, label=label)
 
 
 def said(analysis: Analysis, *more: str) -> str:
@@ -121,7 +178,9 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)
     if found:
-        figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns, frameon=False)
+        figure.legend(
+            list(found.values()), list(found), loc="lower center", ncols=columns, frameon=False, borderaxespad=0.2
+        )
 
 
 def say(ax: Axes, words: str) -> None:

@@ -17,6 +17,7 @@ from tdbmon.figures.style import (
     GREY,
     PURPLE,
     UM,
+    Margins,
     centre_of,
     legend_below,
     mark_phases,
@@ -25,6 +26,7 @@ from tdbmon.figures.style import (
     said,
     seen_ends,
     styled,
+    subplots,
 )
 
 if TYPE_CHECKING:
@@ -54,7 +56,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     how = "least and largest of each bin drawn" if thinned else "every sample drawn"
     ends = seen_ends(analysis)
     figure = new_figure(16 + 23 * 2 * len(ends), said(analysis, "not filtered", how))
-    axes = figure.subplots(2 * len(ends), 1, sharex=True, squeeze=False)[:, 0]
+    axes = subplots(figure, 2 * len(ends), 1, Margins(17, 3, 10, 16, down=4), sharex=True)[:, 0]
     for i, end in enumerate(ends):
         for j, axis in enumerate(("y", "x")):
             ax = axes[2 * i + j]
@@ -71,10 +73,10 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
             _clearance(ax, analysis, end, axis)
             _events(ax, analysis, end, start, stop)
             ax.set_ylabel(f"{end} {axis} [µm]")
+            ax.yaxis.set_label_coords(-11 / 150, 0.5)
             ax.margins(y=0.08)
     axes[-1].set_xlabel("time from the record's first sample [s]")
-    figure.align_ylabels()
-    legend_below(figure)
+    legend_below(figure, 4)
     return figure
 
 

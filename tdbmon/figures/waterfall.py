@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
-from tdbmon.figures.style import AXIS_WORD, GREY, new_figure, said, seen_ends, styled
+from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -32,8 +32,8 @@ def waterfall(analysis: Analysis) -> Figure:
     top_hz = top_frequency(analysis, float(frequency[-1]))
     keep = frequency <= top_hz
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
-    figure = new_figure(135, said(analysis, window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"))
-    axes = figure.subplots(2, len(ends), sharex=True, sharey=True, squeeze=False)
+    figure = new_figure(112, said(analysis, window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"))
+    axes = subplots(figure, 2, len(ends), Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     amplitude = spectra.amplitude.sel(end=ends).to_numpy()[..., keep]
     limits = colour_limits(decibel(amplitude))
     half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
@@ -56,7 +56,5 @@ def waterfall(analysis: Analysis) -> Figure:
                 ax.set_xlabel("frequency [Hz]")
             if column == 0:
                 ax.set_ylabel("time [s]")
-    bar = figure.colorbar(image, ax=axes, shrink=0.6, aspect=30)
-    bar.set_label(f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
-    bar.outline.set_edgecolor(GREY)
+    colour_bar(figure, image, f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
     return figure

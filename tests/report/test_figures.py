@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -54,38 +55,33 @@ def test_every_axis_has_a_label_with_its_unit(name: str, short: Analysis) -> Non
     for ax in DRAW[name](short).axes:
         if not ax.axison:
             continue
-        shared = ax.get_shared_x_axes().get_siblings(ax)
-        labels = [ax.get_ylabel(), max((other.get_xlabel() for other in shared), key=len)]
+        # axes that share an axis say it once
+        across, upright = ax.get_shared_x_axes().get_siblings(ax), ax.get_shared_y_axes().get_siblings(ax)
+        labels = [max((a.get_xlabel() for a in across), key=len), max((a.get_ylabel() for a in upright), key=len)]
         if ax.get_label() == "<colorbar>":
             labels = [ax.get_ylabel() or ax.get_xlabel()]
         for label in labels:
             assert re.search(r"\[.+\]", label), f"{name}: '{label}' has no unit"
 
 
+@pytest.mark.parametrize("which", ["short", "coastdown"])
 @pytest.mark.parametrize("name", DRAW)
-def test_no_text_is_clipped_by_the_edge_of_the_figure(name: str, coastdown: Analysis) -> None:
-    figure = _rendered(DRAW[name](coastdown))
+def test_nothing_is_clipped_by_the_edge_of_the_figure(name: str, which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(DRAW[name](request.getfixturevalue(which)))
+    box = figure.get_tightbbox(figure.canvas.get_renderer())  # type: ignore[attr-defined]
+    width, height = figure.get_size_inches()
+    assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, (name, box)
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+@pytest.mark.parametrize("name", DRAW)
+def test_no_axes_with_their_labels_cover_others(name: str, which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(DRAW[name](request.getfixturevalue(which)))
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    edge = figure.bbox
-    for text in figure.findobj(Text):
-        if not text.get_visible() or not text.get_text().strip():
-            continue
-        box = text.get_window_extent(renderer)
-        axes = text.axes
-        if axes is not None and not axes.axison:
-            continue
-        inside = box.x0 > edge.x0 - 1 and box.x1 < edge.x1 + 1 and box.y0 > edge.y0 - 1 and box.y1 < edge.y1 + 1
-        # ticks beyond the limits of their axis keep a text that is not drawn
-        hidden = axes is not None and text in [*axes.get_xticklabels(), *axes.get_yticklabels()] and not _shown(text)
-        assert inside or hidden, f"{name}: '{text.get_text()}' at {box}"
-
-
-def _shown(tick_label: Text) -> bool:
-    axes = tick_label.axes
-    x, y = tick_label.get_position()
-    if tick_label in axes.get_xticklabels():
-        return min(axes.get_xlim()) <= x <= max(axes.get_xlim())
-    return min(axes.get_ylim()) <= y <= max(axes.get_ylim())
+    parts = [*(ax for ax in figure.axes if ax.axison), *figure.legends, *figure.texts]
+    boxes = [part.get_tightbbox(renderer).padded(-1.5) for part in parts]
+    for (i, a), (j, b) in itertools.combinations(enumerate(boxes), 2):
+        assert not a.overlaps(b), f"{name}: {parts[i]} covers {parts[j]}"
 
 
 @pytest.mark.parametrize("name", DRAW)

@@ -1,0 +1,147 @@
+"""The tree of a report, and what it says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.record.finding import Check
+from tdbmon.report import Document, build_report
+from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
+from tdbmon.report.quantity import words
+
+
+def _words(document: Document) -> str:
+    """Everything that a reader reads, figures apart."""
+    found = [document.title, document.subtitle, document.note]
+    for section in document.sections:
+        found.append(section.title)
+        for block in section.blocks:
+            if isinstance(block, Paragraph | Verdict):
+                found.append(block.text)
+            elif isinstance(block, Table):
+                found += [block.caption, *block.header, *(cell for row in block.rows for cell in row.cells)]
+            elif isinstance(block, Figure):
+                found += [block.caption, block.alt]
+    return "\n".join(found)
+
+
+def _summary(document: Document) -> Section:
+    return document.sections[0]
+
+
+def test_a_table_with_a_cell_too_few_is_refused() -> None:
+    with pytest.raises(ValueError, match="2 cells under 3 headings"):
+        Table("t", ("a", "b", "c"), (Row(("1", "2")),))
+
+
+def test_a_figure_name_that_could_leave_its_folder_is_refused() -> None:
+    with pytest.raises(ValueError, match="may hold"):
+        Figure("../x", "caption", "alt", lambda: None)  # type: ignore[arg-type,return-value]
+
+
+def test_the_report_has_its_evidence(coastdown: Analysis) -> None:
+    document = build_report(coastdown)
+    names = {figure.name for figure in document.figures}
+    assert names >= {
+        "first-contacts", "whole-record", "orbits-1", "orbits-2", "centreline", "gap-map", "first-contact",
+        "speed-decay", "waterfall", "cascade", "full-spectrum", "bode",
+    }  # fmt: skip
+    assert len(names) == len(document.figures)
+    assert all(figure.alt and figure.caption for figure in document.figures)
+    assert any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
+
+
+def test_the_summary_carries_the_numbers_of_the_analysis(coastdown: Analysis) -> None:
+    said = _words(replace(build_report(coastdown), sections=(_summary(build_report(coastdown)),)))
+    assert coastdown.rundown is not None
+    assert words(coastdown.rundown.initial) in said
+    for end in coastdown.ends.values():
+        assert words(end.air_gap) in said
+        assert words(end.stiffness) in said
+        assert end.contacts is not None and end.contacts.first is not None
+        assert words(end.contacts.first.rebound) in said
+    assert coastdown.machine.name in said
+
+
+def test_the_parts_of_the_gap_add_up_on_paper(coastdown: Analysis) -> None:
+    for end in coastdown.ends.values():
+        assert end.gap is not None and end.gap.radius.value is not None and end.air_gap.value is not None
+        total = end.travel.balls + end.travel.contact + end.travel.support
+        assert end.gap.radius.value - total == pytest.approx(end.air_gap.value, abs=1e-9)
+
+
+def test_a_failed_check_is_on_the_first_page_and_first_in_its_table(short: Analysis) -> None:
+    broken = Check("dead", "DE_A", False, "does not move: 0.00 um pk-pk")
+    document = build_report(replace(short, checks=(*short.checks, broken)))
+    verdicts = [block for block in _summary(document).blocks if isinstance(block, Verdict)]
+    assert verdicts[0].tone == "attention"
+    assert f"1 of {len(short.checks) + 1} checks" in verdicts[0].text and broken.detail in verdicts[0].text
+    table = next(block for block in document.sections[1].blocks if isinstance(block, Table))
+    assert table.rows[0].cells == ("dead", "DE_A", broken.detail)
+
+
+def _with_gap_tolerance(analysis: Analysis, end: str, low: float, high: float) -> Analysis:
+    from tdbsim.machine import Tolerant
+
+    drawn = Tolerant(nominal=(low + high) / 2, low=low, high=high)
+    bearings = tuple(
+        b.model_copy(update={"radial_gap": drawn}) if b.name == end else b for b in analysis.machine.touchdown_bearings
+    )
+    return replace(analysis, machine=analysis.machine.model_copy(update={"touchdown_bearings": bearings}))
+
+
+@pytest.mark.parametrize(
+    ("offsets", "verdict"),
+    [
+        ((-50e-6, 50e-6), "inside"),
+        ((20e-6, 40e-6), "outside"),
+        ((-40e-6, -20e-6), "outside"),
+        ((0.0, 40e-6), "not decided"),
+    ],
+)
+def test_the_gap_is_held_against_the_drawing(coastdown: Analysis, offsets: tuple[float, float], verdict: str) -> None:
+    gap = coastdown.ends["DE"].air_gap.value
+    assert gap is not None
+    document = build_report(_with_gap_tolerance(coastdown, "DE", gap + offsets[0], gap + offsets[1]))
+    tables = [block for block in _summary(document).blocks if isinstance(block, Table)]
+    row = next(row for table in tables for row in table.rows if row.cells[0] == "Air gap, DE")
+    assert row.cells[3].startswith(verdict)
+    marked = [b.text for b in _summary(document).blocks if isinstance(b, Verdict) and b.text.startswith("Air gap, DE")]
+    assert bool(marked) == (verdict != "inside")
+
+
+def test_what_is_missing_is_said_with_its_reason(short: Analysis) -> None:
+    bare = replace(
+        short, rundown=None, swing=None, release=None, lines=(), tracks=None, angle=None, whirl={}, phases=()
+    )
+    bare = replace(bare, ends={k: replace(e, gap=None, contacts=None) for k, e in short.ends.items()})
+    said = _words(build_report(bare))
+    for phrase in ("holds no speed", "no first contact was found", "does not settle", "The release was not found"):
+        assert phrase in said
+
+
+def test_a_record_of_speed_alone_still_gives_a_report(coastdown: Analysis) -> None:
+    bare = replace(
+        coastdown, planes=None, release=None, phases=(), ends={}, swing=None, angle=None, waterfall=None, lines=(),
+        whirl={}, tracks=None,
+    )  # fmt: skip
+    document = build_report(bare)
+    assert [figure.name for figure in document.figures] == ["speed-decay"]
+    assert coastdown.rundown is not None and words(coastdown.rundown.initial) in _words(document)
+
+
+def test_synthetic_records_are_called_so(short: Analysis) -> None:
+    assert build_report(short, note="This record is synthetic.").note == "This record is synthetic."
+    record = short.record.copy()
+    record.attrs = {**record.attrs, "synthetic": 1}
+    assert "synthetic" in build_report(replace(short, record=record)).note
+    assert build_report(short).note == ""
+
+
+def test_provenance_is_complete(short: Analysis) -> None:
+    said = _words(build_report(short))
+    assert short.record.attrs["sha256"] in said
+    assert "drop_100.nc" in said and "tdbmon 0." in said

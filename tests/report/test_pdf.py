@@ -1,0 +1,63 @@
+"""The PDF report."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import pytest
+from pypdf import PdfReader
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.report import build_report
+from tdbmon.report.pdf import render_pdf
+
+
+def _text(pdf: bytes) -> str:
+    return "\n".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)
+
+
+def _squeezed(text: str) -> str:
+    """Without white space and soft break points, which line breaking moves."""
+    return re.sub(r"[\s\u200b]+", "", text)
+
+
+@pytest.fixture(scope="module")
+def pdf(short: Analysis) -> bytes:
+    return render_pdf(build_report(short, note="This record is synthetic."))
+
+
+def test_it_is_a_pdf_for_the_archive_in_a4(pdf: bytes) -> None:
+    reader = PdfReader(io.BytesIO(pdf))
+    assert 5 <= len(reader.pages) <= 16
+    for page in reader.pages:
+        assert (float(page.mediabox.width), float(page.mediabox.height)) == pytest.approx((595.28, 841.89), abs=0.1)
+    assert b"pdfaid:part" in pdf or "pdfaid" in str(reader.xmp_metadata and reader.xmp_metadata.stream.get_data())
+
+
+def test_it_holds_the_numbers_and_the_provenance(pdf: bytes, short: Analysis) -> None:
+    from tdbmon.report.quantity import words
+
+    text = _squeezed(_text(pdf))
+    for end in short.ends.values():
+        assert _squeezed(words(end.air_gap)) in text
+    assert short.record.attrs["sha256"] in text
+    assert "Thisrecordissynthetic." in text
+
+
+def test_every_page_names_the_machine_and_its_number(pdf: bytes, short: Analysis) -> None:
+    pages = PdfReader(io.BytesIO(pdf)).pages
+    for number, page in enumerate(pages, start=1):
+        text = _squeezed(page.extract_text())
+        assert _squeezed(short.machine.name) in text
+        assert f"{number}/{len(pages)}" in text
+
+
+def test_the_same_analysis_gives_the_same_bytes(pdf: bytes, short: Analysis) -> None:
+    assert render_pdf(build_report(short, note="This record is synthetic.")) == pdf
+
+
+def test_markup_in_names_stays_text(hostile: Analysis) -> None:
+    text = _squeezed(_text(render_pdf(build_report(hostile, note=hostile.machine.name))))
+    assert _squeezed(hostile.machine.name) in text
+    assert "#sys.inputs*b*_i_@ref" in text
