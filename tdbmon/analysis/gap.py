@@ -113,7 +113,7 @@ def fit_gap(
         arc = _Arc.of(steady, slow, machine.gravity, circle)
         if len(arc.angle) < 6:
             return None
-        alone = _fit_circle(arc, circle, travel.per_load)
+        alone = _fit_circle(arc, travel.per_load)
         circle = alone[0][:3]
     sigma = float(np.sqrt(alone[1][2, 2]))
     if sigma > _WORST and from_swing is None:
@@ -123,7 +123,7 @@ def fit_gap(
     if from_swing is not None and from_swing.value is not None:
         agrees = _overlap(from_arc, from_swing)
         if agrees:
-            solution, covariance = _fit_circle(arc, circle, travel.per_load, from_swing)
+            solution, covariance = _fit_circle(arc, travel.per_load, from_swing)
     return _gap(steady, arc, solution, covariance, settled, from_arc, agrees)
 
 
@@ -165,6 +165,7 @@ class _Arc:
     load: np.ndarray
     sigma: np.ndarray
     halfwidth: float
+    centre: np.ndarray
 
     @classmethod
     def of(cls, xy: np.ndarray, rate: float, gravity: float, circle: np.ndarray) -> _Arc:
@@ -196,13 +197,13 @@ class _Arc:
             values = [float(np.mean(m[kept])) for m in means]
             columns.append((*values, spread / np.sqrt(blocks)))
         table = np.array(columns).reshape(-1, 4)
-        return cls(*table.T, halfwidth=float(np.quantile(np.abs(angle), 0.98)))
+        return cls(table[:, 0], table[:, 1], table[:, 2], table[:, 3], float(np.quantile(np.abs(angle), 0.98)), circle[:2])
 
 
 def _fit_circle(
-    arc: _Arc, circle: np.ndarray, per_load: float, known: Estimate | None = None
+    arc: _Arc, per_load: float, known: Estimate | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fit centre, radius and deflection a unit of load to the binned arc about `circle`; with covariance.
+    """Fit centre, radius and deflection a unit of load to the binned arc; with covariance.
 
     The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
     added, at least `_COMMON` and more until the arc fits (reduced chi-square one).
@@ -225,7 +226,7 @@ def _fit_circle(
         if chi <= 1.0:
             break
         common *= 1.3
-    p[:2] += circle[:2]
+    p[:2] += arc.centre
     return p, np.linalg.inv(normal)
 
 
