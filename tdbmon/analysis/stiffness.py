@@ -2,8 +2,12 @@
 
 The end's share M of the rotor mass on a spring swings about its position at rest.  Between passing that position inwards
 (t1) and outwards (t2) it makes half a period: w_k = pi / (t2 - t1), K_eq = M w_k^2 (N. Neisi, dissertation, LUT
-University, Eq. 3.3 and Sec. 4.3.1).  It is bearing and support in series, with the support's mass ignored, and the first
-guess of a fit of the whole first contact.
+University, Eq. 3.3 and Sec. 4.3.1).  It stands for bearing and support in series and is the first guess of a fit of the
+whole first contact.
+
+The model leaves out the support's mass and the other end, whose impact lengthens or shortens this contact.  On 80 simulated
+first contacts of the shipped machine (four speeds, random set-points) it gave 0.40 to 1.05 times the stiffness peak force
+over travel (2.5 % and 97.5 % quantile); the interval carries that.
 """
 
 from __future__ import annotations
@@ -14,11 +18,13 @@ from tdbmon.analysis.contacts import FirstContact
 from tdbmon.estimate import Estimate
 
 
+_MODEL = (0.40, 1.05)  # single-mass value over peak force by travel, 2.5 % and 97.5 % quantile (see above)
+
+
 def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     """Return K_eq, N/m, for the end's share of the rotor mass, kg.
 
-    The interval carries the instants' only: that one mass on one spring is a coarse model of rotor, bearing and support
-    is not in it.
+    The interval is that of bearing and support in series: it carries the instants' uncertainty and the model's.
     """
     if first is None:
         return Estimate.missing("N/m", "no first contact was found")
@@ -33,8 +39,8 @@ def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     sigma = ((t1.high - t1.value) + (t2.high - t2.value)) / 1.96
     return Estimate(
         float(stiffness),
-        float(mass * (np.pi / (half + 1.96 * sigma)) ** 2),
-        float(mass * (np.pi / max(half - 1.96 * sigma, 0.1 * half)) ** 2),
+        float(mass * (np.pi / (half + 1.96 * sigma)) ** 2) / _MODEL[1],
+        float(mass * (np.pi / max(half - 1.96 * sigma, 0.1 * half)) ** 2) / _MODEL[0],
         "N/m",
-        "half a period about the position at rest, single mass",
+        "half a period about the position at rest, single mass; interval: bearing and support in series",
     )

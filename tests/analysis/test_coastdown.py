@@ -1,0 +1,144 @@
+"""The whole analysis of the shipped coast-downs against what the rig program used (synthetic, other code)."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import pytest
+from tdbsim.modes import supported
+from tdbsim.rotor import static_loads
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.contract import analysis_json
+from tdbmon.analysis.rest import rest_travel
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+
+@pytest.fixture(scope="module", params=["drop_100", "drop_150"])
+def result(request, coastdown, machine):
+    if request.param == "drop_100":
+        return coastdown
+    return analyse(read(shipped("coastdown/drop_150.nc")), machine)
+
+
+def true_bearing(machine, answer, end):
+    """The machine's bearing with the values that the rig program used."""
+    bearing, truth = machine.bearing(end), answer["ends"][end]
+    exact = {
+        "radial_gap": truth["radial_gap_m"],
+        "support_stiffness": truth["support_stiffness_y_n_per_m"],
+        "support_damping": truth["support_damping_n_s_per_m"],
+    }
+    parts = {
+        name: getattr(bearing, name).model_copy(update={"nominal": v, "low": v, "high": v}) for name, v in exact.items()
+    }
+    clearance = bearing.balls.diametral_clearance.model_copy(update={"nominal": truth["ball_clearance_m"]})
+    return bearing.model_copy(
+        update={**parts, "balls": bearing.balls.model_copy(update={"diametral_clearance": clearance})}
+    )
+
+
+def test_release_is_found_within_a_fifth_of_a_millisecond(result, coastdown_answer):
+    found, truth = result.release.time, coastdown_answer["release_time_s"]
+    assert found.value == pytest.approx(truth, abs=2e-4)
+    assert found.low <= truth <= found.high
+    assert not result.release.force_decay.known
+
+
+def test_gaps_hold_the_truth(result, machine, rotor, coastdown_answer):
+    for end, found in result.ends.items():
+        bearing = true_bearing(machine, coastdown_answer, end)
+        gap = bearing.radial_gap.nominal
+        at_rest = gap + rest_travel(bearing, static_loads(machine, rotor)[end]).total
+        assert found.air_gap.low <= gap <= found.air_gap.high
+        assert found.air_gap.high - found.air_gap.low < 10e-6
+        for radius in (found.gap.radius, found.gap_from_swing):
+            assert radius.low <= at_rest <= radius.high
+        assert found.gap.lower.low <= at_rest <= found.gap.upper.high
+        assert found.gap.agrees
+
+
+def test_decay_time_within_a_percent_and_the_constant_drag_found(result, coastdown_answer):
+    rundown = result.rundown
+    assert rundown.decay_time.value == pytest.approx(coastdown_answer["speed_decay_time_s"], rel=0.01)
+    chosen = [model for model in rundown.models if model.chosen]
+    assert [model.name for model in chosen] == ["exponential + constant"]
+    assert rundown.drag_torque.low > 0
+
+
+def test_stiffness_holds_bearing_and_support_in_series(result, machine, rotor, coastdown_answer):
+    """The static stiffness of the series with the true values; the interval carries the single-mass model's error."""
+    for end, found in result.ends.items():
+        load = static_loads(machine, rotor)[end]
+        series = load / rest_travel(true_bearing(machine, coastdown_answer, end), load).per_load
+        assert found.stiffness.low <= series <= found.stiffness.high
+
+
+def test_lines_are_those_of_swing_bending_mains_and_rotation(result, machine, rotor, coastdown_answer):
+    lines = {line.name: line for line in result.lines}
+    assert {"swing 1", "swing 2", "2 x swing 1", "1X", "mains"} <= set(lines)
+    assert lines["1X"].kind == "order"
+    assert lines["mains"].frequency.low <= 50.0 <= lines["mains"].frequency.high
+    # bending on bearings and supports with the true values, linear about the static load
+    loads = static_loads(machine, rotor)
+    stiffness = {
+        e: loads[e] / rest_travel(true_bearing(machine, coastdown_answer, e), loads[e]).per_load for e in machine.ends
+    }
+    first = supported(machine, rotor, stiffness, 0.0, 2).frequencies[0]
+    assert lines["bending 1"].kind == "constant"
+    assert lines["bending 1"].frequency.value == pytest.approx(first, rel=0.05)
+
+
+def test_the_swing_is_quiet_about_whirl(result):
+    assert not any(whirl.full for whirl in result.whirl.values())
+
+
+def test_every_check_passes_on_a_sound_record(result):
+    assert all(check.passed for check in result.checks), [c for c in result.checks if not c.passed]
+
+
+def test_phases_follow_each_other(result):
+    assert [phase.name for phase in result.phases] == ["levitated", "fall", "contacts", "run-down", "rest"]
+
+
+def test_the_json_is_plain(result):
+    text = json.dumps(analysis_json(result), allow_nan=False)
+    assert "NaN" not in text
+
+
+def test_results_are_frozen(result):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.release.time = None
+
+
+def test_a_record_with_speed_alone_gets_the_speed_analysis(coastdown_record, machine):
+    alone = analyse(coastdown_record[["speed"]], machine)
+    assert alone.planes is None
+    assert alone.ends == {}
+    assert alone.rundown.decay_time.known
+    assert any(not c.passed for c in alone.checks)
+
+
+def test_a_record_with_displacement_alone_gets_the_rest(machine):
+    record = read(shipped("short/drop_100.nc")).drop_vars(["speed", "keyphasor"])
+    alone = analyse(record, machine)
+    assert alone.rundown is None
+    assert alone.release.time.value == pytest.approx(0.1, abs=2e-4)
+    assert alone.ends["DE"].gap is not None
+    assert alone.lines == ()
+
+
+def test_keyphasor_alone_gives_the_speed(coastdown_record, machine):
+    alone = analyse(coastdown_record.drop_vars("speed"), machine)
+    assert alone.rundown.decay_time.value == pytest.approx(11.74, rel=0.01)
+
+
+def test_one_end_alone_is_analysed_at_its_probes(machine):
+    record = read(shipped("short/drop_100.nc")).drop_vars(["DE_A", "DE_B"])
+    result = analyse(record, machine)
+    assert result.ends["NDE"].plane == "probe"
+    assert result.ends["NDE"].gap is not None
+    assert result.ends["DE"].plane == "none"
+    assert not result.ends["DE"].air_gap.known

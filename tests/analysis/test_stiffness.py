@@ -1,0 +1,50 @@
+"""The single-mass stiffness against simulated first contacts, where the force is known (same model, synthetic)."""
+
+from __future__ import annotations
+
+import numpy as np
+from tdbsim.rotor import static_loads
+from tdbsim.simulate import DropPlan, simulate
+
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.contacts import find_contacts
+from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.rest import rest_travel
+from tdbmon.analysis.stiffness import single_mass_stiffness
+from tdbmon.estimate import Estimate
+
+
+def test_intervals_hold_peak_force_over_travel(machine, rotor):
+    """24 first contacts with set-points of their own: at least nine in ten intervals hold bearing and support in series."""
+    loads = static_loads(machine, rotor)
+    rng = np.random.default_rng(11)
+    held, forces = [], []
+    for speed in (60.0, 100.0, 150.0, 210.0) * 3:
+        points = tuple(tuple(rng.uniform(-30e-6, 30e-6, 2)) for _ in range(2))
+        drop = simulate(machine, DropPlan(speed, 0.05, set_point=points, shaft_angle=rng.uniform(0, 6.28)))
+        planes = to_planes(drop, machine)
+        for i, end in enumerate(machine.ends):
+            bearing = machine.bearing(end)
+            travel = rest_travel(bearing, loads[end])
+            clearance = bearing.balls.diametral_clearance.nominal
+            radius = bearing.radial_gap.nominal + travel.total
+            sure = [Estimate.from_sigma(v, 0.3e-6, "um", "") for v in (radius, 0.0)]
+            circle = Gap(
+                sure[0], sure[0], (sure[1], sure[1]), sure[0], sure[0], None, sure[1], 0.05, 0.0, np.zeros((1, 2))
+            )  # fmt: skip
+            first = find_contacts(planes, end, circle, travel, clearance, 0.0, machine.gravity).first
+            found = single_mass_stiffness(first, loads[end] / machine.gravity)
+            inside = (drop.time.values >= first.touch.value) & (
+                drop.time.values <= first.touch.value + first.duration.value
+            )
+            force = drop.normal_force.values[i][inside].max()
+            reach = np.hypot(*planes.displacement.sel(end=end).values)[inside].max()
+            series = force / (reach - (radius - travel.total + clearance / 2))
+            held.append(found.low <= series <= found.high)
+            forces.append(force)
+    assert min(forces) > 1000  # every case is an impact
+    assert np.mean(held) >= 0.9
+
+
+def test_what_was_not_found_is_missing():
+    assert single_mass_stiffness(None, 50.0).why == "no first contact was found"
