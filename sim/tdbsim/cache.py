@@ -85,12 +85,13 @@ def reassociated(function: Callable[..., Any]) -> Any:
 def _kept(function: Callable[..., Any], fastmath: Any) -> Any:
     import numba
 
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(kernel_folder())
+    config: Any = numba.config
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(kernel_folder())
     try:
         return numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=fastmath)(function)
     finally:
-        numba.config.CACHE_DIR = before  # other libraries keep their own folder
+        config.CACHE_DIR = before  # other libraries keep their own folder
 
 
 def inlined(function: Callable[..., Any]) -> Any:

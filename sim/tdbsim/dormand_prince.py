@@ -86,9 +86,7 @@ def integrate(m, y, t, step, largest, rtol, scale, times, out):  # type: ignore[
                     bump = 0.0
                     for r in range(7):
                         bump += DENSE[r] * k[r, c]
-                    out[row, c] = y[c] + theta * (
-                        change + rest * (start + theta * (finish + rest * step * bump))
-                    )
+                    out[row, c] = y[c] + theta * (change + rest * (start + theta * (finish + rest * step * bump)))
                 row += 1
             t += step
             steps += 1

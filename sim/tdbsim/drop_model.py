@@ -125,6 +125,10 @@ class DropModel:
         """Modes a plane."""
         return self.modes.n
 
+    def copy(self) -> DropModel:
+        """Return a model with arrays of its own, to be changed without changing this one."""
+        return DropModel(self.machine, self.modes, Arrays(*(array.copy() for array in self.arrays)), self.effects)
+
 
 def build_model(
     machine: Machine, effects: Sequence[Effect] = (), bending_per_plane: int = 4, attachment: bool = True
@@ -183,11 +187,13 @@ def _check_end(row: Array, bearing: TouchdownBearing) -> None:
 
 def _modes(machine: Machine, bending_per_plane: int, attachment: bool) -> Modes:
     # what the modes depend on, and nothing else, so that calibration of the rest finds them again
+    rotor = machine.rotor
     stripped = (
-        machine.rotor.sections, machine.rotor.disks, machine.rotor.elastic_modulus, machine.rotor.density,
-        machine.rotor.poisson_ratio, machine.rotor.modal_damping_ratio,
-        tuple(part.position for part in (*machine.rotor.unbalance, *machine.magnetic_bearings)),
-        tuple(part.position for part in machine.touchdown_bearings), tuple(part.position for part in machine.probes),
+        rotor.sections, rotor.disks, rotor.elastic_modulus, rotor.density, rotor.poisson_ratio, rotor.modal_damping_ratio,
+        tuple(plane.position for plane in rotor.unbalance),
+        tuple(magnet.position for magnet in machine.magnetic_bearings),
+        tuple(bearing.position for bearing in machine.touchdown_bearings),
+        tuple(probe.position for probe in machine.probes),
     )  # fmt: skip
     return _cached_modes(_Shaft(machine, stripped), bending_per_plane, attachment)
 
@@ -226,8 +232,8 @@ def _arrays(machine: Machine, modes: Modes) -> Arrays:
     magnets = machine.magnetic_bearings
     at_magnet = np.array([modes.at(magnet.position) for magnet in magnets]).reshape(len(magnets), n)
     magnet = np.zeros((len(magnets), MAGNET_COLUMNS))
-    for row, bearing in zip(magnet, magnets, strict=True):
-        row[MAGNET_STIFFNESS], row[MAGNET_DAMPING] = bearing.stiffness.nominal, bearing.damping.nominal
+    for row, each in zip(magnet, magnets, strict=True):
+        row[MAGNET_STIFFNESS], row[MAGNET_DAMPING] = each.stiffness.nominal, each.damping.nominal
     spin = np.zeros(SPIN_COLUMNS)
     decay = machine.rotor.speed_decay_time
     spin[INERTIA], spin[GRAVITY] = rotor.polar_inertia, machine.gravity

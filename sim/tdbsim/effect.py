@@ -18,7 +18,7 @@ import importlib
 import math
 import pkgutil
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cache
 from types import ModuleType
@@ -96,7 +96,8 @@ class Parameter:
             raise InputError(f"{owner}: {self.name} {value!r} is not a number in {self.si}")
         if value == self.off:
             return
-        if not self.low <= value <= self.high:
+        slack = 1e-9 * max(abs(self.low), abs(self.high))  # of rounding between units
+        if not self.low - slack <= value <= self.high + slack:
             raise InputError(
                 f"{owner}: {self.name} {self.text(value)} is out of bounds;"
                 f" give {self.text(self.low)} to {self.text(self.high)}"
@@ -126,9 +127,8 @@ def parameter(
 ) -> Any:
     """Declare a parameter as a dataclass field; off, bounds and typical are written in `unit`."""
     si = unit if si is None else si
-    # what a person reads is in `unit`; the factor is applied once, where the declaration is made (`_parameters`)
     raw = {"si": si, "unit": unit, "off": off, "bounds": bounds, "typical": typical, "meaning": meaning, "whole": whole}
-    return field(default=off * _factor(unit, si), metadata=raw)
+    return field(default=_si(off, unit, si), metadata=raw)
 
 
 def choice(words: tuple[str, ...], meaning: str) -> Any:
@@ -136,8 +136,8 @@ def choice(words: tuple[str, ...], meaning: str) -> Any:
     return field(default=words[0], metadata={"choices": words, "meaning": meaning})
 
 
-def _factor(unit: str, si: str) -> float:
-    return 1.0 if unit == si else scale(unit, si)
+def _si(value: float, unit: str, si: str) -> float:
+    return float(f"{value if unit == si else value * scale(unit, si):.12g}")
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,10 @@ class Effect:
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """Return the declared parameters; the first is the one that switches the effect off."""
-        return _parameters(cls)
+        known = _PARAMETERS.get(cls)
+        if known is None:
+            known = _PARAMETERS[cls] = _parameters(cls)
+        return known
 
     def __str__(self) -> str:
         """Return it as `parse` reads it."""
@@ -220,7 +223,9 @@ class Effect:
         raise NotImplementedError
 
 
-@cache
+_PARAMETERS: dict[type[Effect], tuple[Parameter, ...]] = {}
+
+
 def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
     found = []
     for each in fields(kind):
@@ -231,22 +236,17 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
             words = tuple(data["choices"])
             found.append(Parameter(each.name, "1", "1", words[0], 0.0, 0.0, 0.0, data["meaning"], choices=words))
             continue
-        factor = _factor(data["unit"], data["si"])
-        low, high = data["bounds"]
-        off = each.default if each.default is not MISSING else data["off"] * factor
-        found.append(
-            Parameter(
-                each.name, data["si"], data["unit"], off, low * factor, high * factor,
-                data["typical"] * factor, data["meaning"], data["whole"],
-            )
-        )  # fmt: skip
+        unit, si = data["unit"], data["si"]
+        low, high = (_si(bound, unit, si) for bound in data["bounds"])
+        off, typical = _si(data["off"], unit, si), _si(data["typical"], unit, si)
+        found.append(Parameter(each.name, si, unit, off, low, high, typical, data["meaning"], data["whole"]))
     return tuple(found)
 
 
 def planes(machine: Machine) -> dict[str, float]:
     """Return the positions of the named planes of the rotor: the unbalance planes, then the wheels."""
-    named = [*machine.rotor.disks, *machine.rotor.unbalance]
-    return {part.name: part.position for part in named}
+    wheels = {disk.name: disk.position for disk in machine.rotor.disks}
+    return wheels | {plane.name: plane.position for plane in machine.rotor.unbalance}
 
 
 def places(place: Place, machine: Machine) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ import numpy as np
 
 from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import compiled
-from tdbsim.contact import EXPONENT, elastic_force
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_STIFFNESS,
@@ -24,6 +23,7 @@ from tdbsim.columns import (
     RING_MASS,
     SUPPORT_MASS,
 )
+from tdbsim.contact import EXPONENT, elastic_force
 from tdbsim.hooks import ball
 from tdbsim.rhs import HEAT, contact_forces, positions, touching
 from tdbsim.support import spring_force

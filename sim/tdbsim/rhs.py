@@ -15,7 +15,6 @@ import math
 from tdbsim import hooks
 from tdbsim.ball_bearing import ring_force, ring_force_wavy
 from tdbsim.cache import compiled, inlined
-from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
@@ -52,6 +51,7 @@ from tdbsim.columns import (
     SUPPORT_DAMPING,
     SUPPORT_MASS,
 )
+from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.friction import friction_force
 from tdbsim.support import spring_force
 

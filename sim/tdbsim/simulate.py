@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -70,7 +70,7 @@ class DropPlan:
     shaft_angle: float = 0.0
     ring_angle: Pair = (0.0, 0.0)
     cage_angle: Pair = (0.0, 0.0)
-    sensors: SensorChain = SensorChain()
+    sensors: SensorChain = field(default_factory=SensorChain)
     seed: int = 0
     bending: int = 4
     attachment: bool = True
@@ -96,7 +96,9 @@ class DropPlan:
         if self.bending < 0:
             raise InputError(f"{self.bending} bending modes cannot be; give 0 or more")
         if round(self.seconds * self.sampling) < 1:
-            raise InputError(f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster")
+            raise InputError(
+                f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster"
+            )
 
 
 @dataclass(frozen=True, eq=False)

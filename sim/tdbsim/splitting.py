@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from tdbsim import hooks
+from tdbsim.ball_bearing import ring_force
 from tdbsim.cache import inlined, reassociated
 from tdbsim.columns import (
     BALL_COUNT,
@@ -54,7 +55,6 @@ from tdbsim.columns import (
 )
 from tdbsim.contact import elastic_force
 from tdbsim.friction import REGULAR_SLIP, friction_force
-from tdbsim.ball_bearing import ring_force
 from tdbsim.rhs import (
     DRAGGED,
     EXTERNAL,
@@ -67,7 +67,6 @@ from tdbsim.rhs import (
     WINDAGE,
     YIELDED,
     balls_on_ring,
-    positions,
     touching,
     windage_acceleration,
 )
@@ -246,7 +245,7 @@ def _kernel_for(modes: int) -> Any:
 
         for row in range(len(times)):
             span = times[row] - t
-            count = int(math.ceil(span / step - 1e-9)) if span > 0.0 else 0
+            count = math.ceil(span / step - 1e-9) if span > 0.0 else 0
             h = span / count if count > 0 else tabled
             if abs(h - tabled) > 1e-12 * step:
                 _swing_table(m, h, swings)
@@ -328,7 +327,9 @@ def _kernel_for(modes: int) -> Any:
                             )  # fmt: skip
                         turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
                         work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate  # the cage turns loaded balls along
-                        sx, sy = spring_force(columns, effect, end, place[i + 2] - place[i + 4], place[i + 3] - place[i + 5])
+                        sx, sy = spring_force(
+                            columns, effect, end, place[i + 2] - place[i + 4], place[i + 3] - place[i + 5]
+                        )
                         rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], dampers, s, end)
                         rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], dampers, s, end)
                         roll_x, roll_y, yield_x, yield_y = rvx - svx, rvy - svy, svx - fvx, svy - fvy

@@ -6,7 +6,6 @@ Nothing here comes from the simulator but the rotor's modes.
 from __future__ import annotations
 
 import numpy as np
-
 from tdbsim.modes import free_free
 from tdbsim.rotor import build_rotor
 
@@ -98,9 +97,7 @@ class PlainDrop:
         )
         balls = self.ball_force(ring - support, angles[1:]) + self.ball_damping * (dsupport - dring)
         ddring = (balls - force) / self.ring_mass - 1j * self.machine.gravity
-        ddsupport = (
-            -balls - self.support_stiffness * support - self.support_damping * dsupport
-        ) / self.support_mass
+        ddsupport = (-balls - self.support_stiffness * support - self.support_damping * dsupport) / self.support_mass
         ring_torque = -rub * (self.radius + self.gap) - self.drag * ring_speed / np.hypot(ring_speed, 1.0)
         return self.pack(
             dp, ddp, dring, dsupport, ddring, ddsupport, speeds, np.array([alpha, *(ring_torque / self.ring_inertia)])

@@ -327,9 +327,7 @@ def test_order_of_dormand_prince_during_contact(machine):
     errors = []
     for count in (20, 40, 80):
         out, step = np.empty((1, len(start))), finish[0] / count
-        dormand_prince.integrate(
-            model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out
-        )
+        dormand_prince.integrate(model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out)
         errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
     assert math.log2(errors[0] / errors[1]) > 4.5
     assert math.log2(errors[1] / errors[2]) > 4.5

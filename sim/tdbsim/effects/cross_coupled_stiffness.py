@@ -26,7 +26,7 @@ class CrossCoupledStiffness(Effect):
     place: ClassVar = Place.PLANE
     signature: ClassVar = "Work is done on the lateral motion; the rotor is pushed sideways of its displacement."
 
-    stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 5e5, "positive feeds whirl in the sense of rotation")
+    stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 2e5, "positive feeds whirl in the sense of rotation")
 
     def modify(self, draft: Draft) -> None:
         shape = draft.modes.at(planes(draft.machine)[self.where])

@@ -43,6 +43,9 @@ class FoundationMode(Effect):
     def measure(cls, drop: xr.Dataset, where: str) -> float:
         """Return the smallest support motion over contact force (rms) of the ends, m/N."""
         return min(
-            float(np.hypot(at["support_x"].std(), at["support_y"].std()) / np.hypot(at["force_x"].std(), at["force_y"].std()))
+            float(
+                np.hypot(at["support_x"].std(), at["support_y"].std())
+                / np.hypot(at["force_x"].std(), at["force_y"].std())
+            )
             for at in bearings(after_release(drop), where)
         )

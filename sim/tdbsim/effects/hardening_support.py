@@ -37,7 +37,10 @@ class HardeningSupport(Effect):
         """Return the smaller one, over the ends, of contact force over support motion (rms), N/m."""
         fallen = bearings(after_release(drop), where)
         return min(
-            float(np.hypot(at["force_x"].std(), at["force_y"].std()) / np.hypot(at["support_x"].std(), at["support_y"].std()))
+            float(
+                np.hypot(at["force_x"].std(), at["force_y"].std())
+                / np.hypot(at["support_x"].std(), at["support_y"].std())
+            )
             for at in fallen
         )
 

@@ -27,7 +27,9 @@ class LooseSupport(Effect):
     rise: ClassVar = 1.2
     slots: ClassVar = 2
 
-    play: float = parameter("um", 0.0, (0.0, 200.0), 20.0, "radial distance from the middle to where it is stiff", si="m")
+    play: float = parameter(
+        "um", 0.0, (0.0, 200.0), 20.0, "radial distance from the middle to where it is stiff", si="m"
+    )
     stiffness_ratio: float = parameter("1", 0.1, (0.001, 1.0), 0.1, "stiffness within the play over that beyond it")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:

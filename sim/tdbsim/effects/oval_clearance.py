@@ -31,7 +31,9 @@ class OvalClearance(Effect):
     slots: ClassVar = 3
 
     amplitude: float = parameter("um", 0.0, (-100.0, 100.0), 15.0, "how much wider the gap is along `angle`", si="m")
-    angle: float = parameter("deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad")
+    angle: float = parameter(
+        "deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad"
+    )
     law: str = choice(("radial", "normal"), "direction of the normal force")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:

@@ -26,7 +26,9 @@ class ProbeAngle(Effect):
     place: ClassVar = Place.PROBE
     signature: ClassVar = "The channel holds some of the motion across its axis."
 
-    error: float = parameter("deg", 0.0, (-45.0, 45.0), 8.0, "true angle less the drawing's, from +x towards +y", si="rad")
+    error: float = parameter(
+        "deg", 0.0, (-45.0, 45.0), 8.0, "true angle less the drawing's, from +x towards +y", si="rad"
+    )
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         link = chain.of(self.where)

@@ -20,7 +20,9 @@ class RingDrag(Effect):
     """Adds to the drag that the machine file names."""
 
     title: ClassVar = "Ring drag"
-    what: ClassVar = "The inner ring is hard to turn (dried grease, damaged bearing): it takes long to reach shaft speed."
+    what: ClassVar = (
+        "The inner ring is hard to turn (dried grease, damaged bearing): it takes long to reach shaft speed."
+    )
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
     rise: ClassVar = 1.05
