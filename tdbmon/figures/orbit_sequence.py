@@ -116,7 +116,7 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")
     ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
     magnified = _frame(ax, analysis, end, xy)
-    ax.set_title(f"{end}, {name}\n{_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7)
+    ax.set_title(f"{end}, {name}\n{_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center")
     _pulses(ax, analysis, t, xy)
 
 

@@ -12,6 +12,7 @@ from tdbsim.machine import load_machine, parse_machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.record.read import read
+from tdbmon.report import Document, build_report
 
 DATASETS = Path(__file__).parents[2] / "datasets"
 
@@ -60,6 +61,24 @@ def hostile(short: Analysis) -> Analysis:
         lines=tuple(replace(line, name=HOSTILE, end=rename.get(line.end, line.end)) for line in short.lines),
         whirl={rename[end]: whirl for end, whirl in short.whirl.items()},
     )
+
+
+@pytest.fixture(scope="session")
+def short_report(short: Analysis) -> Document:
+    """Report of the short record; its figures are drawn once for all tests."""
+    return build_report(short, note="This record is synthetic.")
+
+
+@pytest.fixture(scope="session")
+def coastdown_report(coastdown: Analysis) -> Document:
+    """Report of the whole drop."""
+    return build_report(coastdown)
+
+
+@pytest.fixture(scope="session")
+def hostile_report(hostile: Analysis) -> Document:
+    """Report in which every name is hostile."""
+    return build_report(hostile, note=hostile.machine.name)
 
 
 def _ends_renamed(dataset, rename):  # type: ignore[no-untyped-def]

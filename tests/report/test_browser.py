@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tdbmon.analysis.result import Analysis
-from tdbmon.report import build_report, write_html
+from tdbmon.report import Document, write_html
 
 sys.path.insert(0, str(Path(__file__).parent))
 from chromium import Page, find_chromium
@@ -22,18 +22,18 @@ SHOWN = "document.querySelector('.viewer output').textContent"
 
 
 @pytest.fixture(scope="module")
-def opened(coastdown: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    yield from _opened(coastdown, tmp_path_factory.mktemp("page"))
+def opened(coastdown_report: Document, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    yield from _opened(coastdown_report, tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture(scope="module")
-def opened_hostile(hostile: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    yield from _opened(hostile, tmp_path_factory.mktemp("hostile"))
+def opened_hostile(hostile_report: Document, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    yield from _opened(hostile_report, tmp_path_factory.mktemp("hostile"))
 
 
-def _opened(analysis: Analysis, folder: Path) -> Iterator[Page]:
+def _opened(document: Document, folder: Path) -> Iterator[Page]:
     path = folder / "report.html"
-    write_html(build_report(analysis, note=analysis.machine.name), path)
+    write_html(document, path)
     assert BINARY is not None
     with Page(BINARY, folder / "profile", path.as_uri()) as page:
         yield page

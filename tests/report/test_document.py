@@ -42,8 +42,8 @@ def test_a_figure_name_that_could_leave_its_folder_is_refused() -> None:
         Figure("../x", "caption", "alt", lambda: None)  # type: ignore[arg-type,return-value]
 
 
-def test_the_report_has_its_evidence(coastdown: Analysis) -> None:
-    document = build_report(coastdown)
+def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
+    document = coastdown_report
     names = {figure.name for figure in document.figures}
     assert names >= {
         "first-contacts", "whole-record", "orbits-1", "orbits-2", "centreline", "gap-map", "first-contact",

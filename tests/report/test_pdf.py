@@ -9,7 +9,7 @@ import pytest
 from pypdf import PdfReader
 
 from tdbmon.analysis.result import Analysis
-from tdbmon.report import build_report
+from tdbmon.report import Document, build_report
 from tdbmon.report.pdf import render_pdf
 
 
@@ -23,8 +23,8 @@ def _squeezed(text: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def pdf(short: Analysis) -> bytes:
-    return render_pdf(build_report(short, note="This record is synthetic."))
+def pdf(short_report: Document) -> bytes:
+    return render_pdf(short_report)
 
 
 def test_it_is_a_pdf_for_the_archive_in_a4(pdf: bytes) -> None:
@@ -57,7 +57,7 @@ def test_the_same_analysis_gives_the_same_bytes(pdf: bytes, short: Analysis) -> 
     assert render_pdf(build_report(short, note="This record is synthetic.")) == pdf
 
 
-def test_markup_in_names_stays_text(hostile: Analysis) -> None:
-    text = _squeezed(_text(render_pdf(build_report(hostile, note=hostile.machine.name))))
+def test_markup_in_names_stays_text(hostile: Analysis, hostile_report: Document) -> None:
+    text = _squeezed(_text(render_pdf(hostile_report)))
     assert _squeezed(hostile.machine.name) in text
     assert "#sys.inputs*b*_i_@ref" in text
