@@ -19,6 +19,7 @@ _ON_RING = 0.8  # of the clearance circle's radius
 _INTERRUPTED_S = 3e-3
 _RATE_HZ = 4000.0
 _TURN = 2 * np.pi
+_DEPARTS = 0.1  # rad: a whirl begins where it leaves the place at which the shaft lay by this much
 _SAMPLE = "by rule, to the sample"
 
 
@@ -139,6 +140,6 @@ def _turns(time: np.ndarray, angle: np.ndarray) -> list[_Run]:
         top = int(np.argmax(advance))
         if advance[top] < _TURN:
             continue
-        begin = int(np.flatnonzero(course[: top + 1] == lowest[top])[-1])
+        begin = int(np.flatnonzero(course[: top + 1] < lowest[top] + _DEPARTS)[-1])
         out.append(_Run(float(time[begin]), float(time[top]), sign * float(advance[top]) / _TURN))
     return out
