@@ -205,9 +205,7 @@ def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarra
     turned = sense * angle
     known = turned[np.isfinite(turned)]
     if known.size > 1 and (np.diff(known) < 0).any():
-        raise InputError(
-            "the shaft angle runs against the direction of rotation; check 'rotation' in the machine file"
-        )
+        raise InputError("the shaft angle runs against the direction of rotation; check 'rotation' in the machine file")
     return turned
 
 
@@ -252,11 +250,11 @@ def _tracks(
         variables[name] = (dims, by_order(np.abs(parts[i])), whirl)
         variables[f"{name}_lag"] = (dims, by_order(-np.angle(parts[i])), lag)
         variables[f"{name}_sigma"] = (dims, by_order(noise[i]), {"units": "m"})
-    dims = ("order", "end", "axis", "time")
-    both = np.stack(parts[:2], axis=1)
-    variables["amplitude"] = (dims, by_order(np.abs(both)), whirl)
-    variables["lag"] = (dims, by_order(-np.angle(both)), lag)
-    variables["sigma"] = (dims, by_order(np.stack(noise[:2], axis=1)), {"units": "m"})
+    by_axis = ("order", "end", "axis", "time")
+    both = np.stack([parts[0], parts[1]], axis=1)
+    variables["amplitude"] = (by_axis, by_order(np.abs(both)), whirl)
+    variables["lag"] = (by_axis, by_order(-np.angle(both)), lag)
+    variables["sigma"] = (by_axis, by_order(np.stack([noise[0], noise[1]], axis=1)), {"units": "m"})
     return xr.Dataset(
         variables,
         coords={

@@ -1,0 +1,114 @@
+"""Detection of spectral lines at a constant false-alarm rate, and of those that stay.
+
+A cell of a time-frequency map is a detection when it is a local maximum over frequency and stands out of the noise beside
+it: above ``T`` times the median of the cells on the left and of those on the right (the greater counts, so that the edge
+of a slope or of a plateau raises no alarm).  ``T`` follows from the wanted rate for exponentially distributed noise power
+(order-statistic CFAR: H. Rohling, IEEE Trans. Aerosp. Electron. Syst. 19, 1983, 608-621; greatest-of: V. G. Hansen and
+J. H. Sawyers, ibid. 16, 1980, 115-118).  A line must come back: in m of n windows (binary integration; M. Schwartz,
+IRE Trans. Inf. Theory 2, 1956, 135-139), with the rate a cell such that a whole record of noise raises one alarm in
+a hundred.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import comb
+
+import numpy as np
+
+GUARD = 4  # cells beside the one looked at: the main lobe of the Blackman-Harris window
+REFERENCE = 24  # cells of noise to each side
+_FEWEST = 6  # of them at the lower end of the spectrum
+_NOISE_BANDWIDTH = 2.0  # of the window, bins: so many neighbouring cells count as one
+FIRST = 1 + _FEWEST + GUARD  # the lowest cell that is looked at
+LAST = GUARD + REFERENCE  # cells at the upper end that serve as reference only
+
+WINDOWS, HITS = 8, 4  # a line stands out in 4 of 8 windows
+RECORD_RATE = 0.01  # false alarms a record of noise
+
+
+def cell_rate(cells: int) -> float:
+    """False-alarm rate of a cell that keeps a map of `cells` cells of noise at `RECORD_RATE`.
+
+    A hit may lie one cell to either side, and every window may begin a run of `WINDOWS`.
+    """
+
+    def record(p: float) -> float:
+        q = min(1.0, 3 * p)
+        return cells * sum(comb(WINDOWS, i) * q**i * (1 - q) ** (WINDOWS - i) for i in range(HITS, WINDOWS + 1))
+
+    low, high = 1e-12, 0.2
+    for _ in range(60):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if record(middle) < RECORD_RATE else (low, middle)
+    return float(low)
+
+
+@cache
+def multiplier(cells: int, rate: float) -> float:
+    """Threshold over the median of `cells` cells of exponential noise for a false-alarm rate (Rohling's formula)."""
+    independent = max(2, int(cells / _NOISE_BANDWIDTH))
+    left = independent - np.arange((independent + 1) // 2)
+    wanted, threshold = np.log(rate), 0.0
+    for _ in range(50):  # Newton's steps from below: the logarithm of the rate is convex and falls
+        excess = np.sum(np.log(left / (left + threshold))) - wanted
+        threshold += excess / np.sum(1 / (left + threshold))
+        if excess < 1e-9:
+            break
+    return float(threshold)
+
+
+def noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Medians of the power to the left and to the right of each cell.
+
+    Parameters
+    ----------
+    power : ndarray, shape (windows, cells)
+
+    Returns
+    -------
+    left, right : ndarray, shape (windows, cells - LAST - FIRST)
+        For the cells from `FIRST` on.
+    """
+    cells = power.shape[1] - LAST - FIRST
+    stride = 8  # a running median every eighth cell is enough
+    view = np.lib.stride_tricks.sliding_window_view(power.astype(np.float32), REFERENCE, axis=1)[:, 1::stride]
+    running = np.repeat(np.median(view, axis=2), stride, axis=1)  # of the cells from 1 + k on
+    target = FIRST + np.arange(cells)
+    right = running[:, np.minimum(target + GUARD + stride - 1, running.shape[1] - 1)]
+    begin = target - GUARD - REFERENCE - 1
+    left = running[:, np.maximum(begin, 0)]
+    for i in np.flatnonzero(begin < 0):
+        left[:, i] = np.median(power[:, 1 : target[i] - GUARD], axis=1)
+    return left, right
+
+
+def detect(power: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Find the cells that stand out.
+
+    Parameters
+    ----------
+    power : ndarray, shape (windows, cells)
+        NaN where a window could not be transformed.
+    rate : float
+        False-alarm rate of a cell.
+
+    Returns
+    -------
+    found : ndarray of bool, shape (windows, cells)
+    floor : ndarray, shape (windows, cells)
+        Mean noise power beside each cell (NaN outside the cells that are looked at).
+    """
+    found, floor = np.zeros(power.shape, dtype=bool), np.full(power.shape, np.nan)
+    if power.shape[1] <= FIRST + LAST + 1:
+        return found, floor
+    left, right = noise_floor(power)
+    looked = slice(FIRST, power.shape[1] - LAST)
+    here = power[:, looked]
+    counts = np.minimum(REFERENCE, np.arange(FIRST, power.shape[1] - LAST) - GUARD - 1)
+    by_count = {n: multiplier(n, rate) for n in {REFERENCE, *counts.tolist()}}
+    threshold = np.maximum(left * np.array([by_count[n] for n in counts.tolist()]), right * by_count[REFERENCE])
+    peak = (here >= power[:, FIRST - 1 : -LAST - 1]) & (here > power[:, FIRST + 1 : power.shape[1] - LAST + 1])
+    found[:, looked] = peak & (here > threshold)
+    floor[:, looked] = (left + right) / (2 * np.log(2))
+    return found, floor

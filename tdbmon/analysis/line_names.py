@@ -1,0 +1,161 @@
+"""Names of spectral lines: orders, mains, swings and what the swings make together, bands that the caller expects.
+
+The rotor swings on an arc, so that the vertical follows the square of the horizontal: two swings f1 and f2 show at 2 f1,
+2 f2, f1 + f2 and f2 - f1, and at the third and fourth orders of the same.  Such a line is no mode of its own.  It is
+recognised window by window, since it follows its parents when their frequency changes with amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tdbmon.estimate import Estimate
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Trace
+
+_ORDERS = 4  # of combination
+_WEAKER = 0.5  # a combination is at most this part of its stronger parent
+_CELLS = 0.3  # and so near to its place in the mean
+_MAINS = 0.004  # relative: what a grid's frequency deviates by
+_HARMONICS = 12
+_TONE = 0.25  # cells: standard deviation of its places
+_SWING_HZ = (10.0, 100.0)  # clearances of 25 um to 2.5 mm
+_HORIZONTAL = 0.8  # share of x in a swing's power
+_SECOND = 0.01  # of the first swing's amplitude: what is weaker is not taken for another swing
+
+
+def order_name(order: float) -> str:
+    """Return "1X", "1/2X", "4.75X"."""
+    fraction = Fraction(order).limit_denominator(3)
+    if abs(fraction - order) > 1e-9:
+        return f"{order:.2f}X"
+    return f"{fraction}X"
+
+
+def name_constants(
+    traces: Sequence[Trace], mains_hz: float, resolution: float, expected: Sequence[tuple[str, float, float]]
+) -> list[Trace]:
+    """Name the lines of constant frequency; mains lines change their kind.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    mains_hz : float
+    resolution : float
+        Width of a cell, Hz.
+    expected : sequence of (name, low, high)
+        Bands, Hz; names that begin with "swing" tell the swings.
+
+    Returns
+    -------
+    list of Trace
+        In the same order.
+    """
+    named = {i: "mains" if n == 1 else f"{n} x mains" for i, n in _mains(traces, mains_hz, resolution)}
+    mains = set(named)
+    parents = _swings(traces, expected, mains)
+    named |= {i: name for name, i in parents.items()}
+    if parents:
+        for i, trace in enumerate(traces):
+            if i not in named and (name := _combination(trace, traces, parents, resolution)):
+                named[i] = name
+    for name, low, high in expected:
+        inside = [i for i, t in enumerate(traces) if i not in named and low <= _hz(t) <= high]
+        if inside and name not in named.values():
+            named[max(inside, key=lambda i: _height(traces[i]))] = name
+    out = []
+    for i, trace in enumerate(traces):
+        line = replace(trace.line, name=named.get(i, f"{_hz(trace):.4g} Hz"))
+        if i in mains:
+            line = replace(line, kind="mains", amplitude=_median(trace.height))
+        out.append(replace(trace, line=line))
+    return out
+
+
+def _median(height: np.ndarray) -> Estimate:
+    """Median of an amplitude that is steady: where other lines cross it, it is none of its own."""
+    middle = float(np.median(height))
+    spread = 1.4826 * float(np.median(np.abs(height - middle)))
+    return Estimate.from_sigma(
+        middle, 1.2533 * spread / np.sqrt(len(height)), "um", "median half-axis over its windows", "0-pk"
+    )
+
+
+def _hz(trace: Trace) -> float:
+    return float(trace.line.frequency.value or 0.0)
+
+
+def _height(trace: Trace) -> float:
+    return float(trace.line.amplitude.value or 0.0)
+
+
+def _mains(traces: Sequence[Trace], mains_hz: float, resolution: float) -> list[tuple[int, int]]:
+    """Lines at multiples of the mains that are tones (a mode wanders about its frequency) and do not decay."""
+    found = []
+    for i, trace in enumerate(traces):
+        n = round(_hz(trace) / mains_hz)
+        low, high = trace.line.frequency.low or 0.0, trace.line.frequency.high or 0.0
+        near = _MAINS * n * mains_hz + min((high - low) / 2, _CELLS * resolution)
+        tone = 1.4826 * np.median(np.abs(trace.place - np.median(trace.place))) < _TONE * resolution
+        if 1 <= n <= _HARMONICS and trace.steady and tone and abs(_hz(trace) - n * mains_hz) <= near:
+            found.append((i, n))
+    return found
+
+
+def _swings(traces: Sequence[Trace], expected: Sequence[tuple[str, float, float]], mains: set[int]) -> dict[str, int]:
+    """The swings: the strongest line in each band so named, or else the two strongest horizontal lines."""
+    bands = [band for band in expected if band[0].startswith("swing")]
+    free = [i for i in range(len(traces)) if i not in mains]
+    parents: dict[str, int] = {}
+    for name, low, high in bands:
+        inside = [i for i in free if low <= _hz(traces[i]) <= high and i not in parents.values()]
+        if inside:
+            parents[name] = max(inside, key=lambda i: _height(traces[i]))
+    if bands:
+        return parents
+    level = [i for i in free if traces[i].horizontal >= _HORIZONTAL and _SWING_HZ[0] <= _hz(traces[i]) <= _SWING_HZ[1]]
+    level = sorted(level, key=lambda i: -_height(traces[i]))[:2]
+    level = [i for i in level if _height(traces[i]) >= _SECOND * _height(traces[level[0]])]
+    return {f"swing {n}": i for n, i in enumerate(sorted(level, key=lambda i: _hz(traces[i])), start=1)}
+
+
+def _combination(trace: Trace, traces: Sequence[Trace], parents: dict[str, int], resolution: float) -> str:
+    """Return the name of the lowest combination of swings that the line follows, or nothing."""
+    names = list(parents)[:2]
+    ways = [(a, b) for a in range(_ORDERS + 1) for b in range(-_ORDERS, _ORDERS + 1) if 2 <= a + abs(b) <= _ORDERS]
+    if len(names) == 1:
+        ways = [(a, b) for a, b in ways if b == 0]
+    for a, b in sorted(ways, key=lambda w: (abs(w[0]) + abs(w[1]), abs(w[1]))):
+        used = [(n, traces[parents[name]]) for n, name in ((a, names[0]), (b, names[-1])) if n]
+        if _height(trace) > _WEAKER * max(_height(parent) for _, parent in used):
+            continue
+        even = (a + b) % 2 == 0
+        if (trace.horizontal < 0.5) != even:  # the square is vertical, the cube horizontal
+            continue
+        common = trace.window
+        for _, parent in used:
+            common = np.intersect1d(common, parent.window)
+        if common.size < 3:
+            continue
+        for sign in (1, -1):
+            gap = trace.place_at(common) - sign * sum(n * parent.place_at(common) for n, parent in used)
+            spread = 1.96 * np.std(gap, ddof=1) / np.sqrt(common.size)
+            if abs(np.mean(gap)) < _CELLS * resolution + min(spread, _CELLS * resolution):
+                return _sum_name([(sign * n, name) for n, name in ((a, names[0]), (b, names[-1])) if n])
+    return ""
+
+
+def _sum_name(terms: list[tuple[int, str]]) -> str:
+    """Return "2 x swing 1", "swing 2 - swing 1"."""
+    first, *rest = sorted(terms, key=lambda term: -term[0])
+
+    def times(n: int, name: str) -> str:
+        return name if abs(n) == 1 else f"{abs(n)} x {name}"
+
+    return times(*first) + "".join(f" {'+' if n > 0 else '-'} {times(n, name)}" for n, name in rest)

@@ -1,0 +1,322 @@
+"""The spectral lines of a run-down: orders of rotation, constant frequencies, mains.
+
+Two sets of spectra are searched by one rule: spectra against time, where a constant frequency stays in its cell, and
+spectra over equal angles, where an order does.  A line stands out there in 4 of 8 windows (`cfar`: one false alarm in a
+hundred records of noise) and obeys the law of its set (`ridge`): the exponent p in "frequency ~ speed^p" is 0 or 1 and
+surely not the other.  What obeys neither, such as the sidebands "1X - swing" that the arc makes on which the rotor swings,
+is not a line; what the speed changed too little to decide is left out, and so most lines of records of less than a
+second or two are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+
+from tdbmon.analysis import cfar
+from tdbmon.analysis.line_names import name_constants, order_name
+from tdbmon.analysis.order import PER_TURN, resample
+from tdbmon.analysis.ridge import WINDOW, Ridge, Spectra, find_ridges
+from tdbmon.analysis.spectrum import forward_backward, mean_over, short_time_spectra, window_gain
+from tdbmon.estimate import Estimate
+
+Kind = Literal["order", "constant", "mains"]
+Direction = Literal["forward", "backward", "both"]
+
+_LONGEST_S = 1.0
+_REVOLUTIONS = 32
+_SHARE = (cfar.WINDOWS + 1) / 2  # a short record must hold the windows of one decision
+_TOP_HZ = 1000.0
+_TOP_ORDER = 12.0
+_SLOWEST = 0.02  # of the highest speed: below, the angle is not followed
+_SAME = 1.5  # cells within which two channels show one line
+_ROUND = 3.0  # a direction is named where its circle is so many times the other: an orbit half as wide as long
+_LOBE = 6.0  # cells: main lobe of the window, and what a line moves within it
+_HIDING = 0.3  # of what the order shows there: a constant line so strong hides it
+_STEADY = 0.3  # of its first third, in the last third: a line that does not decay
+_BESIDE = 0.7  # cells: a sideband is so near to its place in the mean
+_FREQUENCY = ("mean over its windows", "order over its windows, times the speed at its greatest amplitude")
+_AMPLITUDE = "greatest half-axis over its windows"
+_FRACTIONS = ((1, 12.0), (2, 4.5), (3, 2.0))  # of an order that rubbing excites, and how far up
+_SIMPLE = 0.005  # relative: an order so near to a simple fraction is one (a filtered speed signal is late)
+_WIDEST = 0.03  # orders: but no further than this
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the spectrum.
+
+    Attributes
+    ----------
+    kind : {"order", "constant", "mains"}
+    order : float or None
+        Multiple of the speed: a simple fraction where it is one, or else as measured.
+    frequency : Estimate
+        Mean over the windows, Hz; of an order at the time of its greatest amplitude.
+    direction : {"forward", "backward", "both"}
+        Whirl relative to the rotation; "both" where the orbit is less than half as wide as long (to and fro).
+    end : str
+        Where it stands out; "both" for both ends.
+    amplitude : Estimate
+        Greater half-axis of the line's orbit, 0-pk, m, at the end where it is greater: the greatest over the windows;
+        of mains their median.
+    first_s, last_s : float
+        Middle of the first and of the last window in which it stands out, s.
+    name : str
+        "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name of `expected`, or its frequency.
+    """
+
+    kind: Kind
+    order: float | None
+    frequency: Estimate
+    direction: Direction
+    end: str
+    amplitude: Estimate
+    first_s: float
+    last_s: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A line with its course: the ridges of several channels as one.
+
+    Attributes
+    ----------
+    line : Line
+    window : ndarray of int, shape (n,)
+        Of its spectra, rising.
+    time, speed, place, height : ndarray, shape (n,)
+        s; Hz; Hz or orders; amplitude at the end where it is greatest, m.
+    horizontal : float
+        Share of x in its power.
+    steady : bool
+        Its amplitude does not decay.
+    """
+
+    line: Line
+    window: np.ndarray
+    time: np.ndarray
+    speed: np.ndarray
+    place: np.ndarray
+    height: np.ndarray
+    horizontal: float
+    steady: bool
+
+    def place_at(self, window: np.ndarray) -> np.ndarray:
+        """Place at windows in which it stands out."""
+        return np.asarray(self.place[np.searchsorted(self.window, window)])
+
+
+def find_lines(
+    planes: xr.Dataset,
+    speed_time: np.ndarray,
+    speed_hz: np.ndarray,
+    sense: int,
+    mains_hz: float,
+    expected: Sequence[tuple[str, float, float]] = (),
+) -> tuple[Line, ...]:
+    """Find the spectral lines of a record and tell orders from constant frequencies.
+
+    Parameters
+    ----------
+    planes : Dataset
+        ``displacement(end, axis, time)``, m, uniformly sampled; attribute ``sampling_hz``.
+    speed_time, speed_hz : ndarray, shape (n,)
+        Speed, Hz, on its own samples, s.
+    sense : int
+        +1 where the rotor turns from +x towards +y, -1 otherwise.
+    mains_hz : float
+        Frequency of the electric supply, Hz.
+    expected : sequence of (name, low, high)
+        Bands, Hz, in which the strongest line has a name; nothing is found by them.
+
+    Returns
+    -------
+    tuple of Line
+        Orders first, then by frequency.
+
+    Raises
+    ------
+    InputError
+        If speed and its times differ in length.
+    """
+    if len(speed_time) != len(speed_hz):
+        raise InputError(f"{len(speed_hz)} values of speed at {len(speed_time)} times; give one a time")
+    known = np.isfinite(speed_hz) & np.isfinite(speed_time)
+    if known.sum() < 2:
+        return ()
+    speed_time, speed_hz = speed_time[known], np.maximum(speed_hz[known], 0.0)
+    against_time = _against_time(planes, speed_time, speed_hz)
+    ends = [str(end) for end in planes.end.values]
+    constants = _traces(against_time, ends, sense, ())
+    over_angle = _over_angle(planes, speed_time, speed_hz)
+    orders = _traces(over_angle, ends, sense, constants)
+    orders = [t for t in orders if not _is_sideband(t, orders, constants, over_angle.resolution)]
+    constants = name_constants(constants, mains_hz, against_time.resolution, expected)
+    return tuple(t.line for t in orders + constants)
+
+
+def _against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
+    rate = float(planes.attrs["sampling_hz"])
+    length = round(min(_LONGEST_S, planes.sizes["time"] / rate / _SHARE) * rate)
+    cells = min(length // 2, int(_TOP_HZ * length / rate) + cfar.LAST) + 1
+    if cells <= cfar.FIRST + cfar.LAST:
+        return _none(planes, 0)
+    c = _half_overlapping(planes.displacement.transpose("end", "axis", "time").to_numpy(), length, cells)
+    time = float(planes.time[0]) + (np.arange(c.shape[2]) * (length // 2) + length / 2) / rate
+    speed = mean_over(speed_time, speed_hz, time, length / rate)
+    speed[(time < speed_time[0]) | (time > speed_time[-1])] = np.nan
+    return Spectra(0, c, rate / length, time, speed)
+
+
+def _over_angle(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
+    time = planes.time.to_numpy()
+    speed = np.interp(time, speed_time, speed_hz, left=np.nan, right=np.nan)
+    turning = np.flatnonzero(speed > _SLOWEST * np.max(speed_hz))
+    turned = np.full(time.shape, np.nan)
+    if turning.size > 1:
+        some = slice(turning[0], turning[-1] + 1)
+        step = np.diff(time[some]) * np.pi * (speed[some][1:] + speed[some][:-1])
+        turned[some] = np.concatenate([[0.0], np.cumsum(step)])
+    turns = resample(planes.displacement.transpose("end", "axis", "time").to_numpy(), time, turned)
+    revolutions = min(_REVOLUTIONS, int(turns.values.shape[-1] / PER_TURN / _SHARE))
+    length = revolutions * PER_TURN
+    cells = min(length // 2, int(_TOP_ORDER * revolutions) + cfar.LAST) + 1
+    if cells <= cfar.FIRST + cfar.LAST:
+        return _none(planes, 1)
+    c = _half_overlapping(turns.values, length, cells) / np.sinc(np.arange(cells) / length)
+    first = np.arange(c.shape[2]) * (length // 2)
+    return Spectra(1, c, 1 / revolutions, turns.edges[first + length // 2], turns.speed(first, length))
+
+
+def _none(planes: xr.Dataset, law: int) -> Spectra:
+    """The spectra of a record that is too short for any."""
+    return Spectra(law, np.empty((planes.sizes["end"], 2, 0, 0)), 1.0, np.empty(0), np.empty(0))
+
+
+def _half_overlapping(signals: np.ndarray, length: int, cells: int) -> np.ndarray:
+    return np.array([[short_time_spectra(s, length, length // 2, cells, WINDOW) for s in end] for end in signals])
+
+
+def _traces(spectra: Spectra, ends: Sequence[str], sense: int, constants: Sequence[Trace]) -> list[Trace]:
+    """Find the lines of a set of spectra; `constants` hide an order where they cross it."""
+    ridges, floor = find_ridges(spectra)
+    clear = [[[_clear_of(r, spectra, constants) for r in axis] for axis in end] for end in ridges]
+    flat = [(r, e, a) for e, end in enumerate(clear) for a, axis in enumerate(end) for r in axis if r is not None]
+    groups: list[list[tuple[Ridge, int, int]]] = []
+    for item in sorted(flat, key=lambda f: f[0].middle):
+        if groups and _one_line(groups[-1][-1][0], item[0], spectra.resolution):
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    return [_trace(spectra, floor, group, ends, sense) for group in groups]
+
+
+def _clear_of(ridge: Ridge, spectra: Spectra, constants: Sequence[Trace]) -> Ridge | None:
+    """Leave out the windows in which a constant line that matters lies within the main lobe of an order."""
+    if not constants:
+        return ridge
+    time, speed = spectra.time[ridge.window], spectra.speed[ridge.window]
+    hidden = np.zeros(len(time), dtype=bool)
+    for trace in constants:
+        hz = np.interp(time, trace.time, trace.place)
+        near = np.abs(hz / speed - ridge.place) < _LOBE * spectra.resolution
+        there = (time >= trace.time[0] - _LONGEST_S) & (time <= trace.time[-1] + _LONGEST_S)
+        hidden |= near & there & (np.interp(time, trace.time, trace.height) ** 2 > _HIDING**2 * ridge.power)
+    return ridge.at(~hidden) if (~hidden).sum() >= cfar.HITS else None
+
+
+def _one_line(a: Ridge, b: Ridge, resolution: float) -> bool:
+    """Whether two ridges are in one place; a mode that rings briefly is as uncertain as its interval says."""
+    (_, half_a), (_, half_b) = a.mean(), b.mean()
+    return abs(a.middle - b.middle) < _SAME * resolution + min(half_a + half_b, _SAME * resolution)
+
+
+def _trace(
+    spectra: Spectra, floor: np.ndarray, group: list[tuple[Ridge, int, int]], ends: Sequence[str], sense: int
+) -> Trace:
+    place, half = min((r.mean() for r, _, _ in group), key=lambda m: m[1])
+    count = len(spectra.time)
+    power, course = np.zeros(count), np.zeros(count)
+    shown = np.zeros((*spectra.coefficients.shape[:2], count), dtype=bool)
+    for ridge, e, a in group:
+        better = ridge.window[ridge.power > power[ridge.window]]
+        course[better] = ridge.place[np.isin(ridge.window, better)]
+        power[ridge.window] = np.maximum(power[ridge.window], ridge.power)
+        shown[e, a, ridge.window] = True
+    window = np.flatnonzero(power)
+    places, seen = course[window], shown[:, :, window]
+    cell = np.round(places / spectra.resolution).astype(int)
+    c = np.nan_to_num(spectra.coefficients[:, :, window, cell])
+    c /= window_gain(WINDOW, places / spectra.resolution - cell)
+    c = np.where(seen, c, 0.0)  # what a channel holds there without showing the line belongs to another
+    noise = np.nan_to_num(floor[:, :, window, cell])
+    circles = np.stack([np.abs(part) for part in forward_backward(c[:, 0], c[:, 1], sense)])
+    major = circles.sum(axis=0)
+    sigma = np.sqrt(noise.sum(axis=1)) / 2
+    end = int(np.argmax(np.median(major, axis=1)))
+    height, third = major[end], max(1, len(window) // 3)
+    steady = bool(np.median(height[-third:]) > _STEADY * np.median(height[:third]))
+    peak = int(np.argmax(height - 1.96 * sigma[end]))
+    speed = float(spectra.speed[window[peak]]) if spectra.law else 1.0
+    whole = seen[end].all(axis=0)  # both axes show it: only there is a direction seen
+    used = whole if whole.any() else np.ones_like(whole)
+    order = _simple(place, half) if spectra.law else None
+    line = Line(
+        kind="order" if spectra.law else "constant",
+        order=order,
+        frequency=Estimate(
+            place * speed, (place - half) * speed, (place + half) * speed, "Hz", _FREQUENCY[spectra.law]
+        ),
+        direction=_direction(*np.sqrt(np.sum((circles[:, end, used] / sigma[end, used]) ** 2, axis=1))),
+        end=_end_name(group, ends),
+        amplitude=Estimate.from_sigma(float(height[peak]), float(sigma[end, peak]), "um", _AMPLITUDE, "0-pk"),
+        first_s=float(spectra.time[min(r.first for r, _, _ in group)]),
+        last_s=float(spectra.time[max(r.last for r, _, _ in group)]),
+        name="" if order is None else order_name(order),
+    )
+    horizontal = np.sum(np.abs(c[:, 0]) ** 2) / np.sum(np.abs(c) ** 2)
+    return Trace(line, window, spectra.time[window], spectra.speed[window], places, height, float(horizontal), steady)
+
+
+def _end_name(group: list[tuple[Ridge, int, int]], ends: Sequence[str]) -> str:
+    shown = {e for _, e, _ in group}
+    return "both" if len(shown) > 1 else ends[shown.pop()]
+
+
+def _is_sideband(trace: Trace, orders: Sequence[Trace], constants: Sequence[Trace], width: float) -> bool:
+    """Whether a broken order is rather another one, longer seen, with a constant line added or subtracted."""
+    if (trace.line.order or 0.0).is_integer():
+        return False
+    own = np.std(trace.place)
+    for carrier in orders:
+        if carrier is trace or len(carrier.window) <= len(trace.window) or carrier.line.order is None:
+            continue
+        for constant in constants:
+            shift = np.interp(trace.time, constant.time, constant.place) / trace.speed
+            for sign in (1, -1):
+                gap = trace.place - carrier.line.order - sign * shift
+                if abs(np.mean(gap)) < _BESIDE * width and np.std(gap) < own + _BESIDE * width / 2:
+                    return True
+    return False
+
+
+def _direction(forward: float, backward: float) -> Direction:
+    if forward > _ROUND * backward:
+        return "forward"
+    return "backward" if backward > _ROUND * forward else "both"
+
+
+def _simple(order: float, half: float) -> float:
+    """Return the whole number, low half or low third that the order is, or else the order."""
+    for parts, highest in _FRACTIONS:
+        near = round(order * parts) / parts
+        if 0 < near <= highest and abs(order - near) < min(max(half, _SIMPLE * order), _WIDEST):
+            return near
+    return order
