@@ -74,11 +74,12 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) 
         return _speed_only(record, machine, rotor, checks, speed, key)
 
     progress("finding the release and the contacts")
+    seen = planes.sel(end=[end for end in planes.end.values if planes.plane.sel(end=end) != "none"])
     time = planes.time.to_numpy()
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
-    checks += check_orientation(planes, record, machine)
+    checks += check_orientation(planes, record, machine, released)
     ends, swing = _ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")
@@ -89,7 +90,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) 
     lines: tuple[Line, ...] = ()
     if speed.known:
         bands = _expected(machine, rotor, swing)
-        lines = find_lines(planes, speed.time, speed.hz, machine.sense, machine.mains, bands)
+        lines = find_lines(seen, speed.time, speed.hz, machine.sense, machine.mains, bands)
         lines = name_bearing_orders(lines, machine)
     touched = [e.contacts.events[0].start for e in ends.values() if e.contacts is not None and e.contacts.events]
     standstill = rundown.standstill_time.value if rundown is not None else None
@@ -115,10 +116,10 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) 
         speed.time,
         speed.hz,
         angle,
-        waterfall(planes),
+        waterfall(seen),
         lines,
         _whirl(planes, machine, ends, released),
-        track(planes, angle, sense=machine.sense) if angle is not None else None,
+        track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
 
 

@@ -14,10 +14,12 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check
 
+_BOUNCING_S = 0.25  # after the release: before, the shaft still bounces
+_TAIL_S = 0.07  # at least two swings, whose mean is the bottom
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 
 
-def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine) -> list[Check]:
+def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
     """Check the rest position of each end.
 
     Parameters
@@ -27,18 +29,23 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine) 
     record : Dataset
         Probes in m (for trying other directions).
     machine : Machine
+    release_s : float or None
+        The release; the record's start where it is not known.
 
     Returns
     -------
     list of Check
-        One row an end; a failed one names the likely cause.
+        One row an end; a failed one names the likely cause.  None where the record ends before the shaft can be at rest.
     """
-    rows = []
+    rows: list[Check] = []
+    time = planes.time.to_numpy()
+    if time[-1] - (time[0] if release_s is None else release_s) < _BOUNCING_S:
+        return rows
     for end in machine.ends:
         xy = planes.displacement.sel(end=end).to_numpy()
         if not np.isfinite(xy).any():
             continue
-        tail = xy[:, -max(xy.shape[1] // 10, 10) :]
+        tail = xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - time[0]))]
         rest = np.nanmean(tail, axis=1)
         rows.append(_rest_row(end, rest, record, machine, len(tail[0])))
     return rows
