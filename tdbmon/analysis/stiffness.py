@@ -17,7 +17,6 @@ import numpy as np
 from tdbmon.analysis.contacts import FirstContact
 from tdbmon.estimate import Estimate
 
-
 _MODEL = (0.40, 1.05)  # single-mass value over peak force by travel, 2.5 % and 97.5 % quantile (see above)
 
 
