@@ -22,7 +22,7 @@ def cascade(analysis: Analysis) -> Figure:
     Raises
     ------
     InputError
-        If the record holds no displacement or no speed.
+        If the record holds no displacement or no speed, or the rotor stands still.
     """
     from tdbmon.analysis.spectrum import cascade as against_speed
 
@@ -30,6 +30,8 @@ def cascade(analysis: Analysis) -> Figure:
         raise InputError("the record holds no displacement whose spectra could be drawn")
     if len(analysis.speed_time) < 4:
         raise InputError("the record holds no speed to draw spectra against")
+    if not np.nanmax(analysis.speed_hz) > 0:
+        raise InputError("the rotor stands still throughout the record; there is no speed to draw spectra against")
     # steps wide enough that the slowing rotor jumps over none
     at = np.interp(analysis.waterfall.time.to_numpy(), analysis.speed_time, analysis.speed_hz)
     widest = max(float(np.max(np.abs(np.diff(at)), initial=0.0)), float(at.max()) / 100)

@@ -41,8 +41,10 @@ def full_spectrum(analysis: Analysis) -> Figure:
     )
     for row, (name, start, stop) in enumerate(stretches):
         spectra = _spectra(analysis.planes, ends, start, stop, analysis.machine.sense)
-        loudest = float(decibel(np.nanmax([spectra.forward.max(), spectra.backward.max()])))
-        axes[row, 0].set_ylim(loudest - 90, loudest + 15)
+        highest = max(float(spectra.forward.max()), float(spectra.backward.max()))
+        if np.isfinite(highest):
+            loudest = float(decibel(np.array(highest)))
+            axes[row, 0].set_ylim(loudest - 90, loudest + 15)
         for column, end in enumerate(ends):
             ax = axes[row, column]
             ax.set_title(f"{end}, {name}: {start:.2f} to {stop:.2f} s", fontsize=7)
@@ -90,8 +92,8 @@ def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None
     if not np.isfinite(forward).all():
         say(ax, "samples are missing in this stretch")
         return
-    ax.plot(frequency[keep], forward, color=BLUE, linewidth=0.7, rasterized=True)
-    ax.plot(-frequency[keep], backward, color=VERMILION, linewidth=0.7, rasterized=True)
+    ax.plot(frequency[keep], forward, color=BLUE, linewidth=0.7)
+    ax.plot(-frequency[keep], backward, color=VERMILION, linewidth=0.7)
     ax.set_xlim(-top, top)
     ax.axvline(0.0, color=GREY, linewidth=0.6)
     _orders(ax, analysis, at, top)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 RANGE_DB = 100.0
 FLOOR_M = 1e-12
+LEAST_HZ = 200.0  # both swings and the first bending on touchdown bearings lie below
 _INK: dict[str, Any] = {"color": "white", "linewidth": 0.6, "alpha": 0.9}
 
 
@@ -28,7 +29,7 @@ def top_frequency(analysis: Analysis, highest: float) -> float:
     """Highest frequency worth drawing, Hz: four and a half orders of the first speed, and all named lines."""
     speed = float(np.nanmax(analysis.speed_hz)) if len(analysis.speed_hz) else highest / 4.5
     named = [line.frequency.value for line in analysis.lines if line.kind != "order" and line.frequency.value]
-    return min(highest, max(4.5 * speed, 1.15 * max(named, default=0.0)))
+    return min(highest, max(LEAST_HZ, 4.5 * speed, 1.15 * max(named, default=0.0)))
 
 
 def colour_limits(db: np.ndarray) -> tuple[float, float]:
@@ -69,18 +70,21 @@ def draw_orders(ax: Axes, speed: np.ndarray, level: np.ndarray, top_hz: float) -
 
 
 def draw_constants(ax: Axes, analysis: Analysis, end: str, top_hz: float) -> None:
-    """Draw lines of constant frequency with their names; names that would overlap take turns in height."""
-    drawn: list[float] = []
+    """Draw lines of constant frequency; those that are no sums and multiples of others by name."""
+    last, row = -np.inf, 0
     for line in sorted(analysis.lines, key=lambda item: item.frequency.value or 0.0):
         frequency = line.frequency.value
         if line.kind == "order" or frequency is None or frequency > top_hz or line.end not in (end, "both", ""):
             continue
-        ax.axvline(frequency, linestyle=(0, (1, 2)), **_INK)
-        close = sum(1 for other in drawn if frequency - other < 0.08 * top_hz)
-        drawn.append(frequency)
+        ax.axvline(frequency, linestyle=(0, (1, 3)), color="white", linewidth=0.5, alpha=0.7)
+        if any(sign in line.name for sign in (" + ", " - ", " x ")):
+            continue
+        # neighbours too near to be read side by side stand one below the other
+        row = (row + 1) % 3 if frequency - last < 0.05 * top_hz else 0
+        last = frequency
         ax.annotate(
             line.name,
-            (frequency, 0.985 - 0.13 * (close % 4)),
+            (frequency, 0.98 - 0.3 * row),
             xycoords=("data", "axes fraction"),
             xytext=(1, 0),
             textcoords="offset points",

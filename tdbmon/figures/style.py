@@ -39,6 +39,7 @@ STYLE: dict[Any, Any] = {
     "font.size": 7.5,
     "axes.titlesize": 8.0,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # placed, not found: looking for a free place takes a third of the drawing
     "axes.labelsize": 7.5,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.estimate import Estimate
 from tdbmon.record.finding import Check
 from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
@@ -111,6 +112,23 @@ def test_the_gap_is_held_against_the_drawing(coastdown: Analysis, offsets: tuple
     assert row.cells[3].startswith(verdict)
     marked = [b.text for b in _summary(document).blocks if isinstance(b, Verdict) and b.text.startswith("Air gap, DE")]
     assert bool(marked) == (verdict != "inside")
+
+
+def test_backward_whirl_is_on_the_first_page(short: Analysis) -> None:
+    onset, duration = Estimate(0.15, 0.14, 0.16, "s"), Estimate(0.05, 0.04, 0.06, "s")
+    seen = replace(
+        short.whirl["DE"], backward=True, full=True, backward_onset=onset, full_onset=onset,
+        backward_duration=duration, full_duration=duration, frequency=Estimate(-120.0, -125.0, -115.0, "Hz"),
+    )  # fmt: skip
+    document = build_report(replace(short, whirl={**short.whirl, "DE": seen}))
+    verdicts = [b for b in _summary(document).blocks if isinstance(b, Verdict) and "whirl" in b.text]
+    assert [v.tone for v in verdicts] == ["attention"]
+    assert verdicts[0].text.startswith("DE: backward whirl") and words(onset) in verdicts[0].text
+    assert "−120 Hz" in _words(document)
+
+
+def test_no_whirl_is_said_too(short: Analysis) -> None:
+    assert any("did not whirl" in b.text for b in _summary(build_report(short)).blocks if isinstance(b, Verdict))
 
 
 def test_what_is_missing_is_said_with_its_reason(short: Analysis) -> None:

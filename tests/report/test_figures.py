@@ -193,3 +193,17 @@ def test_a_spike_survives_the_thinning_of_the_whole_record(coastdown: Analysis) 
         float(np.nanmax(line.get_ydata())) for ax in figure.axes for line in ax.lines if len(line.get_ydata()) > 10
     )
     assert highest == pytest.approx(1700.0)
+
+
+def test_a_stretch_with_missing_samples_is_said_in_its_spectrum(short: Analysis) -> None:
+    assert short.planes is not None
+    planes = short.planes.copy(deep=True)
+    planes["displacement"][:, :, 5000:5010] = np.nan
+    assert "samples are missing in this stretch" in _texts(_rendered(full_spectrum(replace(short, planes=planes))))
+
+
+def test_a_rotor_that_never_turned_has_spectra_but_no_cascade(short: Analysis) -> None:
+    still = replace(short, speed_hz=np.zeros_like(short.speed_hz))
+    assert _rendered(waterfall(still)).axes
+    with pytest.raises(InputError, match="stands still"):
+        cascade(still)

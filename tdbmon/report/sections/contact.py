@@ -32,15 +32,16 @@ def section(analysis: Analysis) -> Section | None:
                 continue
             estimate = getattr(first, pick)
             found.append(since(estimate, release) if unit == "release" else estimate)
-        rows.append(Row((name, *(words(estimate) for estimate in found))))
+        shown = None if unit == "release" else unit
+        rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))
     blocks: list[Block] = [
         Paragraph(
             "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
-            " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, inwards and"
-            " outwards. The single-mass stiffness takes the time between them for half a period of the end's share of the"
+            " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, on its way"
+            " out and back. The single-mass stiffness takes the time between them for half a period of the end's share of the"
             " rotor mass: it is bearing and support in series, a first guess, and its interval holds the instants' errors"
             " only, not those of so coarse a model."
         ),
@@ -60,11 +61,11 @@ def section(analysis: Analysis) -> Section | None:
 
 _QUANTITIES = (
     ("First touch", "release", "touch"),
-    ("Duration", "", "duration"),
-    ("t₁: radius at rest passed outwards", "release", "static_in"),
+    ("Duration", "ms", "duration"),
+    ("t₁: radius at rest passed on the way out", "release", "static_in"),
     ("t₂: radius at rest passed on the way back", "release", "static_out"),
-    ("Rebound from the touching radius", "", "rebound"),
-    ("Velocity after over velocity before", "", "restitution"),
+    ("Rebound from the touching radius", "um", "rebound"),
+    ("Velocity after over velocity before", "1", "restitution"),
 )
 
 

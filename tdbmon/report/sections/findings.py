@@ -83,7 +83,7 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("Radius at rest from the swing", end.gap_from_swing, None),
         ("Out-of-roundness of the settled arc", gap.oval if gap else missing, None),
         ("First touch, after the release", since(touch, release), None),
-        ("First contact, duration", first.duration if first else Estimate.missing("ms", _NO_CONTACT), None),
+        ("First contact, duration", first.duration if first else Estimate.missing("ms", _NO_CONTACT), "ms"),
         ("Rebound", first.rebound if first else Estimate.missing("um", _NO_CONTACT), None),
         (
             "Velocity after over before the contact",

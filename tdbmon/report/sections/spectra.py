@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
@@ -27,7 +29,8 @@ def section(analysis: Analysis) -> Section | None:
     blocks: list[Block] = [_lines(analysis, has_speed)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
-        " Dashed: orders of the speed; dotted: lines of constant frequency that were found."
+        " Dashed: orders of the speed; dotted: lines of constant frequency that were found (sums and multiples of"
+        " others without a name)."
     )
     blocks.append(
         Figure(
@@ -38,7 +41,7 @@ def section(analysis: Analysis) -> Section | None:
             partial(waterfall, analysis),
         )
     )
-    if has_speed:
+    if has_speed and np.nanmax(analysis.speed_hz) > 0:
         blocks.append(
             Figure(
                 "cascade",
@@ -75,6 +78,6 @@ def _lines(analysis: Analysis, has_speed: bool) -> Block:
 
 
 def _row(line: Line) -> Row:
-    place = f"{line.order:g}X" if line.kind == "order" and line.order is not None else words(line.frequency)
+    place = f"{line.order:.4g}X" if line.kind == "order" and line.order is not None else words(line.frequency)
     seen = f"{line.first_s:.1f} to {line.last_s:.1f} s"
     return Row((line.name or "unnamed", line.kind, line.end, place, line.direction, words(line.amplitude), seen))

@@ -79,12 +79,16 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
     found: list[Block] = []
     for end, whirl in analysis.whirl.items():
         if whirl.backward:
-            found.append(Verdict(f"{end}: backward whirl, from {words(whirl.backward_onset)}.", "attention"))
-        if whirl.full:
-            found.append(
-                Verdict(f"{end}: whirl around the whole clearance, from {words(whirl.full_onset)}.", "attention")
-            )
-    return found or [Verdict("No sustained backward whirl and no whirl around the whole clearance was found.", "good")]
+            span = f"from {words(whirl.backward_onset)} for {words(whirl.backward_duration)}"
+            found.append(Verdict(f"{end}: backward whirl around the clearance, {span}.", "attention"))
+        elif whirl.full:
+            span = f"from {words(whirl.full_onset)} for {words(whirl.full_duration)}"
+            found.append(Verdict(f"{end}: whirl around the whole clearance with the rotation, {span}."))
+    if found:
+        return found
+    return [
+        Verdict("The shaft did not whirl around the clearance: no whole turn on the ring, in neither sense.", "good")
+    ]
 
 
 def _rotor_table(analysis: Analysis) -> Table:

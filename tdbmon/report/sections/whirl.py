@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
 
@@ -13,8 +14,9 @@ def section(analysis: Analysis) -> Section | None:
         return None
     blocks: list[Block] = [
         Paragraph(
-            "Sustained backward whirl, in which friction drives the shaft around the clearance against its rotation, is the"
-            " failure that touchdown bearings fear most. It is looked for from the release on, about the clearance centre."
+            "Backward whirl, in which friction drives the shaft around the clearance against its rotation, is what destroys"
+            " touchdown bearings. A whirl is counted where the shaft, keeping to the ring, turns around the clearance"
+            " centre by a whole turn; one that swings at the bottom turns back before."
         )
     ]
     if not analysis.whirl:
@@ -22,16 +24,20 @@ def section(analysis: Analysis) -> Section | None:
         return Section("Whirl", tuple(blocks))
     rows = tuple(
         Row(
-            (end, _found(w.backward, words(w.backward_onset)), _found(w.full, words(w.full_onset))),
-            "attention" if w.backward or w.full else "plain",
+            (
+                end,
+                _found(w.backward, w.backward_onset, w.backward_duration),
+                _found(w.full, w.full_onset, w.full_duration),
+                words(w.frequency) if w.frequency.known else "–",
+            ),
+            "attention" if w.backward else "plain",
         )
         for end, w in analysis.whirl.items()
     )
-    blocks.append(
-        Table("Whirl after the release", ("End", "Sustained backward whirl", "Whirl around the whole clearance"), rows)
-    )
+    header = ("End", "Backward whirl", "Whirl in either sense", "Frequency of the longest (negative: backward)")
+    blocks.append(Table("Whirl after the release (times from the record's first sample)", header, rows))
     return Section("Whirl", tuple(blocks))
 
 
-def _found(found: bool, onset: str) -> str:
-    return f"yes, from {onset}" if found else "none found"
+def _found(found: bool, onset: Estimate, duration: Estimate) -> str:
+    return f"from {words(onset)}, for {words(duration)}" if found else "none found"
