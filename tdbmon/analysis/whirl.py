@@ -1,9 +1,15 @@
-"""Whirl of the shaft around its clearance, from the angle of the shaft centre about the clearance centre.
+"""Whirl around the clearance: which way the shaft centre goes round, and whether it goes right round.
 
-A rotor that swings at the bottom turns back; one that whirls goes round.  Looked at are the stretches in which the shaft
-keeps to the ring (radius at least 0.8 of the clearance circle, interrupted for 3 ms at the most).  A whirl is *full* where
-the angle advances by a whole turn within such a stretch, and *backward* where it does so against the rotation: friction
-then drives the shaft round, up to speeds that destroy the bearing.
+A rotor that swings at the bottom goes back and forth, one that bounces crosses the middle; neither goes round.  What
+destroys touchdown bearings is the shaft rolling around the ring against its rotation (backward whirl).  The rule asks for
+whole turns about the clearance centre:
+
+- full whirl, either way: the angle about the centre advances by a turn or more while the shaft stays within the outer
+  fifth of the clearance (radius >= 0.8 gap);
+- backward whirl: it advances by a turn or more against the rotation, at a radius of at least half the gap (a shaft that
+  bounces its way round flies along chords).
+
+An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.
 """
 
 from __future__ import annotations
@@ -12,134 +18,232 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.special import stdtrit
+from tdbsim.errors import InputError
 
 from tdbmon.estimate import Estimate
 
-_ON_RING = 0.8  # of the clearance circle's radius
-_INTERRUPTED_S = 3e-3
-_RATE_HZ = 4000.0
-_TURN = 2 * np.pi
-_DEPARTS = 0.1  # rad: a whirl begins where it leaves the place at which the shaft lay by this much
-_SAMPLE = "by rule, to the sample"
+_FULL, _BACKWARD = 0.8, 0.5  # of the gap
+_TURN, _BACK = 2 * np.pi, np.pi / 2
+_RATE_HZ = 2500.0  # of the samples looked at
+_RULE = "first sample of the advance, by the rule of a whole turn"
+
+
+@dataclass(frozen=True)
+class Advance:
+    """A stretch over which the shaft centre went round by a turn or more.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+    turns : float
+        Positive with the rotation.
+    frequency : Estimate
+        Turns a second, Hz.
+    """
+
+    start_s: float
+    end_s: float
+    turns: float
+    frequency: Estimate
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the stretch, s."""
+        return self.end_s - self.start_s
 
 
 @dataclass(frozen=True)
 class Whirl:
-    """Whirl of one end.
+    """Whirl at one end.
 
     Attributes
     ----------
     backward, full : bool
-        Whether a whole turn was made against the rotation; whether one was made in either sense.
+        By the rules above.
     backward_onset, full_onset : Estimate
-        When the first such turn begins, s from the record's first sample.
-    backward_duration, full_duration : Estimate
-        Time from that onset to the end of the longest whirl of the kind, s.
+        Where the first such advance begins, s.
+    backward_longest_s, full_longest_s : float
+        Duration of the longest; 0 where there is none.
     frequency : Estimate
-        Mean frequency of the longest whirl, Hz; negative against the rotation.
+        Of the longest advance of either kind, Hz.
+    forward_full : bool
+        Some of the full whirl goes with the rotation.
     """
 
     backward: bool
     full: bool
     backward_onset: Estimate
     full_onset: Estimate
-    backward_duration: Estimate
-    full_duration: Estimate
+    backward_longest_s: float
+    full_longest_s: float
     frequency: Estimate
-
-
-@dataclass(frozen=True)
-class _Run:
-    start: float
-    end: float
-    turns: float  # signed, positive with the rotation
-
-    @property
-    def seconds(self) -> float:
-        return self.end - self.start
+    forward_full: bool
 
 
 def find_whirl(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], radius: float, sense: int, start_s: float
+    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float = -np.inf
 ) -> Whirl:
-    """Look for full and backward whirl of one end.
+    """Judge the whirl of one end.
 
     Parameters
     ----------
     planes : Dataset
-        Result of `to_planes`.
+        ``displacement(end, axis, time)``, m.
     end : str
-    centre, radius : float
-        The clearance circle, m.
+    centre : tuple of float
+        Centre of the clearance, m.
+    gap : float
+        Radius of the clearance circle, m.
     sense : int
-        +1 where the rotor turns counter-clockwise, -1 where clockwise.
+        +1 where the rotor turns from +x towards +y, -1 otherwise.
     start_s : float
-        From when on to look, s: the release.
+        What lies before (levitation) is not looked at, s.
+
+    Returns
+    -------
+    Whirl
+
+    Raises
+    ------
+    InputError
+        If `gap` is not positive.
     """
-    time, angle, on_ring = _course(planes, end, centre, radius, sense, start_s)
-    runs = [run for first, last in _stretches(time, on_ring) for run in _turns(time[first:last], angle[first:last])]
-    backward = [run for run in runs if run.turns < 0]
-    none = "no whole turn around the clearance was made"
-    if not runs:
-        s, hz = Estimate.missing("s", none), Estimate.missing("Hz", none)
-        return Whirl(False, False, s, s, s, s, hz)
-    longest = max(runs, key=lambda run: run.seconds)
-    against = "no whole turn against the rotation was made"
+    time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
+    full = _advances(time, angle, radius >= _FULL)
+    backward = [a for a in _advances(time, angle, radius >= _BACKWARD) if a.turns < 0]
+    longest = max(full + backward, key=lambda a: a.duration_s, default=None)
     return Whirl(
-        bool(backward),
-        True,
-        _stated(min(run.start for run in backward)) if backward else Estimate.missing("s", against),
-        _stated(min(run.start for run in runs)),
-        _stated(max(run.seconds for run in backward)) if backward else Estimate.missing("s", against),
-        _stated(longest.seconds),
-        Estimate(
-            longest.turns / longest.seconds, unit="Hz", method="turns over time of the longest whirl", why=_SAMPLE
-        ),
+        backward=bool(backward),
+        full=bool(full),
+        backward_onset=_onset(backward, "the shaft does not go round against its rotation"),
+        full_onset=_onset(full, "the shaft does not go round the whole clearance"),
+        backward_longest_s=max((a.duration_s for a in backward), default=0.0),
+        full_longest_s=max((a.duration_s for a in full), default=0.0),
+        frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
+        forward_full=any(a.turns > 0 for a in full),
     )
 
 
-def _stated(seconds: float) -> Estimate:
-    return Estimate(seconds, unit="s", method="angle about the clearance centre", why=_SAMPLE)
+def whirl_course(
+    planes: xr.Dataset,
+    end: str,
+    centre: tuple[float, float],
+    gap: float,
+    sense: int,
+    start_s: float = -np.inf,
+    window_s: float = 0.02,
+) -> xr.Dataset:
+    """Direction of whirl against time, from the angular momentum about the clearance centre.
+
+    Parameters
+    ----------
+    planes, end, centre, gap, sense, start_s
+        As for `find_whirl`.
+    window_s : float
+        Length of a window, s.
+
+    Returns
+    -------
+    Dataset
+        ``direction(time)``: the area swept about the centre over the area swept in either sense, from -1 (all against
+        the rotation) to 1 (all with it); ``rate(time)``: the area swept with the rotation a second, m^2/s;
+        ``radius(time)``: mean radius in gaps.
+
+    Raises
+    ------
+    InputError
+        If `gap` is not positive, or less than a window follows `start_s`.
+    """
+    time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
+    step = float(np.median(np.diff(time))) if len(time) > 1 else window_s
+    length = max(2, round(window_s / step))
+    count = (len(time) - 1) // length
+    if count < 1:
+        raise InputError(f"less than a window of {window_s:g} s follows {start_s:g} s; give a shorter one")
+    swept = (gap**2 / 2) * radius[1:] * radius[:-1] * np.sin(np.diff(angle))
+    swept = swept[: count * length].reshape(count, length)
+    area, both = swept.sum(axis=1), np.abs(swept).sum(axis=1)
+    direction = np.divide(area, both, out=np.zeros(count), where=both > 0)
+    return xr.Dataset(
+        {
+            "direction": ("time", np.where(np.isnan(area), np.nan, direction)),
+            "rate": ("time", area / (length * step), {"units": "m^2/s"}),
+            "radius": ("time", radius[: count * length].reshape(count, length).mean(axis=1), {"units": "gap"}),
+        },
+        coords={"time": ("time", time[: count * length].reshape(count, length).mean(axis=1), {"units": "s"})},
+        attrs={"end": end, "window_s": length * step, "positive": "with rotation"},
+    )
 
 
-def _course(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], radius: float, sense: int, start_s: float
+def _polar(
+    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, unwrapped angle in the sense of rotation, and whether the shaft keeps to the ring."""
-    rate = planes.attrs["sampling_hz"]
-    count = max(1, int(rate / _RATE_HZ))
-    first = int(np.searchsorted(planes.time.to_numpy(), start_s))
-    xy = planes.displacement.sel(end=end).to_numpy()[:, first:]
-    whole = xy.shape[1] // count * count
-    x, y = xy[:, :whole].reshape(2, -1, count).mean(axis=2) - np.array(centre)[:, None]
-    time = planes.time.to_numpy()[first : first + whole].reshape(-1, count).mean(axis=1)
-    seen = np.isfinite(x) & np.isfinite(y)
-    time, x, y = time[seen], x[seen], y[seen]
-    return time, sense * np.unwrap(np.arctan2(y, x)), np.hypot(x, y) >= _ON_RING * radius
+    """Time, radius in gaps and angle about the centre (positive with the rotation), thinned."""
+    if not gap > 0:
+        raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
+    time = planes.time.to_numpy()
+    every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ))
+    some = slice(int(np.searchsorted(time, start_s)), None, every)
+    xy = planes.displacement.sel(end=end).transpose("axis", "time").to_numpy()[:, some]
+    x, y = xy[0] - centre[0], sense * (xy[1] - centre[1])
+    return time[some], np.hypot(x, y) / gap, np.arctan2(y, x)
 
 
-def _stretches(time: np.ndarray, on_ring: np.ndarray) -> list[tuple[int, int]]:
-    """Index ranges in which the shaft keeps to the ring, short interruptions included."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], on_ring.astype(np.int8), [0]])))
-    out: list[list[int]] = []
+def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:
+    """Advances of a turn or more while `outside` holds."""
+    found = []
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], outside.astype(np.int8), [0]])))
     for first, last in edges.reshape(-1, 2):
-        if out and time[first] - time[out[-1][1] - 1] <= _INTERRUPTED_S:
-            out[-1][1] = int(last)
-        else:
-            out.append([int(first), int(last)])
-    return [(first, last) for first, last in out if last - first > 3]
-
-
-def _turns(time: np.ndarray, angle: np.ndarray) -> list[_Run]:
-    """Longest advance of at least one turn in each sense within a stretch."""
-    out = []
-    for sign in (1, -1):
-        course = sign * angle
-        lowest = np.minimum.accumulate(course)
-        advance = course - lowest
-        top = int(np.argmax(advance))
-        if advance[top] < _TURN:
+        if last - first < 4:
             continue
-        begin = int(np.flatnonzero(course[: top + 1] < lowest[top] + _DEPARTS)[-1])
-        out.append(_Run(float(time[begin]), float(time[top]), sign * float(advance[top]) / _TURN))
-    return out
+        course = np.unwrap(angle[first:last])
+        if np.ptp(course) < _TURN:
+            continue
+        for a, b in _legs(course):
+            if abs(course[b] - course[a]) >= _TURN:
+                found.append(_advance(time[first + a : first + b + 1], course[a : b + 1]))
+    return found
+
+
+def _legs(course: np.ndarray) -> list[tuple[int, int]]:
+    """Stretches between reversals of a quarter turn or more."""
+    turning = np.flatnonzero(np.diff(np.sign(np.diff(course))) != 0) + 1
+    legs, pivot, extreme, way = [], 0, 0, 0
+    low = high = 0
+    for i in (0, *turning.tolist(), len(course) - 1):
+        if way == 0:
+            low, high = (i if course[i] < course[low] else low), (i if course[i] > course[high] else high)
+            if course[high] - course[low] >= _BACK:
+                pivot, extreme = (low, high) if low < high else (high, low)
+                way = 1 if low < high else -1
+        elif way * (course[i] - course[extreme]) > 0:
+            extreme = i
+        elif way * (course[extreme] - course[i]) >= _BACK:
+            legs.append((pivot, extreme))
+            pivot, extreme, way = extreme, i, -way
+    if way:
+        legs.append((pivot, extreme))
+    return legs
+
+
+def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
+    turned = (course - course[0]) / _TURN
+    turns, duration = float(turned[-1]), float(time[-1] - time[0])
+    whole = np.arange(int(abs(turns)) + 1)
+    passed = np.interp(whole, np.maximum.accumulate(np.abs(turned)), time)
+    rates = 1 / np.diff(passed)
+    mean = abs(turns) / duration
+    if len(rates) < 3:
+        frequency = Estimate(mean, unit="Hz", method="turns over their time", why="fewer than three turns")
+    else:
+        half = float(stdtrit(len(rates) - 1, 0.975) * np.std(rates, ddof=1) / np.sqrt(len(rates)))
+        frequency = Estimate(mean, mean - half, mean + half, "Hz", "turns over their time; scatter of the turns")
+    return Advance(float(time[0]), float(time[-1]), turns, frequency)
+
+
+def _onset(advances: list[Advance], why: str) -> Estimate:
+    if not advances:
+        return Estimate.missing("s", why)
+    first = min(a.start_s for a in advances)
+    return Estimate(first, unit="s", method=_RULE, why="set by the rule, to the sample; it has no interval")
