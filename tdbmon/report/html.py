@@ -8,8 +8,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tdbmon.atomic import write_text
 from tdbmon.report.document import Document, Figure, Image, SignalViewer
-from tdbmon.report.output import write_whole
 from tdbmon.report.svg import inline_svg
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def write_html(document: Document, path: str | Path) -> None:
     InputError
         If the place cannot be written.
     """
-    write_whole(render_html(document).encode("utf-8"), Path(path))
+    write_text(Path(path), render_html(document))
 
 
 def render_html(document: Document) -> str:

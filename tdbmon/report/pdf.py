@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from tdbmon.atomic import write_bytes
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
-from tdbmon.report.output import write_whole
 
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
@@ -21,7 +21,7 @@ def write_pdf(document: Document, path: str | Path) -> None:
     InputError
         If the place cannot be written.
     """
-    write_whole(render_pdf(document), Path(path))
+    write_bytes(Path(path), render_pdf(document))
 
 
 def render_pdf(document: Document) -> bytes:

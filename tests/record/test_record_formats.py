@@ -160,7 +160,7 @@ def test_a_record_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: py
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", fail)
-    with pytest.raises(InputError, match=r"kept\.nc: cannot be written: No space left"):
+    with pytest.raises(InputError, match=r"kept\.nc: cannot be written \(No space left"):
         write(record, target)
     assert target.read_bytes() == b"the earlier file"
     assert [path.name for path in tmp_path.iterdir()] == ["kept.nc"]

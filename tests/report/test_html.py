@@ -192,7 +192,7 @@ def test_a_place_that_cannot_be_written_is_said(short: Analysis, tmp_path: Path)
 def test_an_interrupt_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import os
 
-    from tdbmon.report import output
+    from tdbmon.atomic import write_bytes
 
     path = tmp_path / "report.html"
     path.write_text("old")
@@ -202,6 +202,6 @@ def test_an_interrupt_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.
 
     monkeypatch.setattr(os, "replace", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        output.write_whole(b"new", path)
+        write_bytes(path, b"new")
     assert path.read_text() == "old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]

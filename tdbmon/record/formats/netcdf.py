@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 
+from tdbmon.atomic import replacing
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
 
@@ -42,21 +42,14 @@ class NetCDF:
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
     """Write a record so that reading it gives the identical values; the file appears whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with netCDF4.Dataset(part, "w") as file:
-            for dimension in record.sizes:
-                file.createDimension(str(dimension), record.sizes[dimension])
-            for name in record.variables:
-                _write_variable(file, str(name), record[name])
-            for name, value in record.attrs.items():
-                if isinstance(value, (str, int, float)) and value != "":
-                    file.setncattr(str(name), value)
-        os.replace(part, path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}; choose another place") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with replacing(path) as part, netCDF4.Dataset(part, "w") as file:
+        for dimension in record.sizes:
+            file.createDimension(str(dimension), record.sizes[dimension])
+        for name in record.variables:
+            _write_variable(file, str(name), record[name])
+        for name, value in record.attrs.items():
+            if isinstance(value, (str, int, float)) and value != "":
+                file.setncattr(str(name), value)
 
 
 def _check_classic(path: Path) -> None:
