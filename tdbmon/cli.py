@@ -37,7 +37,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _root(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
+    ] = False,
 ) -> None:
     pass
 
@@ -151,12 +153,12 @@ def effects(
         return
     found = declaration(identifier)
     typer.echo(f"{found.identifier}: {found.title}\n{found.what}\nsignature: {found.signature}\nwhere: {found.place}")
-    for each in found.parameters:
-        if each.choices:
-            typer.echo(f"  {each.name}: {each.meaning}; {' or '.join(each.choices)}")
+    for one in found.parameters:
+        if one.choices:
+            typer.echo(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}")
         else:
-            bounds = f"{each.text(each.low)} to {each.text(each.high)}"
-            typer.echo(f"  {each.name}: {each.meaning}; {bounds}, off or default {each.text(each.off)}")
+            bounds = f"{one.text(one.low)} to {one.text(one.high)}"
+            typer.echo(f"  {one.name}: {one.meaning}; {bounds}, off or default {one.text(one.off)}")
 
 
 def _report_writer(path: Path) -> Callable[[Any], None]:

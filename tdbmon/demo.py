@@ -26,9 +26,11 @@ def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
     machine = load_machine(shipped("coastdown/machine.toml"))
     lines = []
     for name in ("drop_100", "drop_150"):
-        result = analyse(
-            read(shipped(f"coastdown/{name}.nc")), machine, lambda step, name=name: progress(f"{name}: {step}")
-        )
+
+        def tell(step: str, name: str = name) -> None:
+            progress(f"{name}: {step}")
+
+        result = analyse(read(shipped(f"coastdown/{name}.nc")), machine, tell)
         progress(f"{name}: drawing the figures and writing the reports")
         document = build_report(result, note=SYNTHETIC)
         write_html(document, out / f"{name}.html")

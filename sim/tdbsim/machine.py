@@ -172,7 +172,8 @@ class Balls(_Part):
     def _fits(self) -> Balls:
         if self.diameter * self.count > math.pi * self.pitch_diameter:
             raise InputError(
-                f"{self.count} balls of {self.diameter * 1e3:g} mm do not fit on a pitch circle of {self.pitch_diameter * 1e3:g} mm"
+                f"{self.count} balls of {self.diameter * 1e3:g} mm do not fit on a pitch circle"
+                f" of {self.pitch_diameter * 1e3:g} mm"
             )
         return self
 
@@ -310,7 +311,8 @@ class Machine(_Part):
             angles = [probe.angle for probe in self.probes if probe.end == end]
             if len(angles) >= 2 and max(abs(math.sin(a - angles[0])) for a in angles[1:]) < math.sin(math.radians(10)):
                 raise InputError(
-                    f"probes of end '{end}' are less than 10 deg from one line; two directions are needed to see the orbit: check their angles"
+                    f"probes of end '{end}' are less than 10 deg from one line; two directions are needed to see the orbit:"
+                    " check their angles"
                 )
 
     @property
@@ -367,7 +369,8 @@ def _plausible(bearing: TouchdownBearing) -> None:
             )
     if bearing.friction.high > 2:
         raise InputError(
-            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.high:g} is no friction coefficient; 0.05 to 0.5 is usual"
+            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.high:g} is no friction coefficient;"
+            " 0.05 to 0.5 is usual"
         )
 
 
