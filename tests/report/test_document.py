@@ -115,10 +115,10 @@ def test_the_gap_is_held_against_the_drawing(coastdown: Analysis, offsets: tuple
 
 
 def test_backward_whirl_is_on_the_first_page(short: Analysis) -> None:
-    onset, duration = Estimate(0.15, 0.14, 0.16, "s"), Estimate(0.05, 0.04, 0.06, "s")
+    onset = Estimate(0.15, 0.14, 0.16, "s")
     seen = replace(
         short.whirl["DE"], backward=True, full=True, backward_onset=onset, full_onset=onset,
-        backward_duration=duration, full_duration=duration, frequency=Estimate(-120.0, -125.0, -115.0, "Hz"),
+        frequency=Estimate(-120.0, -125.0, -115.0, "Hz"),
     )  # fmt: skip
     document = build_report(replace(short, whirl={**short.whirl, "DE": seen}))
     verdicts = [b for b in _summary(document).blocks if isinstance(b, Verdict) and "whirl" in b.text]

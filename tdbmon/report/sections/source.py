@@ -34,7 +34,7 @@ def section(analysis: Analysis) -> Section:
     return Section(
         "Source and methods",
         (
-            Table("Source", ("What", ""), tuple(rows)),
+            Table("Source", ("What", "Value"), tuple(rows)),
             Table("Methods", ("Quantity", "Method"), tuple(Row(pair) for pair in methods)),
         ),
     )

@@ -79,16 +79,15 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
     found: list[Block] = []
     for end, whirl in analysis.whirl.items():
         if whirl.backward:
-            span = f"from {words(whirl.backward_onset)} for {words(whirl.backward_duration)}"
-            found.append(Verdict(f"{end}: backward whirl around the clearance, {span}.", "attention"))
+            onset = words(whirl.backward_onset)
+            found.append(Verdict(f"{end}: backward whirl around the clearance, from {onset}.", "attention"))
         elif whirl.full:
-            span = f"from {words(whirl.full_onset)} for {words(whirl.full_duration)}"
-            found.append(Verdict(f"{end}: whirl around the whole clearance with the rotation, {span}."))
+            found.append(
+                Verdict(f"{end}: whirl right round the clearance, from {words(whirl.full_onset)}.", "attention")
+            )
     if found:
         return found
-    return [
-        Verdict("The shaft did not whirl around the clearance: no whole turn on the ring, in neither sense.", "good")
-    ]
+    return [Verdict("The shaft did not whirl around the clearance: it made no whole turn in either sense.", "good")]
 
 
 def _rotor_table(analysis: Analysis) -> Table:

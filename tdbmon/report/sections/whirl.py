@@ -15,8 +15,8 @@ def section(analysis: Analysis) -> Section | None:
     blocks: list[Block] = [
         Paragraph(
             "Backward whirl, in which friction drives the shaft around the clearance against its rotation, is what destroys"
-            " touchdown bearings. A whirl is counted where the shaft, keeping to the ring, turns around the clearance"
-            " centre by a whole turn; one that swings at the bottom turns back before."
+            " touchdown bearings. A whirl is counted where the shaft centre goes around the clearance centre by a whole"
+            " turn or more; a shaft that swings at the bottom turns back before."
         )
     ]
     if not analysis.whirl:
@@ -26,18 +26,18 @@ def section(analysis: Analysis) -> Section | None:
         Row(
             (
                 end,
-                _found(w.backward, w.backward_onset, w.backward_duration),
-                _found(w.full, w.full_onset, w.full_duration),
+                _found(w.backward, w.backward_onset),
+                _found(w.full, w.full_onset),
                 words(w.frequency) if w.frequency.known else "–",
             ),
-            "attention" if w.backward else "plain",
+            "attention" if w.backward or w.full else "plain",
         )
         for end, w in analysis.whirl.items()
     )
-    header = ("End", "Backward whirl", "Whirl in either sense", "Frequency of the longest (negative: backward)")
+    header = ("End", "Backward whirl", "Right round the ring, in either sense", "Frequency of the longest")
     blocks.append(Table("Whirl after the release (times from the record's first sample)", header, rows))
     return Section("Whirl", tuple(blocks))
 
 
-def _found(found: bool, onset: Estimate, duration: Estimate) -> str:
-    return f"from {words(onset)}, for {words(duration)}" if found else "none found"
+def _found(found: bool, onset: Estimate) -> str:
+    return f"from {words(onset)}" if found else "none found"
