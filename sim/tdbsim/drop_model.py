@@ -131,7 +131,7 @@ class DropModel:
 
 
 def build_model(
-    machine: Machine, effects: Sequence[Effect] = (), bending_per_plane: int = 4, attachment: bool = True
+    machine: Machine, effects: Sequence[Effect] = (), bending: int = 4, attachment: bool = True
 ) -> DropModel:
     """Turn a machine and effects into the arrays of a run.
 
@@ -141,7 +141,7 @@ def build_model(
         Its nominal values are taken; its own effects act too.
     effects : sequence of Effect
         More effects.
-    bending_per_plane : int
+    bending : int
         Free-free bending modes kept in each plane.
     attachment : bool
         Whether the modes are completed by the local compliance at the touchdown bearings.
@@ -152,7 +152,7 @@ def build_model(
         If an effect does not fit the machine or the values of the machine are not possible ones.
     """
     applied = all_effects(machine, effects)
-    modes = _modes(machine, bending_per_plane, attachment)
+    modes = _modes(machine, bending, attachment)
     draft = Draft(machine, modes, _arrays(machine, modes))
     start = hooks.offsets()
     for effect in applied:

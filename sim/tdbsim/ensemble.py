@@ -16,7 +16,7 @@ def run_many(cases: Sequence[tuple[DropModel, DropPlan]], threads: int | None = 
     Parameters
     ----------
     cases : sequence of (DropModel, DropPlan)
-        Each with a model of its own, since a run sets the model's angles and magnetic forces (`DropModel.copy`).
+        A model may stand in several cases; to vary one, change the arrays of its `DropModel.copy`.
     threads : int, optional
         As many as there are processors where not given.
 

@@ -13,12 +13,17 @@ REGULAR_SLIP = 0.05
 
 
 @inlined
-def friction_force(normal, slip, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
-    """Return the tangential force on the rotor, N, positive counter-clockwise.
+def sliding_force(normal, slip, coefficient):  # type: ignore[no-untyped-def]
+    """Return the tangential force on the rotor, N, positive counter-clockwise, at a coefficient of friction.
 
-    Parameters: normal force, N; slip speed of the rotor's surface over the ring's, m/s, positive counter-clockwise;
-    sliding coefficient; whether an effect changes it; the effects' numbers; the end.
+    `slip` in m/s is that of the rotor's surface over the ring's, positive counter-clockwise.
     """
+    return -coefficient * normal * slip / math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP)
+
+
+@inlined
+def friction_force(normal, slip, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
+    """Return the same with the effects on the coefficient, where there are any: their numbers, and the end."""
     if variable > 0.0:
         coefficient += hooks.friction(slip, effect[end])
-    return -coefficient * normal * slip / math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP)
+    return sliding_force(normal, slip, coefficient)

@@ -152,7 +152,11 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
 
 
 def run(model: DropModel, plan: DropPlan) -> Trajectory:
-    """Integrate a drop; the part of `simulate` between model and record (raises as it does)."""
+    """Integrate a drop; the part of `simulate` between model and record (raises as it does).
+
+    The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
+    """
+    model = model.copy()
     start = initial_state(model, plan)
     count = 1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)
     time = np.arange(count) / plan.sampling

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from tdbsim import hooks
-from tdbsim.ball_bearing import ring_force
+from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import inlined, reassociated
 from tdbsim.columns import (
     BALL_COUNT,
@@ -29,6 +29,7 @@ from tdbsim.columns import (
     CONTACT_DAMPING,
     CONTACT_STIFFNESS,
     COOLING_RATE,
+    DECAY_RATE,
     FOUNDATION_DAMPING,
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
@@ -39,8 +40,11 @@ from tdbsim.columns import (
     HAS_BOW,
     HAS_CIRCULATORY,
     HAS_HOLDING,
+    HAS_SHAPE,
     HAS_SLIP_LAW,
+    HAS_SPRING,
     HAS_WAVES,
+    HAS_WINDAGE,
     INERTIA,
     JOURNAL_RADIUS,
     MAGNET_FX,
@@ -52,9 +56,12 @@ from tdbsim.columns import (
     ROTOR_ROW,
     SUPPORT_DAMPING,
     SUPPORT_MASS,
+    SUPPORT_XX,
+    SUPPORT_XY,
+    SUPPORT_YY,
 )
-from tdbsim.contact import elastic_force
-from tdbsim.friction import REGULAR_SLIP, friction_force
+from tdbsim.contact import elastic_force, touch, touch_shaped
+from tdbsim.friction import REGULAR_SLIP, sliding_force
 from tdbsim.rhs import (
     DRAGGED,
     EXTERNAL,
@@ -67,10 +74,8 @@ from tdbsim.rhs import (
     WINDAGE,
     YIELDED,
     balls_on_ring,
-    touching,
-    windage_acceleration,
 )
-from tdbsim.support import spring_force
+from tdbsim.support import linear_spring
 
 DRIFT = np.array([0.0792036964311957, 0.353172906049774, -0.0420650803577195, 0.0])
 DRIFT[3] = 1 - 2 * DRIFT.sum()
@@ -82,26 +87,26 @@ _SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
 
 @inlined
 def _swing_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (4 drifts, 4, n): how displacement and velocity of each damped mode follow from those before."""
+    """Fill (4 drifts, 4, 2 n): how displacement and velocity of each damped mode follow from those before."""
+    n = len(m.square)
     for s in range(4):
         t = DRIFT[s] * h
-        for k in range(len(m.square)):
+        for k in range(n):
             w2 = m.square[k]
             half = 0.5 * m.damping[k]
             if w2 == 0.0:
-                table[s, 0, k] = 1.0
-                table[s, 1, k] = t
-                table[s, 2, k] = 0.0
-                table[s, 3, k] = 1.0
+                same, along, back, kept = 1.0, t, 0.0, 1.0
             else:
                 w = math.sqrt(w2 - half * half)
                 decay = math.exp(-half * t)
-                c = math.cos(w * t)
-                q = math.sin(w * t) / w
-                table[s, 0, k] = decay * (c + half * q)
-                table[s, 1, k] = decay * q
-                table[s, 2, k] = -decay * w2 * q
-                table[s, 3, k] = decay * (c - half * q)
+                c = decay * math.cos(w * t)
+                along = decay * math.sin(w * t) / w
+                same, back, kept = c + half * along, -w2 * along, c - half * along
+            for plane in range(2):
+                table[s, 0, plane * n + k] = same
+                table[s, 1, plane * n + k] = along
+                table[s, 2, plane * n + k] = back
+                table[s, 3, plane * n + k] = kept
 
 
 @inlined
@@ -124,14 +129,14 @@ def _damper_table(m, h, table):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _damp(ring, support, base, part, s, end):  # type: ignore[no-untyped-def]
+def _damp(ring, support, base, a, b, c, d, e):  # type: ignore[no-untyped-def]
     """Return velocities of inner ring, outer ring and foundation along an axis after half a kick of the dampers."""
     slip = ring - support
-    ring -= part[s, end, 0] * slip
-    support += part[s, end, 1] * slip
+    ring -= a * slip
+    support += b * slip
     slip = support - base
-    support -= part[s, end, 2] * slip
-    base = (base + part[s, end, 3] * slip) * (1.0 - part[s, end, 4])
+    support -= c * slip
+    base = (base + d * slip) * (1.0 - e)
     return ring, support, base
 
 
@@ -168,16 +173,33 @@ def _stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _slide(slip, pull, grip, t, coefficient, variable, effect, end):  # type: ignore[no-untyped-def]
+def _slide(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
     """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
     if grip * coefficient * abs(t) > REGULAR_SLIP:
-        return _stuck(slip, pull * t, -friction_force(grip, slip, coefficient, variable, effect, end) * t, t)
-    k1 = pull + friction_force(grip, slip, coefficient, variable, effect, end)
-    k2 = pull + friction_force(grip, slip + 0.5 * t * k1, coefficient, variable, effect, end)
-    if abs(slip) > _SMALL_SLIP and variable == 0.0:
-        return t * k2
-    k3 = pull + friction_force(grip, slip + 0.5 * t * k2, coefficient, variable, effect, end)
-    k4 = pull + friction_force(grip, slip + t * k3, coefficient, variable, effect, end)
+        return _stuck(slip, pull * t, -sliding_force(grip, slip, coefficient) * t, t)
+    if abs(slip) > _SMALL_SLIP:
+        middle = slip + 0.5 * t * (pull - math.copysign(coefficient * grip, slip))
+        return t * (pull + sliding_force(grip, middle, coefficient))
+    k1 = pull + sliding_force(grip, slip, coefficient)
+    k2 = pull + sliding_force(grip, slip + 0.5 * t * k1, coefficient)
+    k3 = pull + sliding_force(grip, slip + 0.5 * t * k2, coefficient)
+    k4 = pull + sliding_force(grip, slip + t * k3, coefficient)
+    return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
+
+
+@inlined
+def _slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untyped-def]
+    """Return the same where effects change the coefficient with the slip."""
+    here = coefficient + hooks.friction(slip, p)
+    if grip * here * abs(t) > REGULAR_SLIP:
+        return _stuck(slip, pull * t, -sliding_force(grip, slip, here) * t, t)
+    k1 = pull + sliding_force(grip, slip, here)
+    at = slip + 0.5 * t * k1
+    k2 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
+    at = slip + 0.5 * t * k2
+    k3 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
+    at = slip + t * k3
+    k4 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
     return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
@@ -185,6 +207,8 @@ def _slide(slip, pull, grip, t, coefficient, variable, effect, end):  # type: ig
 def _slowed(speed, drag, t):  # type: ignore[no-untyped-def]
     """Return the speed of a ring after its drag acted for t; `drag` in rad/s^2."""
     grip = t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
+    if abs(grip) < 1e-3:
+        return speed * (1.0 - grip)
     if abs(grip) > 0.1:
         return speed / (1.0 + grip) if grip > 0.0 else speed * (1.0 - grip)
     middle = speed * (1.0 - 0.5 * grip)
@@ -220,16 +244,16 @@ def _kernel_for(modes: int) -> Any:
         square, gyro, weight, at_end, unbalance = m.square, m.gyro, m.weight, m.at_end, m.unbalance
         columns, effect, spin_columns = m.end, m.effect, m.spin
         ball_cosine, ball_sine, ball_oversize = m.ball_cosine, m.ball_sine, m.ball_oversize
-        swings = np.zeros((4, 4, n))
+        swings = np.zeros((4, 4, 2 * n))
         dampers = np.zeros((3, 2, 5))
         tabled = -1.0
         # the state in pieces
-        qa, qb = y[:n].copy(), y[n : 2 * n].copy()
+        q, v = y[: 2 * n].copy(), y[nq : nq + 2 * n].copy()
         place, angle = y[2 * n : 2 * n + 12].copy(), y[2 * n + 12 : nq].copy()
-        va, vb = y[nq : nq + n].copy(), y[nq + n : nq + 2 * n].copy()
         speed, spin = y[nq + 2 * n : nq + 2 * n + 12].copy(), y[nq + 2 * n + 12 : ledger].copy()
         work = y[ledger:].copy()
-        fa, fb, wa, wb, ga, gb = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+        push, half, turned_a, turned_b = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n)
+        twice = np.concatenate((m.square, m.square))
         impulse_x, impulse_y = np.zeros(2), np.zeros(2)
         speed_x, speed_y, place_x, place_y = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
         cage_cosine, cage_sine = np.zeros(2), np.zeros(2)
@@ -239,8 +263,21 @@ def _kernel_for(modes: int) -> Any:
             own[1] += at_end[1, k] * at_end[1, k]
             both += at_end[0, k] * at_end[1, k]
         inertia, gravity = spin_columns[INERTIA], spin_columns[GRAVITY]
+        # reciprocals, since divisions are slow
+        ring_masses, support_masses = 1.0 / columns[:, RING_MASS], 1.0 / columns[:, SUPPORT_MASS]
+        ring_inertias = 1.0 / columns[:, RING_INERTIA]
+        turnings = columns[:, JOURNAL_RADIUS] / inertia
+        slides = 1.0 / (
+            own
+            + ring_masses
+            + columns[:, JOURNAL_RADIUS] * turnings
+            + (columns[:, JOURNAL_RADIUS] + columns[:, GAP]) ** 2 * ring_inertias
+        )
+        lights = 1.0 / slides
+        counts = np.zeros(2, np.int64)
         free = np.zeros(2)  # a ring nearer to the outer ring's middle than this touches no ball
         for end in range(2):
+            counts[end] = int(columns[end, BALL_COUNT])
             free[end] = max(0.0, columns[end, HALF_CLEARANCE] - np.max(ball_oversize[end]))
 
         for row in range(len(times)):
@@ -263,17 +300,15 @@ def _kernel_for(modes: int) -> Any:
                     s = min(stage, 6 - stage)
                     tau = DRIFT[s] * h
                     now += tau
-                    lost = 0.0
-                    for k in range(n):
-                        q1, v1, q2, v2 = qa[k], va[k], qb[k], vb[k]
-                        p1 = swings[s, 0, k] * q1 + swings[s, 1, k] * v1
-                        u1 = swings[s, 2, k] * q1 + swings[s, 3, k] * v1
-                        p2 = swings[s, 0, k] * q2 + swings[s, 1, k] * v2
-                        u2 = swings[s, 2, k] * q2 + swings[s, 3, k] * v2
-                        lost += square[k] * (q1 * q1 + q2 * q2 - p1 * p1 - p2 * p2)
-                        lost += v1 * v1 + v2 * v2 - u1 * u1 - u2 * u2
-                        qa[k], va[k], qb[k], vb[k] = p1, u1, p2, u2
-                    work[MODAL] += 0.5 * lost
+                    energy = 0.0
+                    for k in range(2 * n):
+                        before, rate = q[k], v[k]
+                        after = swings[s, 0, k] * before + swings[s, 1, k] * rate
+                        later = swings[s, 2, k] * before + swings[s, 3, k] * rate
+                        energy += twice[k] * (before * before - after * after) + rate * rate - later * later
+                        q[k] = after
+                        v[k] = later
+                    work[MODAL] += 0.5 * energy
                     for k in range(12):
                         place[k] += tau * speed[k]
                     for k in range(3):
@@ -291,14 +326,14 @@ def _kernel_for(modes: int) -> Any:
                     x0, y0, u0, v0, x1, y1, u1, v1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                     for k in range(n):
                         first, second = at_end[0, k], at_end[1, k]
-                        x0 += first * qa[k]
-                        y0 += first * qb[k]
-                        u0 += first * va[k]
-                        v0 += first * vb[k]
-                        x1 += second * qa[k]
-                        y1 += second * qb[k]
-                        u1 += second * va[k]
-                        v1 += second * vb[k]
+                        x0 += first * q[k]
+                        y0 += first * q[n + k]
+                        u0 += first * v[k]
+                        v0 += first * v[n + k]
+                        x1 += second * q[k]
+                        y1 += second * q[n + k]
+                        u1 += second * v[k]
+                        v1 += second * v[n + k]
                     place_x[0], place_y[0], place_x[1], place_y[1] = x0, y0, x1, y1
                     speed_x[0], speed_y[0], speed_x[1], speed_y[1] = u0, v0, u1, v1
 
@@ -306,32 +341,47 @@ def _kernel_for(modes: int) -> Any:
                     for turn in range(2):
                         end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
                         i = 6 * end
-                        ring_mass = 1.0 / columns[end, RING_MASS]
-                        support_mass = 1.0 / columns[end, SUPPORT_MASS]
-                        mobility = columns[end, FOUNDATION_MOBILITY]
-                        ring_inertia = 1.0 / columns[end, RING_INERTIA]
+                        ring_mass, support_mass = ring_masses[end], support_masses[end]
+                        mobility, ring_inertia = columns[end, FOUNDATION_MOBILITY], ring_inertias[end]
                         gap = columns[end, GAP]
-                        nx, ny, depth, swing = touching(
-                            columns, effect, end, place_x[end] - place[i], place_y[end] - place[i + 1], angle[1 + end],
-                            work[HEAT + end],
-                        )  # fmt: skip
+                        # no arrays go into functions here but for effects: each would be counted, at every call
+                        ex, ey = place_x[end] - place[i], place_y[end] - place[i + 1]
+                        nx, ny, depth, swing = 0.0, 0.0, -1.0, 0.0
+                        if columns[end, HAS_SHAPE] > 0.0:
+                            turned = angle[1 + end] - columns[end, RING_ANGLE]
+                            nx, ny, depth, swing = touch_shaped(ex, ey, gap, turned, work[HEAT + end], effect[end])
+                        elif ex * ex + ey * ey > gap * gap:
+                            nx, ny, depth = touch(ex, ey, gap)
                         ex, ey = place[i] - place[i + 2], place[i + 1] - place[i + 3]
                         bx, by = 0.0, 0.0
                         if columns[end, HAS_WAVES] > 0.0:
                             bx, by = balls_on_ring(m, end, ex, ey, angle[1 + end])
                         elif ex * ex + ey * ey > free[end] * free[end]:
-                            bx, by = ring_force(
-                                ex, ey, int(columns[end, BALL_COUNT]), columns[end, BALL_STIFFNESS],
-                                columns[end, HALF_CLEARANCE], cage_cosine[end], cage_sine[end],
-                                ball_cosine, ball_sine, ball_oversize, end,
-                            )  # fmt: skip
+                            along = ex * cage_cosine[end] + ey * cage_sine[end]
+                            across = ey * cage_cosine[end] - ex * cage_sine[end]
+                            ball_stiffness, half_clearance = columns[end, BALL_STIFFNESS], columns[end, HALF_CLEARANCE]
+                            push_along, push_across = 0.0, 0.0
+                            for j in range(counts[end]):
+                                press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
+                                load = ball_load(press + ball_oversize[end, j], ball_stiffness)
+                                push_along -= load * ball_cosine[end, j]
+                                push_across -= load * ball_sine[end, j]
+                            bx = push_along * cage_cosine[end] - push_across * cage_sine[end]
+                            by = push_along * cage_sine[end] + push_across * cage_cosine[end]
                         turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
                         work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate  # the cage turns loaded balls along
-                        sx, sy = spring_force(
-                            columns, effect, end, place[i + 2] - place[i + 4], place[i + 3] - place[i + 5]
+                        ux, uy = place[i + 2] - place[i + 4], place[i + 3] - place[i + 5]
+                        sx, sy = linear_spring(
+                            ux, uy, columns[end, SUPPORT_XX], columns[end, SUPPORT_XY], columns[end, SUPPORT_YY]
                         )
-                        rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], dampers, s, end)
-                        rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], dampers, s, end)
+                        if columns[end, HAS_SPRING] > 0.0:
+                            more_x, more_y = hooks.support(ux, uy, effect[end])
+                            sx += more_x
+                            sy += more_y
+                        d0, d1, d2 = dampers[s, end, 0], dampers[s, end, 1], dampers[s, end, 2]
+                        d3, d4 = dampers[s, end, 3], dampers[s, end, 4]
+                        rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], d0, d1, d2, d3, d4)
+                        rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], d0, d1, d2, d3, d4)
                         roll_x, roll_y, yield_x, yield_y = rvx - svx, rvy - svy, svx - fvx, svy - fvy
 
                         jx, jy, rubbed = 0.0, 0.0, 0.0
@@ -345,23 +395,22 @@ def _kernel_for(modes: int) -> Any:
                             pull_n = -(bx * nx + by * ny) * ring_mass
                             pull_t = (bx * ny - by * nx) * ring_mass
                             light_n = own[end] + ring_mass + swing * swing * ring_inertia
-                            light_t = (
-                                own[end] + ring_mass + radius * radius / inertia + (radius + gap) ** 2 * ring_inertia
-                            )
+                            light_t = lights[end]
                             mean = _press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
                             peak[end] = max(peak[end], mean)
-                            changed = _slide(
-                                slip, pull_t, mean * light_t, tau, columns[end, FRICTION], columns[end, HAS_SLIP_LAW],
-                                effect, end,
-                            )  # fmt: skip
-                            rub = (changed - pull_t * tau) / light_t
+                            coefficient = columns[end, FRICTION]
+                            if columns[end, HAS_SLIP_LAW] > 0.0:
+                                changed = _slide_by_law(slip, pull_t, mean * light_t, tau, coefficient, effect[end])
+                            else:
+                                changed = _slide(slip, pull_t, mean * light_t, tau, coefficient)
+                            rub = (changed - pull_t * tau) * slides[end]
                             press = mean * tau
                             jx, jy = -press * nx - rub * ny, -press * ny + rub * nx
                             middle = approach + 0.5 * (pull_n * tau - light_n * press)
                             work[STRUCK + end] += (press - elastic * tau) * middle
                             rubbed = -rub * (slip + 0.5 * changed)
                             work[RUBBED + end] += rubbed
-                            gain = rub * radius / inertia
+                            gain = rub * turnings[end]
                             struck += gain
                             spin[0] += gain
                             ring_spin -= (rub * (radius + gap) + press * swing) * ring_inertia
@@ -383,82 +432,84 @@ def _kernel_for(modes: int) -> Any:
                             columns[end, SUPPORT_DAMPING] * (yield_x * yield_x + yield_y * yield_y)
                             + columns[end, FOUNDATION_DAMPING] * (fvx * fvx + fvy * fvy)
                         )
-                        speed[i], speed[i + 2], speed[i + 4] = _damp(rvx, svx, fvx, dampers, s, end)
-                        speed[i + 1], speed[i + 3], speed[i + 5] = _damp(rvy, svy, fvy, dampers, s, end)
+                        speed[i], speed[i + 2], speed[i + 4] = _damp(rvx, svx, fvx, d0, d1, d2, d3, d4)
+                        speed[i + 1], speed[i + 3], speed[i + 5] = _damp(rvy, svy, fvy, d0, d1, d2, d3, d4)
                         slowed = _slowed(ring_spin, columns[end, RING_DRAG] * ring_inertia, tau)
-                        work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) / ring_inertia
+                        work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) * columns[end, RING_INERTIA]
                         spin[1 + end] = slowed
 
                     # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
                     omega = spin[0]
-                    middle = omega + 0.5 * tau * windage_acceleration(spin_columns, effect, omega)
-                    slower = tau * windage_acceleration(spin_columns, effect, middle)
+                    slower = -spin_columns[DECAY_RATE] * omega
+                    if spin_columns[HAS_WINDAGE] > 0.0:
+                        slower += hooks.windage(omega, effect[ROTOR_ROW])
+                    middle = omega + 0.5 * tau * slower
+                    slower = -tau * spin_columns[DECAY_RATE] * middle
+                    if spin_columns[HAS_WINDAGE] > 0.0:
+                        slower += tau * hooks.windage(middle, effect[ROTOR_ROW])
                     spin[0] = omega + slower
                     work[WINDAGE] -= inertia * slower * middle
                     pull, gain = tau * middle * middle, struck + slower
                     along, across = pull * cosine + gain * sine, pull * sine - gain * cosine
                     for k in range(n):
-                        fa[k] = unbalance[0, k] * along - unbalance[1, k] * across
-                        fb[k] = unbalance[0, k] * across + unbalance[1, k] * along
+                        push[k] = unbalance[0, k] * along - unbalance[1, k] * across
+                        push[n + k] = unbalance[0, k] * across + unbalance[1, k] * along
                     if spin_columns[HAS_BOW] > 0.0:
                         for k in range(n):
-                            fa[k] += tau * square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
-                            fb[k] += tau * square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
+                            push[k] += tau * square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
+                            push[n + k] += tau * square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
                     if spin_columns[HAS_CIRCULATORY] > 0.0:
                         for k in range(n):
                             for j in range(n):
-                                fa[k] -= tau * m.circulatory[k, j] * qb[j]
-                                fb[k] += tau * m.circulatory[k, j] * qa[j]
+                                push[k] -= tau * m.circulatory[k, j] * q[n + j]
+                                push[n + k] += tau * m.circulatory[k, j] * q[j]
                     if spin_columns[HAS_HOLDING] > 0.0:
                         share = tau * hooks.holding(now, effect[ROTOR_ROW])
                         for j in range(len(m.magnet)):
                             for k in range(n):
-                                fa[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
-                                fb[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
+                                push[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
+                                push[n + k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
                     supplied = 0.0
                     for k in range(n):
-                        pa = at_end[0, k] * impulse_x[0] + at_end[1, k] * impulse_x[1]
-                        pb = at_end[0, k] * impulse_y[0] + at_end[1, k] * impulse_y[1] + tau * weight[k]
-                        supplied += fa[k] * (va[k] + 0.5 * (pa + fa[k])) + fb[k] * (vb[k] + 0.5 * (pb + fb[k]))
-                        fa[k] = 0.5 * (fa[k] + pa)
-                        fb[k] = 0.5 * (fb[k] + pb)
-                        wa[k] = va[k] + fa[k]
-                        wb[k] = vb[k] + fb[k]
+                        struck_a = at_end[0, k] * impulse_x[0] + at_end[1, k] * impulse_x[1]
+                        struck_b = at_end[0, k] * impulse_y[0] + at_end[1, k] * impulse_y[1] + tau * weight[k]
+                        supplied += push[k] * (v[k] + 0.5 * (struck_a + push[k]))
+                        supplied += push[n + k] * (v[n + k] + 0.5 * (struck_b + push[n + k]))
+                        push[k] = 0.5 * (push[k] + struck_a)
+                        push[n + k] = 0.5 * (push[n + k] + struck_b)
                     work[EXTERNAL] += supplied
                     turn = tau * middle
-                    for k in range(n):
-                        ga[k] = turn * wb[k] + struck * qb[k]
-                    for k in range(n):
-                        total = 0.0
-                        for j in range(n):
-                            total += gyro[k, j] * ga[j]
-                        wa[k] -= 0.5 * total
-                    for k in range(n):
-                        gb[k] = turn * wa[k] + struck * qa[k]
-                    for k in range(n):
-                        total = 0.0
-                        for j in range(n):
-                            total += gyro[k, j] * gb[j]
-                        wb[k] += total
-                    for k in range(n):
-                        ga[k] = turn * wb[k] + struck * qb[k]
-                    for k in range(n):
-                        total = 0.0
-                        for j in range(n):
-                            total += gyro[k, j] * ga[j]
-                        va[k] = wa[k] - 0.5 * total + fa[k]
-                        vb[k] = wb[k] + fb[k]
+                    for k in range(2 * n):
+                        half[k] = v[k] + push[k]
+                    for step_of_turn in range(2):
+                        # one plane turns the other, in turns; in the step's second half the other way round
+                        if (step_of_turn == 0) == (stage < 3):
+                            for k in range(n):
+                                turned_a[k] = turn * half[n + k] + struck * q[n + k]
+                            for k in range(n):
+                                total = 0.0
+                                for j in range(n):
+                                    total += gyro[k, j] * turned_a[j]
+                                half[k] -= total
+                        else:
+                            for k in range(n):
+                                turned_b[k] = turn * half[k] + struck * q[k]
+                            for k in range(n):
+                                total = 0.0
+                                for j in range(n):
+                                    total += gyro[k, j] * turned_b[j]
+                                half[n + k] += total
+                    for k in range(2 * n):
+                        v[k] = half[k] + push[k]
             t = times[row]
-            out[row, :n] = qa
-            out[row, n : 2 * n] = qb
+            out[row, : 2 * n] = q
             out[row, 2 * n : 2 * n + 12] = place
             out[row, 2 * n + 12 : nq] = angle
-            out[row, nq : nq + n] = va
-            out[row, nq + n : nq + 2 * n] = vb
+            out[row, nq : nq + 2 * n] = v
             out[row, nq + 2 * n : nq + 2 * n + 12] = speed
             out[row, nq + 2 * n + 12 : ledger] = spin
             out[row, ledger:] = work
-            if not math.isfinite(qa[0] + qb[0]):
+            if not math.isfinite(q[0] + q[n]):
                 return t - span
         if len(times) > 0:
             y[:] = out[len(times) - 1]

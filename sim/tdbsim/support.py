@@ -8,10 +8,15 @@ from tdbsim.columns import HAS_SPRING, SUPPORT_XX, SUPPORT_XY, SUPPORT_YY
 
 
 @inlined
+def linear_spring(x, y, xx, xy, yy):  # type: ignore[no-untyped-def]
+    """Return the force (x, y) of a spring of stiffness [[xx, xy], [xy, yy]], N/m, deflected by (x, y)."""
+    return -(xx * x + xy * y), -(xy * x + yy * y)
+
+
+@inlined
 def spring_force(columns, effect, end, x, y):  # type: ignore[no-untyped-def]
     """Return the spring's force (x, y) on the outer ring, deflected by (x, y) against the foundation, N."""
-    fx = -(columns[end, SUPPORT_XX] * x + columns[end, SUPPORT_XY] * y)
-    fy = -(columns[end, SUPPORT_XY] * x + columns[end, SUPPORT_YY] * y)
+    fx, fy = linear_spring(x, y, columns[end, SUPPORT_XX], columns[end, SUPPORT_XY], columns[end, SUPPORT_YY])
     if columns[end, HAS_SPRING] > 0.0:
         gx, gy = hooks.support(x, y, effect[end])
         fx += gx
