@@ -10,11 +10,11 @@ from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
-from tdbmon.atomic import write_text
+from tdbmon.atomic import write_bytes, write_text
 from tdbmon.record.read import read
 from tdbmon.report.drop_report import build_report
 from tdbmon.report.html import write_html
-from tdbmon.report.pdf import write_pdf
+from tdbmon.report.pdf import render_first_page, write_pdf
 from tdbmon.shipped import shipped
 
 SYNTHETIC = "Synthetic record: made by an independent rig program, not measured on a machine."
@@ -36,5 +36,6 @@ def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
         write_html(document, out / f"{name}.html")
         write_pdf(document, out / f"{name}.pdf")
         write_text(out / f"{name}.json", json.dumps(analysis_json(result), indent=1, allow_nan=False) + "\n")
+        write_bytes(out / f"{name}.png", render_first_page(document))
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json")
     return [SYNTHETIC, *lines, f"open {out / 'drop_100.html'} in a browser"]

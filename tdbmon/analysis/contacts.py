@@ -106,6 +106,7 @@ def find_contacts(
     # the level is as uncertain as the circle along the direction of the contact and the elastic part together
     sigma_level = float(np.hypot(np.hypot(sigma, _value_sigma(gap.centre[1])[1]) / 2, 0.3 * elastic))
     after = np.flatnonzero((time > release_s) & (time <= max(gap.settled_from, release_s + 0.05)))
+    after = after[np.isfinite(xy[after]).all(axis=1)]
     t, d = time[after], xy[after] - centre
     r = np.hypot(d[:, 0], d[:, 1])
     events = _events(t, d, r, touching)

@@ -13,7 +13,7 @@ radius to some ten micrometres (`Gap.from_arc`).  Where the swing frequency give
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,7 @@ _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring an
 _WORST = 20e-6  # m: a radius known no better than this is not worth stating
 _RATE_HZ = 2500.0
 _BIN_DEG = 3.0
+_PARTS = 12
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
 _BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
 
@@ -110,21 +111,21 @@ def fit_gap(
         return None
     steady, slow = _averaged(xy[time >= settled], rate)
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
-        arc = _Arc.of(steady, slow, machine.gravity, circle)
-        if len(arc.angle) < 6:
+        cells = _Cells.of(steady, slow, machine.gravity, circle)
+        if len(cells.arc().angle) < 6:
             return None
-        alone = _fit_circle(arc, travel.per_load)
-        circle = alone[0][:3]
-    sigma = float(np.sqrt(alone[1][2, 2]))
-    if sigma > _WORST and from_swing is None:
+        solution, sigma = _circle(cells, travel.per_load)
+        circle = solution[:3]
+    if sigma[2] > _WORST and from_swing is None:
         return None
-    from_arc = Estimate.from_sigma(float(alone[0][2]), sigma, "um", "circle through the settled arc alone")
-    agrees, (solution, covariance) = None, alone
+    how = "circle through the settled arc alone"
+    from_arc = Estimate.from_sigma(float(solution[2]), float(sigma[2]), "um", how)
+    agrees = None
     if from_swing is not None and from_swing.value is not None:
         agrees = _overlap(from_arc, from_swing)
         if agrees:
-            solution, covariance = _fit_circle(arc, travel.per_load, from_swing)
-    return _gap(steady, arc, solution, covariance, settled, from_arc, agrees)
+            solution, sigma = _circle(cells, travel.per_load, from_swing)
+    return _gap(steady, cells, solution, sigma, settled, from_arc, agrees)
 
 
 def settled_from(
@@ -158,17 +159,26 @@ def _overlap(a: Estimate, b: Estimate) -> bool:
 
 @dataclass(frozen=True)
 class _Arc:
-    """Mean radius and load over the angle about a centre, in bins; `sigma` counts blocks of time, not samples."""
+    """Mean radius and load over the angle from the bottom, in bins; `sigma` from the scatter between blocks of time."""
 
-    angle: np.ndarray  # from the bottom, counter-clockwise
+    angle: np.ndarray
     radius: np.ndarray
     load: np.ndarray
     sigma: np.ndarray
-    halfwidth: float
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Settled positions about a centre, averaged over cells of one angle bin and one block of time."""
+
     centre: np.ndarray
+    halfwidth: float
+    bin: np.ndarray
+    block: np.ndarray
+    means: np.ndarray  # (cell, 3): angle from the bottom, radius, load
 
     @classmethod
-    def of(cls, xy: np.ndarray, rate: float, gravity: float, circle: np.ndarray) -> _Arc:
+    def of(cls, xy: np.ndarray, rate: float, gravity: float, circle: np.ndarray) -> _Cells:
         xy = xy[np.isfinite(xy).all(axis=1)]
         velocity = np.gradient(_lowpass(xy, rate), axis=0) * rate
         d = xy - circle[:2]
@@ -179,31 +189,54 @@ class _Arc:
         bins = np.round(np.rad2deg(angle) / _BIN_DEG).astype(int)
         bins -= bins.min()
         block = np.arange(len(r)) // max(int(_BLOCK_S * rate), 1)
-        # one mean a bin and block; bins seen in fewer than three blocks say nothing about their own error
-        cell, inverse = np.unique(bins * (block.max() + 1) + block, return_inverse=True)
+        blocks = int(block.max()) + 1
+        cell, inverse = np.unique(bins * blocks + block, return_inverse=True)
         count = np.bincount(inverse)
-        means = [np.bincount(inverse, v) / count for v in (angle, r, load)]
-        of_bin = cell // (block.max() + 1)
-        columns: list[tuple[float, ...]] = []
-        for b in np.unique(of_bin):
-            inside = of_bin == b
-            blocks = int(inside.sum())
-            if blocks < 3:
+        means = np.column_stack([np.bincount(inverse, v) / count for v in (angle, r, load)])
+        halfwidth = float(np.quantile(np.abs(angle), 0.98))
+        return cls(circle[:2].copy(), halfwidth, cell // blocks, cell % blocks, means)
+
+    def without(self, blocks: np.ndarray) -> _Cells:
+        """Return the cells of all blocks but these."""
+        kept = ~np.isin(self.block, blocks)
+        return replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept])
+
+    def arc(self) -> _Arc:
+        """Average over the blocks; a bin seen in fewer than three says nothing about its own error."""
+        columns = []
+        for b in np.unique(self.bin):
+            means = self.means[self.bin == b]
+            if len(means) < 3:
                 continue
-            centre = np.median(means[1][inside])
-            spread = 1.4826 * float(np.median(np.abs(means[1][inside] - centre))) + 1e-8
-            kept = inside.copy()
-            kept[inside] = np.abs(means[1][inside] - centre) < 3 * spread
-            values = [float(np.mean(m[kept])) for m in means]
-            columns.append((*values, spread / np.sqrt(blocks)))
-        table = np.array(columns).reshape(-1, 4)
-        return cls(table[:, 0], table[:, 1], table[:, 2], table[:, 3], float(np.quantile(np.abs(angle), 0.98)), circle[:2])
+            off = np.abs(means[:, 1] - np.median(means[:, 1]))
+            spread = 1.4826 * float(np.median(off)) + 1e-8
+            columns.append([*means[off < 3 * spread].mean(axis=0), spread / np.sqrt(len(means))])
+        return _Arc(*np.array(columns).reshape(-1, 4).T)
 
 
-def _fit_circle(
-    arc: _Arc, per_load: float, known: Estimate | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Fit centre, radius and deflection a unit of load to the binned arc; with covariance.
+def _circle(cells: _Cells, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Fit centre, radius and deflection a unit of load, with standard deviations.
+
+    Neighbouring bins see the same vibration, so that the fit's own covariance is too small where the settled stretch
+    is short; leaving out parts of it in turn (jackknife) tells.  The larger of both is taken.
+    """
+    solution, covariance = _fit_circle(cells.arc(), per_load, known)
+    solution[:2] += cells.centre
+    blocks = np.unique(cells.block)
+    parts = np.array_split(blocks, min(_PARTS, len(blocks)))
+    left_out = [
+        _fit_circle(arc, per_load, known)[0] for part in parts if len((arc := cells.without(part).arc()).angle) >= 6
+    ]
+    n = len(left_out)
+    if n < 2:
+        return solution, np.full(4, np.inf)
+    scatter = np.array(left_out) - np.mean(left_out, axis=0)
+    jackknife = (n - 1) / n * np.sum(scatter**2, axis=0)
+    return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife))
+
+
+def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Fit centre (from the bins' centre), radius and deflection a unit of load to a binned arc; with covariance.
 
     The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
     added, at least `_COMMON` and more until the arc fits (reduced chi-square one).
@@ -226,21 +259,19 @@ def _fit_circle(
         if chi <= 1.0:
             break
         common *= 1.3
-    p[:2] += arc.centre
     return p, np.linalg.inv(normal)
 
 
 def _gap(
     xy: np.ndarray,
-    arc: _Arc,
+    cells: _Cells,
     p: np.ndarray,
-    covariance: np.ndarray,
+    sigma: np.ndarray,
     settled: float,
     from_arc: Estimate,
     agrees: bool | None,
 ) -> Gap:
     """Assemble the result."""
-    sigma = np.sqrt(np.diag(covariance))
     how = "settled arc and swing frequency" if agrees else "settled arc"
     names = (f"centre: {how}", f"centre: {how}", f"radius: {how}")
     made = [Estimate.from_sigma(float(v), float(s), "um", m) for v, s, m in zip(p, sigma, names, strict=False)]
@@ -254,16 +285,16 @@ def _gap(
         made[2],
         from_arc,
         agrees,
-        _oval(arc, p),
+        _oval(cells.arc(), cells.halfwidth, p),
         settled,
-        float(np.rad2deg(arc.halfwidth)),
+        float(np.rad2deg(cells.halfwidth)),
         xy[:: max(1, len(xy) // 4000)],
     )
 
 
-def _oval(arc: _Arc, p: np.ndarray) -> Estimate:
+def _oval(arc: _Arc, halfwidth: float, p: np.ndarray) -> Estimate:
     """Second harmonic of the radius over the angle."""
-    if arc.halfwidth < np.deg2rad(50):
+    if halfwidth < np.deg2rad(50):
         return Estimate.missing(
             "um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there"
         )

@@ -30,6 +30,16 @@ def render_pdf(document: Document) -> bytes:
     Words reach typst as JSON data, never as source, so that markup in a name stays text.  The fonts are those that come
     with matplotlib; no clock is read.
     """
+    pages = _set(document, {"pdf_standards": ["a-2a"], "timestamp": 0})
+    return pages[0]
+
+
+def render_first_page(document: Document, dots_per_inch: float = 90.0) -> bytes:
+    """Return the first page as it is on paper, as a PNG picture."""
+    return _set(document, {"format": "png", "ppi": dots_per_inch})[0]
+
+
+def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
     import typst
     from matplotlib import get_data_path
 
@@ -37,16 +47,15 @@ def render_pdf(document: Document) -> bytes:
         place = Path(folder)
         source = place / _TEMPLATE.name
         source.write_bytes(_TEMPLATE.read_bytes())
-        pdf: bytes = typst.compile(
+        made: bytes | list[bytes] = typst.compile(
             str(source),
             root=folder,
             font_paths=[str(Path(get_data_path()) / "fonts" / "ttf")],
             ignore_system_fonts=True,
             sys_inputs={"report": json.dumps(_tree(document, place), allow_nan=False)},
-            pdf_standards=["a-2a"],
-            timestamp=0,
+            **output,
         )
-    return pdf
+    return made if isinstance(made, list) else [made]
 
 
 def _tree(document: Document, folder: Path) -> dict[str, Any]:

@@ -94,3 +94,11 @@ def test_noise_about_the_level_does_not_multiply_contacts():
     planes, *_ = fall_on_a_spring(noise=0.5e-6, seed=4)
     planes = planes.isel(time=planes.time < 0.02)
     assert len(find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).events) == 1
+
+
+def test_missing_samples_do_not_spoil_the_contact():
+    planes, touch, *_ = fall_on_a_spring()
+    planes.displacement[:, :, ::50] = np.nan
+    first = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    assert first.touch.value == pytest.approx(touch, abs=1e-4)
+    assert first.rebound.value == pytest.approx(HEIGHT, rel=0.02)
