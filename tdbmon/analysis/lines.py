@@ -172,7 +172,7 @@ def _against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarr
     time = float(planes.time[0]) + (np.arange(c.shape[2]) * (length // 2) + length / 2) / rate
     speed = mean_over(speed_time, speed_hz, time, length / rate)
     speed[(time < speed_time[0]) | (time > speed_time[-1])] = np.nan
-    return Spectra(0, c, rate / length, time, speed)
+    return Spectra(0, c, rate / length, time, speed, np.ones(c.shape[2:]))
 
 
 def _over_angle(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
@@ -190,14 +190,16 @@ def _over_angle(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray
     cells = min(length // 2, int(_TOP_ORDER * revolutions) + cfar.LAST) + 1
     if cells <= cfar.FIRST + cfar.LAST:
         return _none(planes, 1)
-    c = _half_overlapping(turns.values, length, cells) / np.sinc(np.arange(cells) / length)
+    c = _half_overlapping(turns.values, length, cells)
     first = np.arange(c.shape[2]) * (length // 2)
-    return Spectra(1, c, 1 / revolutions, turns.edges[first + length // 2], turns.speed(first, length))
+    mean = turns.speed(first, length)
+    gain = turns.gain(np.arange(cells) / revolutions, mean[:, None])
+    return Spectra(1, c, 1 / revolutions, turns.edges[first + length // 2], mean, gain)
 
 
 def _none(planes: xr.Dataset, law: int) -> Spectra:
     """The spectra of a record that is too short for any."""
-    return Spectra(law, np.empty((planes.sizes["end"], 2, 0, 0)), 1.0, np.empty(0), np.empty(0))
+    return Spectra(law, np.empty((planes.sizes["end"], 2, 0, 0)), 1.0, np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
 def _half_overlapping(signals: np.ndarray, length: int, cells: int) -> np.ndarray:
@@ -254,7 +256,7 @@ def _trace(
     places, seen = course[window], shown[:, :, window]
     cell = np.round(places / spectra.resolution).astype(int)
     c = np.nan_to_num(spectra.coefficients[:, :, window, cell])
-    c /= window_gain(WINDOW, places / spectra.resolution - cell)
+    c /= window_gain(WINDOW, places / spectra.resolution - cell) * spectra.gain[window, cell]
     c = np.where(seen, c, 0.0)  # what a channel holds there without showing the line belongs to another
     noise = np.nan_to_num(floor[:, :, window, cell])
     circles = np.stack([np.abs(part) for part in forward_backward(c[:, 0], c[:, 1], sense)])

@@ -20,6 +20,7 @@ from tdbmon.analysis.spectrum import cosine_window, window_gain
 PER_TURN = 128  # steps of angle a revolution: below 1 Hz the rotor's lines still fold to no order that is looked at
 _REVOLUTIONS = 32  # a window: an order is told from lines 4/32 of an order away
 _HOPS = 8  # windows begin every eighth of a window
+_HIGHEST = 0.4  # of the sampling rate: above, the loss in averaging is no longer made good
 _FEWEST = 4  # revolutions in a window, and windows in a record
 _BESIDE = np.array([-3, -2, 2, 3])  # bins at which a steady tone leaves little, and noise and neighbours show
 
@@ -36,11 +37,19 @@ class Turns:
         Times at which the steps begin and end, s.
     start : float
         Angle turned through at the first edge, rad.
+    rate : float
+        Sampling rate of the signals before, Hz.
     """
 
     values: np.ndarray
     edges: np.ndarray
     start: float
+    rate: float
+
+    def gain(self, order: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """What averaging leaves of a tone: the mean of two neighbouring samples, held, then the mean over a step."""
+        share = np.minimum(order * speed / self.rate, _HIGHEST)
+        return np.asarray(np.sinc(order / PER_TURN) * np.sinc(share) * np.cos(np.pi * share))
 
     def speed(self, first: np.ndarray, steps: int) -> np.ndarray:
         """Mean speed over `steps` steps of angle from `first` on, Hz."""
@@ -50,8 +59,8 @@ class Turns:
 def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns:
     """Average signals over equal steps of angle.
 
-    The mean over a step (from the integral of the straight lines between samples) keeps what is faster than the steps
-    from folding onto low orders; order n is lowered by sinc(n / PER_TURN), 0.09 % for 3X, which `coefficients` undoes.
+    The mean over a step (from the integral by the trapezoidal rule) keeps what is faster than the steps from folding
+    onto low orders; `Turns.gain` is what it takes from a tone.
 
     Parameters
     ----------
@@ -67,7 +76,8 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
         Whole revolutions; none where less than one is known.
     """
     known = np.flatnonzero(np.isfinite(turned))
-    empty = Turns(np.empty((*signals.shape[:-1], 0)), np.zeros(1), 0.0)
+    step = (time[-1] - time[0]) / max(1, len(time) - 1)
+    empty = Turns(np.empty((*signals.shape[:-1], 0)), np.zeros(1), 0.0, 1 / step if step else 0.0)
     if known.size < 2:
         return empty
     at, angle = time[known], turned[known]
@@ -75,7 +85,6 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     if count == 0:
         return empty
     edges = np.interp(angle[0] + 2 * np.pi / PER_TURN * np.arange(count + 1), angle, at)
-    step = (time[-1] - time[0]) / (len(time) - 1)
     width = np.maximum(np.diff(edges), 1e-12)
     values = np.empty((*signals.shape[:-1], count))
     lost = ~np.isfinite(signals)
@@ -87,7 +96,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     if known.size <= known[-1] - known[0]:  # the angle is not known throughout
         unknown = np.interp(edges, time, _integral(np.isnan(turned).astype(float), step))
         values[..., np.diff(unknown) > 0] = np.nan
-    return Turns(values, edges, float(angle[0]))
+    return Turns(values, edges, float(angle[0]), 1 / step)
 
 
 def _integral(signal: np.ndarray, step: float) -> np.ndarray:
@@ -119,11 +128,11 @@ def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -
     weight = cosine_window("blackman-harris", length)
     step = np.arange(length) + 0.5  # the mean over a step belongs to its middle
     kernel = np.exp(-2j * np.pi * step[:, None] * orders / PER_TURN) * (2 * weight / weight.sum())[:, None]
-    kernel /= np.sinc(orders / PER_TURN)
     centred = turns.values - np.nanmean(turns.values, axis=-1, keepdims=True)
     frames = np.lib.stride_tricks.sliding_window_view(centred, length, axis=-1)[..., ::hop, :]
     raw = frames @ kernel.real + 1j * (frames @ kernel.imag)
     first = np.arange(frames.shape[-2]) * hop
+    raw /= turns.gain(orders, turns.speed(first, length)[:, None])
     return np.asarray(raw * np.exp(-1j * np.outer(turns.start + 2 * np.pi * first / PER_TURN, orders)))
 
 
@@ -177,7 +186,7 @@ def track(
     bins = np.concatenate([[0], _BESIDE])
     if revolutions < _FEWEST:
         none = np.empty((*signals.shape[:2], 0, wanted.size), dtype=complex)
-        return _tracks(planes, wanted, none, none.real, np.empty(0), np.empty(0), sense, 0)
+        return _tracks(planes, wanted, none, np.empty((4, *none[:, 0].shape)), np.empty(0), np.empty(0), sense, 0)
     length, hop = revolutions * PER_TURN, max(1, revolutions // _HOPS) * PER_TURN
     beside = wanted[:, None] + bins / revolutions
     c = coefficients(turns, beside.ravel(), revolutions, hop)
@@ -238,7 +247,6 @@ def _tracks(
     revolutions: int,
 ) -> xr.Dataset:
     parts = _parts(c, sense)
-    noise = noise if noise.ndim == 4 else np.empty((4, *parts[0].shape))
 
     def by_order(values: np.ndarray) -> np.ndarray:
         return np.moveaxis(values, -1, 0)

@@ -41,6 +41,8 @@ class Spectra:
         Width of a cell, Hz or orders.
     time, speed : ndarray, shape (window,)
         Middle of the window, s, and mean speed over it, Hz (NaN where unknown).
+    gain : ndarray, shape (window, cell)
+        What is left of a tone there.
     """
 
     law: int
@@ -48,6 +50,7 @@ class Spectra:
     resolution: float
     time: np.ndarray
     speed: np.ndarray
+    gain: np.ndarray
 
 
 @dataclass(frozen=True)

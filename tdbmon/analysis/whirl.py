@@ -9,7 +9,8 @@ whole turns about the clearance centre:
 - backward whirl: it advances by a turn or more against the rotation, at a radius of at least half the gap (a shaft that
   bounces its way round flies along chords).
 
-An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.
+An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.  Its times are those of
+the longest run of quarter turns that take no more than twice the usual time.
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ from tdbmon.estimate import Estimate
 
 _FULL, _BACKWARD = 0.8, 0.5  # of the gap
 _TURN, _BACK = 2 * np.pi, np.pi / 2
+_QUARTERS = 4  # in a turn
+_SLOW = 2.0  # times the usual quarter turn's time
 _RATE_HZ = 2500.0  # of the samples looked at
-_RULE = "first sample of the advance, by the rule of a whole turn"
+_RULE = "begin of the advance, by the rule of a whole turn"
 
 
 @dataclass(frozen=True)
@@ -228,22 +231,33 @@ def _legs(course: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
-    turned = (course - course[0]) / _TURN
-    turns, duration = float(turned[-1]), float(time[-1] - time[0])
-    whole = np.arange(int(abs(turns)) + 1)
-    passed = np.interp(whole, np.maximum.accumulate(np.abs(turned)), time)
-    rates = 1 / np.diff(passed)
-    mean = abs(turns) / duration
+    """Time the advance by the longest run of quarter turns without a slow one, which a swing or a stop would be."""
+    way = np.sign(course[-1] - course[0])
+    quarters = way * (course - course[0]) / _BACK
+    to_come = np.minimum.accumulate(quarters[::-1])[::-1]  # from a sample on it stays beyond this
+    passed = time[
+        np.searchsorted(to_come, np.arange(int(quarters[-1] + 1e-9) + 1), side="right").clip(max=len(time) - 1)
+    ]
+    taken = np.diff(passed)
+    slow = np.flatnonzero(taken > _SLOW * np.median(taken))
+    begins, ends = np.append(0, slow + 1), np.append(slow, len(taken))
+    longest = int(np.argmax(ends - begins))
+    first, last = int(begins[longest]), int(ends[longest])
+    if last - first < _QUARTERS:
+        first, last = 0, len(taken)
+    start, end, turns = float(passed[first]), float(passed[last]), (last - first) / _QUARTERS
+    rates = 1 / np.diff(passed[first : last + 1 : _QUARTERS])
+    mean = turns / (end - start)
     if len(rates) < 3:
         frequency = Estimate(mean, unit="Hz", method="turns over their time", why="fewer than three turns")
     else:
         half = float(stdtrit(len(rates) - 1, 0.975) * np.std(rates, ddof=1) / np.sqrt(len(rates)))
         frequency = Estimate(mean, mean - half, mean + half, "Hz", "turns over their time; scatter of the turns")
-    return Advance(float(time[0]), float(time[-1]), turns, frequency)
+    return Advance(start, end, float(way * turns), frequency)
 
 
 def _onset(advances: list[Advance], why: str) -> Estimate:
     if not advances:
         return Estimate.missing("s", why)
     first = min(a.start_s for a in advances)
-    return Estimate(first, unit="s", method=_RULE, why="set by the rule, to the sample; it has no interval")
+    return Estimate(first, unit="s", method=_RULE, why="set by the rule, to a quarter turn; it has no interval")

@@ -1,65 +1,143 @@
-"""Whirl: full and backward turns are found, swinging and bouncing are not taken for them."""
+"""Whirl by its rule: rolling round either way, and all that must not be taken for it."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tdbsim.errors import InputError
 
-from tdbmon.analysis.whirl import find_whirl
-from tests.analysis.planes import planes_of
+from tdbmon.analysis.whirl import find_whirl, whirl_course
+from tests.analysis.planes import G, planes_of
 
-RATE, R = 10000.0, 300e-6
-TIME = np.arange(int(0.5 * RATE)) / RATE
-
-
-def course(angle, radius=R, centre=(5e-6, -3e-6), seed=0):
-    noise = 0.3e-6 * np.random.default_rng(seed).standard_normal((len(TIME), 2))
-    xy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]) + np.array(centre) + noise
-    return planes_of(TIME, {"NDE": xy})
+RATE, GAP, CENTRE = 10_000.0, 2.8e-4, (1e-5, -2e-5)
 
 
-def find(planes, sense=1):
-    return find_whirl(planes, "NDE", (5e-6, -3e-6), R, sense, 0.0)
+def _planes(radius: np.ndarray, angle: np.ndarray, noise: float = 1e-7):
+    """Path about the clearance centre; radius in gaps."""
+    rng = np.random.default_rng(1)
+    z = CENTRE[0] + 1j * CENTRE[1] + GAP * radius * np.exp(1j * angle)
+    xy = np.column_stack([z.real, z.imag]) + noise * rng.standard_normal((len(z), 2))
+    return planes_of(np.arange(len(z)) / RATE, {"NDE": xy})
+
+
+def _swing(seconds: float, amplitude: float) -> np.ndarray:
+    """Angle of a swing at the bottom."""
+    time = np.arange(int(seconds * RATE)) / RATE
+    return -np.pi / 2 + amplitude * np.sin(np.sqrt(G / GAP) * time)
+
+
+def _ramp(turns: float, hz: float) -> np.ndarray:
+    time = np.arange(int(abs(turns) / hz * RATE) + 1) / RATE
+    return np.sign(turns) * 2 * np.pi * hz * time
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize("hz", [35.0, -80.0])
-def test_a_whirl_is_found_with_its_sense_and_frequency(sense, hz):
-    begins = 0.1
-    angle = -np.pi / 2 + 2 * np.pi * hz * np.maximum(TIME - begins, 0)
-    whirl = find(course(angle), sense)
-    assert whirl.full
-    assert whirl.backward == (hz * sense < 0)
-    assert whirl.frequency.value == pytest.approx(hz * sense, rel=0.02)
-    onset = whirl.backward_onset if whirl.backward else whirl.full_onset
-    assert onset.value == pytest.approx(begins, abs=2e-3)
+@pytest.mark.parametrize("way", [1, -1])
+def test_rolling_round_is_full_whirl_and_backward_only_against_the_rotation(sense, way):
+    swing = _swing(0.5, 1.0)
+    roll = swing[-1] + _ramp(way * 6.0, 40.0)
+    angle = np.concatenate([swing, roll[1:], np.full(2000, roll[-1])])
+    found = find_whirl(_planes(np.ones(angle.size), angle), "NDE", CENTRE, GAP, sense)
+    assert found.full
+    assert found.backward == (way != sense)
+    assert found.forward_full == (way == sense)
+    # the rule cuts at quarter turns, so that begin and end are within one of the truth
+    quarter = 0.25 / 40.0
+    assert found.full_onset.value == pytest.approx(0.5, abs=quarter)
+    assert found.full_longest_s == pytest.approx(6 / 40.0, abs=2 * quarter)
+    assert found.frequency.value == pytest.approx(40.0, rel=0.03)
+    assert (found.backward_longest_s > 0) == found.backward
+    assert found.backward_onset.known == found.backward
 
 
-@pytest.mark.parametrize("amplitude", [0.3, 1.5, 3.0])
-def test_a_swing_is_no_whirl_however_wide(amplitude):
-    whirl = find(course(-np.pi / 2 + amplitude * np.sin(2 * np.pi * 28 * TIME)))
-    assert not whirl.full
-    assert not whirl.backward
-    assert "whole turn" in whirl.full_onset.why
+def test_frequency_of_a_steady_whirl_has_an_interval_that_holds_it():
+    angle = -np.pi / 2 + _ramp(-20.0, 63.0)
+    found = find_whirl(_planes(np.ones(angle.size), angle, noise=2e-6), "NDE", CENTRE, GAP, 1)
+    assert found.frequency.low <= 63.0 <= found.frequency.high
+    assert found.frequency.value == pytest.approx(63.0, rel=1e-3)
 
 
-def test_an_orbit_inside_the_clearance_is_no_whirl():
-    assert not find(course(2 * np.pi * 100 * TIME, radius=0.4 * R)).full
+@given(amplitude=st.floats(0.05, 3.1), noise=st.floats(0.0, 5e-6))
+@settings(max_examples=25, deadline=None)
+def test_a_swing_of_any_size_is_no_whirl(amplitude, noise):
+    angle = _swing(1.0, amplitude)
+    found = find_whirl(_planes(np.ones(angle.size), angle, noise), "NDE", CENTRE, GAP, 1)
+    assert not found.full and not found.backward
+    assert found.full_longest_s == 0.0 and not found.frequency.known
 
 
-def test_bounces_across_the_clearance_are_no_whirl():
-    """Straight flights from wall to wall: the angle jumps, but the shaft is off the ring in between."""
-    corners = np.exp(1j * np.deg2rad(np.arange(0, 3600, 150))) * R
-    z = np.interp(TIME * 40, np.arange(len(corners)), corners.real) + 1j * np.interp(
-        TIME * 40, np.arange(len(corners)), corners.imag
-    )
-    planes = planes_of(TIME, {"NDE": np.column_stack([z.real, z.imag])})
-    assert not find_whirl(planes, "NDE", (0.0, 0.0), R, 1, 0.0).full
+def test_bouncing_through_the_middle_is_no_whirl():
+    time = np.arange(20_000) / RATE
+    # up and down through the centre, a little beside it, so that the angle jumps by nearly half a turn each time
+    z = 1j * np.cos(2 * np.pi * 20.0 * time) + 0.05 * np.exp(2j * np.pi * 3.0 * time)
+    found = find_whirl(_planes(np.abs(z), np.angle(z)), "NDE", CENTRE, GAP, 1)
+    assert not found.full and not found.backward
 
 
-def test_one_turn_with_lift_offs_is_still_a_turn():
-    angle = -np.pi / 2 - 2 * np.pi * 50 * np.maximum(TIME - 0.2, 0)
-    radius = R * np.where(
-        np.sin(2 * np.pi * 200 * TIME) > 0.9, 0.7, 1.0
-    )  # off the ring for under a millisecond at a time
-    assert find(course(angle, radius)).backward
+def test_levitated_orbit_is_too_small_for_whirl():
+    angle = _ramp(-100.0, 100.0)
+    found = find_whirl(_planes(np.full(angle.size, 0.2), angle), "NDE", CENTRE, GAP, 1)
+    assert not found.full and not found.backward
+
+
+def test_bouncing_round_backwards_is_backward_but_not_full():
+    # chords of 90 degrees between touches: the radius falls to cos(45 deg) = 0.71 of the gap
+    share = np.arange(400) / 400
+    corners = np.exp(-1j * np.pi / 2 * np.arange(13))
+    z = np.concatenate([a + (b - a) * share for a, b in pairwise(corners)])
+    found = find_whirl(_planes(np.abs(z), np.angle(z)), "NDE", CENTRE, GAP, 1)
+    assert found.backward and not found.full
+    assert find_whirl(_planes(np.abs(z), np.angle(z)), "NDE", CENTRE, GAP, -1).backward is False
+    # to a quarter turn, which a chord is, and a sample
+    assert found.backward_longest_s == pytest.approx(12 * 400 / RATE, abs=400 / RATE + 1 / 2500.0)
+
+
+def test_three_quarters_round_is_not_round():
+    angle = np.concatenate([_ramp(-0.75, 50.0), np.full(500, -1.5 * np.pi)])
+    angle = np.concatenate([angle, -1.5 * np.pi - _ramp(-0.75, 50.0)])
+    found = find_whirl(_planes(np.ones(angle.size), angle), "NDE", CENTRE, GAP, 1)
+    assert not found.full and not found.backward
+
+
+def test_what_was_before_the_start_and_what_is_not_known_do_not_count():
+    angle = _ramp(-5.0, 50.0)
+    planes = _planes(np.ones(angle.size), angle)
+    assert find_whirl(planes, "NDE", CENTRE, GAP, 1, start_s=0.0).backward
+    assert not find_whirl(planes, "NDE", CENTRE, GAP, 1, start_s=0.085).backward  # 0.75 turns are left
+    planes.displacement.values[..., ::160] = np.nan  # a hole in every 0.8 of a turn
+    planes.displacement.values[..., 1::160] = np.nan
+    planes.displacement.values[..., 2::160] = np.nan
+    planes.displacement.values[..., 3::160] = np.nan
+    assert not find_whirl(planes, "NDE", CENTRE, GAP, 1).backward
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_course_shows_direction_and_swept_area(sense):
+    angle = np.concatenate([_ramp(4.0, 40.0)[:-1], 8 * np.pi + _ramp(-4.0, 40.0)])
+    course = whirl_course(_planes(np.ones(angle.size), angle, 0.0), "NDE", CENTRE, GAP, sense, window_s=0.01)
+    forward, backward = course.sel(time=slice(0, 0.089)), course.sel(time=slice(0.111, None))
+    np.testing.assert_allclose(forward.direction, sense, atol=1e-9)
+    np.testing.assert_allclose(backward.direction, -sense, atol=1e-9)
+    # area of the sector swept a second, by triangles of a sample's turn at 2500 Hz
+    turn = 2 * np.pi * 40.0 / 2500.0
+    np.testing.assert_allclose(forward.rate, sense * GAP**2 / 2 * np.sin(turn) * 2500.0, rtol=1e-6)
+    np.testing.assert_allclose(course.radius, 1.0, rtol=1e-6)
+
+
+def test_course_of_a_swing_has_no_direction_over_a_period():
+    period = 2 * np.pi / np.sqrt(G / GAP)
+    planes = _planes(np.ones(int(RATE)), _swing(1.0, 1.0), 0.0)
+    course = whirl_course(planes, "NDE", CENTRE, GAP, 1, window_s=period)
+    assert float(np.abs(course.direction).max()) < 0.05
+
+
+def test_a_gap_must_be_one():
+    planes = _planes(np.ones(100), np.zeros(100))
+    with pytest.raises(InputError, match="has no inside"):
+        find_whirl(planes, "NDE", CENTRE, 0.0, 1)
+    with pytest.raises(InputError, match="shorter one"):
+        whirl_course(planes, "NDE", CENTRE, GAP, 1, window_s=1.0)
