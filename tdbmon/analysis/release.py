@@ -19,6 +19,8 @@ from tdbsim.machine import Machine
 from tdbmon.estimate import Estimate
 
 _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
+_SOFT_MODEL = 0.1  # of the decay time: the levitation's stiffness and whirl forces, which decay too, are left out
+_SURE = 12.0  # improvement of the misfit (chi-square) from which on a soft start is believed
 _FALL_SHARE = 0.6  # of the way from levitation to the first turning point: surely free of contact
 
 
@@ -124,7 +126,7 @@ def find_release(
     if soft is None:
         decay = Estimate.missing("ms", "the fall starts at once; no decaying magnetic force is seen")
     else:
-        decay = Estimate.from_sigma(*soft, "ms", "exponential decay of the holding force")
+        decay = Estimate(*soft, "ms", "exponential decay of the holding force, profile of the misfit")
     return Release(when, decay, states, noise, levitated, fall)
 
 
@@ -230,8 +232,8 @@ class _Fit:
         _, residual, _ = self._solve(t0, decay)
         return float(np.sum(np.sum(residual**2, axis=1) / self.variance))
 
-    def search(self, low: float, high: float) -> tuple[tuple[float, float], tuple[float, float] | None]:
-        """Return (instant, its standard deviation) and, where the fall starts soft, the same of the decay time."""
+    def search(self, low: float, high: float) -> tuple[tuple[float, float], tuple[float, float, float] | None]:
+        """Return (instant, its standard deviation) and, where the fall starts soft, (decay time, low, high)."""
         from scipy.optimize import minimize, minimize_scalar
 
         step = 2.5e-4
@@ -252,24 +254,41 @@ class _Fit:
             options={"xatol": 1e-3, "fatol": 0.05},
         )
         t0, decay = float(gentle.x[0]) * 1e-3, abs(float(gentle.x[1])) * 1e-3
-        if self.cost(best) - gentle.fun > 20 * inflation and decay > 1e-4:
+        if self.cost(best) - gentle.fun > _SURE * inflation and decay > 1e-4:
             self.variance = np.maximum(self.noise(t0) ** 2, 1e-18)
             inflation = self._colour(residual) * max(1.0, self.cost(t0, decay) / freedom)
-            sigma = self._sigma(np.array([t0, decay])) * np.sqrt(inflation)
-            return (t0, float(np.hypot(sigma[0], _MODEL_S))), (decay, float(np.hypot(sigma[1], _MODEL_S)))
-        return (best, float(np.hypot(self._sigma(np.array([best]))[0] * np.sqrt(inflation), _MODEL_S))), None
+            return self._profile(t0, decay, inflation)
+        return (best, float(np.hypot(self._sigma(best) * np.sqrt(inflation), _MODEL_S))), None
 
-    def _sigma(self, p: np.ndarray) -> np.ndarray:
-        """Standard deviations of the instant (and the decay time) for white noise, the linear part projected off."""
+    def _profile(
+        self, t0: float, decay: float, inflation: float
+    ) -> tuple[tuple[float, float], tuple[float, float, float]]:
+        """Ranges of instant and decay time in which the cost stays near its least: the two are far from linear."""
+        from scipy.optimize import minimize_scalar
+
+        decays = np.concatenate([[decay], decay * np.geomspace(0.1, 5.0, 41)])
+        span = 2e-3
+        found = [
+            minimize_scalar(
+                lambda t, d=d: self.cost(t, d), bounds=(t0 - span, t0 + span), method="bounded", options={"xatol": 1e-6}
+            )
+            for d in decays
+        ]
+        costs, instants = np.array([f.fun for f in found]), np.array([f.x for f in found])
+        near = costs - costs.min() <= 3.84 * inflation
+        conditional = 1.96 * self._sigma(t0) * np.sqrt(inflation)
+        value = float(instants[int(np.argmin(costs))])
+        reach = max(value - instants[near].min(), instants[near].max() - value)
+        best = float(decays[int(np.argmin(costs))])
+        half = float(np.hypot(reach + conditional, 1.96 * np.hypot(_MODEL_S, _SOFT_MODEL * best)))
+        return (value, half / 1.96), (best, float(decays[near].min()), float(decays[near].max()))
+
+    def _sigma(self, t0: float) -> float:
+        """Standard deviation of the instant for white noise, the linear part projected off."""
         h = 1e-5
-        columns = []
-        for i in range(len(p)):
-            step = np.zeros(len(p))
-            step[i] = h
-            ahead, behind = self._solve(*(p + step))[1], self._solve(*(p - step))[1]
-            columns.append(((ahead - behind) / (2 * h) / np.sqrt(self.variance)[:, None]).ravel())
-        jac = np.column_stack(columns)
-        return np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)))
+        ahead, behind = self._solve(t0 + h)[1], self._solve(t0 - h)[1]
+        slope = (ahead - behind) / (2 * h) / np.sqrt(self.variance)[:, None]
+        return float(1 / np.sqrt(np.sum(slope**2)))
 
     def _colour(self, residual: np.ndarray) -> float:
         """Variance inflation of a sum by autocorrelation (AR(1), mean over channels), at least one."""
