@@ -24,7 +24,7 @@ def main() -> None:
     machine = load_machine(MACHINE)
     model = build_model(machine)
     rng = np.random.default_rng(2)
-    plan = DropPlan(150.0, 0.2, sampling=5e3)
+    plan = DropPlan(150.0, 0.2, sampling=5e3, step=50e-6)
     cases = [drawn(model, plan, rng) for _ in range(64)]
     run_many(cases[:2])
     rates = {}

@@ -56,7 +56,7 @@ class DropPlan:
     method : str
         "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
     step : float
-        Greatest step of the splitting, s.
+        Greatest step of the splitting, s; 50e-6 takes half the time and is three times less accurate.
     tolerance : float
         Relative error a step of the adaptive method.
     """
@@ -75,7 +75,7 @@ class DropPlan:
     bending: int = 4
     attachment: bool = True
     method: Literal["splitting", "dormand_prince"] = "splitting"
-    step: float = 50e-6
+    step: float = 25e-6
     tolerance: float = 1e-7
 
     def __post_init__(self) -> None:

@@ -463,3 +463,23 @@ def test_steps_that_cannot_converge(machine):
         simulate(machine, DropPlan(150.0, 0.1, step=1e-3, sampling=1e3))
     with pytest.raises(InputError, match="tolerance"):
         simulate(machine, replace(ADAPTIVE, tolerance=1e-30))
+
+
+def test_a_run_leaves_the_model_as_it_was(machine):
+    model = build_model(machine)
+    before = model.copy()
+    run(model, DropPlan(150.0, 0.01, shaft_angle=1.0, ring_angle=(0.1, 0.2), cage_angle=(0.3, 0.4)))
+    for name, array in before.arrays._asdict().items():
+        np.testing.assert_array_equal(getattr(model.arrays, name), array, err_msg=name)
+
+
+def test_attachment_modes_give_the_local_compliance(machine):
+    """Few modes completed at the bearings come nearer to many modes than twice as many without."""
+    plan = DropPlan(150.0, 0.03)
+    full = at_ends(run(build_model(machine, bending=20), plan))
+
+    def off(bending, attachment):
+        return np.abs(at_ends(run(build_model(machine, bending=bending, attachment=attachment), plan)) - full).max()
+
+    assert off(4, True) < 0.5 * off(8, False)
+    assert off(8, True) < 1e-6
