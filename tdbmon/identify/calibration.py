@@ -1,0 +1,143 @@
+"""The result of fitting a machine's model to its drops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.machine import Machine
+
+from tdbmon.estimate import Estimate
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Residual:
+    """How far a drop is from its simulation, to one horizon.
+
+    Attributes
+    ----------
+    horizon : float
+        s after the release.
+    rms : dict
+        Measured less simulated, by probe, m.
+    noise : dict
+        Standard deviation of each probe's noise, m.
+    """
+
+    horizon: float
+    rms: dict[str, float]
+    noise: dict[str, float]
+
+    @property
+    def ratio(self) -> float:
+        """rms over noise, all probes together: 1 where nothing but noise is left."""
+        return float(np.sqrt(np.mean([(self.rms[p] / self.noise[p]) ** 2 for p in self.rms])))
+
+
+@dataclass(frozen=True)
+class DropFit:
+    """What was fitted to one drop.
+
+    Attributes
+    ----------
+    name : str
+        The record's file.
+    speed : float
+        At the release, Hz.
+    release : Estimate
+        Instant, s from the record's first sample.
+    shaft_angle : Estimate
+        At the release, rad.
+    position, velocity : dict
+        (x, y) at the release an end, whirl included, from the bearing's centre; m and m/s.
+    residuals : tuple of Residual
+        To growing horizons.
+    """
+
+    name: str
+    speed: float
+    release: Estimate
+    shaft_angle: Estimate
+    position: dict[str, tuple[Estimate, Estimate]]
+    velocity: dict[str, tuple[Estimate, Estimate]]
+    residuals: tuple[Residual, ...]
+
+
+@dataclass(frozen=True)
+class Undetermined:
+    """A value that the drops say little about: it stays about where the machine file puts it.
+
+    Attributes
+    ----------
+    name : str
+    share : float
+        Its standard deviation over the one of the machine file's tolerance.
+    partners : tuple of (str, float)
+        Values that can make up for it, with their correlation.
+    """
+
+    name: str
+    share: float
+    partners: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class AtBound:
+    """A value that ran to the edge of its tolerance: the truth may lie beyond, or the model lacks something.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        SI.
+    """
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A machine fitted to its drops (SI).
+
+    Attributes
+    ----------
+    machine, calibrated : Machine
+        As its owner wrote it; with the fitted values as nominal ones.
+    values : dict
+        Every fitted value of machine and sensors, by name (``"NDE.friction"``).
+    at_bound : tuple of AtBound
+    undetermined : tuple of Undetermined
+    drops : tuple of DropFit
+    horizon : float
+        s after the release, to which the drops were fitted.
+    misfit : float
+        rms over noise of all drops to the horizon that the fit trusts fully (60 ms, or less where the record is shorter).
+    remarks : tuple of str
+        What was left out, and what does not fit.
+    seconds : float
+        That it took.
+    problem : Problem
+    point : (n,) array
+        The fitted vector in the coordinates of `problem`.
+    covariance : (n, n) array
+        Of it, misfit included.
+    """
+
+    machine: Machine
+    calibrated: Machine
+    values: dict[str, Estimate]
+    at_bound: tuple[AtBound, ...]
+    undetermined: tuple[Undetermined, ...]
+    drops: tuple[DropFit, ...]
+    horizon: float
+    misfit: float
+    remarks: tuple[str, ...]
+    seconds: float
+    problem: Problem
+    point: Array
+    covariance: Array

@@ -1,0 +1,249 @@
+"""A drop as the calibration sees it: readings freed of hum and surface, what was levitated, how the shaft turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine, Probe
+
+from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
+
+Array = NDArray[np.float64]
+
+_LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
+_CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
+_TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredDrop:
+    """One record, prepared (SI).
+
+    Attributes
+    ----------
+    name : str
+        The file.
+    time : (n,) array
+        s.
+    probes : tuple of Probe
+        Those that are fit for use.
+    reading : (probes, n) array
+        Without hum and without the second and higher harmonics of the surface, m.
+    noise : tuple of Noise
+        A probe each.
+    release : float
+        First guess of the instant, s.
+    omega : float
+        Angular speed at `release`, rad/s, negative clockwise.
+    angle, angle_sigma : float
+        Shaft angle at `release` and its standard deviation, rad; an infinite one where no keyphasor tells.
+    acceleration : float
+        Angular, before the release, rad/s^2.
+    pulse_times, pulse_angles : (m,) arrays
+        Keyphasor after the release, s and rad.
+    pulse_sigma : float
+        Standard deviation of a pulse's angle, rad.
+    remarks : tuple of str
+        What the record lacks and how it was met.
+    """
+
+    name: str
+    time: Array
+    probes: tuple[Probe, ...]
+    reading: Array
+    noise: tuple[Noise, ...]
+    release: float
+    omega: float
+    angle: float
+    angle_sigma: float
+    acceleration: float
+    pulse_times: Array
+    pulse_angles: Array
+    pulse_sigma: float
+    remarks: tuple[str, ...]
+
+    @property
+    def interval(self) -> float:
+        """Sampling interval, s."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    @property
+    def seconds(self) -> float:
+        """Length of the record after the release, s."""
+        return float(self.time[-1]) - self.release
+
+
+@dataclass(frozen=True)
+class _Turning:
+    """Shaft angle angle0 + omega t + acceleration t^2 / 2 before the release, t counted from it."""
+
+    angle: float
+    sigma: float
+    omega: float
+    acceleration: float
+
+
+def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
+    """Prepare a record for calibration.
+
+    Parameters
+    ----------
+    record : Dataset
+        As `tdbmon.record.read.read` gives it.
+    machine : Machine
+
+    Raises
+    ------
+    InputError
+        If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, or ends
+        before the first contacts are over.
+    """
+    from tdbsim.modes import free_free
+    from tdbsim.rotor import build_rotor
+
+    from tdbmon.analysis.axes import to_planes
+    from tdbmon.analysis.release import find_release
+    from tdbmon.record.assign import assign
+    from tdbmon.record.quality import check, repair_gaps, usable
+
+    name = str(record.attrs.get("source_file", "record"))
+    laid = assign(record, machine)
+    checks = check(laid, machine)
+    fit = usable(laid, machine, checks)
+    laid = repair_gaps(laid)
+    probes = tuple(p for p in machine.probes if p.name in fit and np.isfinite(laid[p.name].values).all())
+    remarks = [f"{name}: calibrated without probe '{p.name}'" for p in machine.probes if p not in probes]
+    remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
+    if len(probes) < 3:
+        raise InputError(
+            f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three: check the channels"
+        )
+    planes = to_planes(laid, machine, [p.name for p in probes])
+    time = planes.time.to_numpy()
+    rough = _speed_before(laid)
+    bending = float(free_free(build_rotor(machine), 1).frequencies[2])
+    found = find_release(planes, machine, rough, bending)
+    if found is None or found.time.value is None:
+        raise InputError(
+            f"{name}: the record starts after the release; calibration needs 50 ms of levitation before it"
+        )
+    release = float(found.time.value)
+    if time[-1] - release < _LEAST_S:
+        raise InputError(
+            f"{name}: the record ends {(time[-1] - release) * 1e3:.3g} ms after the release, before the first contacts"
+            f" are over; give at least {_LEAST_S * 1e3:g} ms"
+        )
+    _check_touch(planes, machine, release, name)
+    turning, pulse_times, pulse_turns, pulse_sigma = _turning(laid, machine, release, name)
+    clear = time < release - _CLEAR_S
+    before = time[clear]
+    since = before - release
+    relative = turning.omega * since + 0.5 * turning.acceleration * since**2
+    raw = np.stack([laid[p.name].values for p in probes])
+    noise = tuple(
+        levitated_noise(before, row[clear], relative, machine.mains, f"{name}: probe '{p.name}'")
+        for p, row in zip(probes, raw, strict=True)
+    )
+    # the surface and the hum go on after the release as before; what turns once a revolution is left to the model
+    after = time - release
+    angle = turning.omega * after + 0.5 * turning.acceleration * np.minimum(after, 0.0) ** 2
+    cleaned = raw.copy()
+    for row, each in zip(cleaned, noise, strict=True):
+        for k in range(2, HARMONICS + 1):
+            row -= (each.orders[k - 1] * np.exp(1j * k * angle)).real
+        row -= (each.hum * np.exp(2j * np.pi * machine.mains * time)).real
+    return MeasuredDrop(
+        name=name,
+        time=time,
+        probes=probes,
+        reading=cleaned,
+        noise=noise,
+        release=release,
+        omega=turning.omega,
+        angle=turning.angle,
+        angle_sigma=turning.sigma,
+        acceleration=turning.acceleration,
+        pulse_times=pulse_times,
+        pulse_angles=pulse_turns,
+        pulse_sigma=pulse_sigma,
+        remarks=tuple(remarks),
+    )
+
+
+def _speed_before(laid: xr.Dataset) -> float | None:
+    if "speed" not in laid:
+        return None
+    values = laid["speed"].values[:200]
+    return float(np.nanmedian(values)) if np.isfinite(values).any() else None
+
+
+def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str) -> None:
+    """Raise InputError where neither end gets so far from its levitated place that it can have touched."""
+    after = planes.time.to_numpy() >= release
+    moved = planes.displacement.to_numpy()
+    for i, bearing in enumerate(machine.touchdown_bearings):
+        if np.isnan(moved[i]).any():
+            continue
+        start = np.median(moved[i][:, ~after], axis=1)
+        reach = float(np.hypot(*(moved[i][:, after] - start[:, None])).max())
+        if reach < _TOUCHED * (bearing.radial_gap.low - float(np.hypot(*start))):
+            raise InputError(
+                f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
+                f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"
+            )
+
+
+def _turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> tuple[_Turning, Array, Array, float]:
+    """Fit the shaft's angle before the release to keyphasor and speed signal."""
+    from tdbmon.record.keyphasor import pulses
+
+    rows: list[Array] = []
+    values: list[Array] = []
+    marks = pulses(laid, machine) if "keyphasor" in laid and machine.keyphasor is not None else None
+    times, turns, sigma = np.empty(0), np.empty(0), np.inf
+    if marks is not None and len(marks.times) > 3:
+        times, turns = marks.times - release, marks.turns.astype(float)
+    before = times < 0
+    hz = np.empty(0)
+    if "speed" in laid:
+        channel = laid["speed"]
+        at = laid[channel.dims[0]].values - release
+        keep = (at < 0) & np.isfinite(channel.values)
+        at, hz = at[keep], channel.values[keep]
+    keyed = before.sum() >= 3
+    if keyed:
+        frequency = (turns[before][-1] - turns[before][0]) / (times[before][-1] - times[before][0])
+        sigma = float(marks.sigma * frequency) if marks is not None else np.inf
+        t = times[before]
+        rows.append(np.column_stack([np.ones_like(t), t, t**2]) / sigma)
+        values.append(turns[before] / sigma)
+    if len(hz) > 10:
+        slope = np.polyfit(at, hz, 1)
+        spread = max(float(np.std(hz - np.polyval(slope, at))), 1e-4 * float(np.mean(hz)))
+        rows.append(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread)
+        values.append(hz / spread)
+    if not rows:
+        raise InputError(
+            f"{name}: neither keyphasor nor speed signal before the release; the model needs the speed: record one of them"
+        )
+    design, target = np.concatenate(rows), np.concatenate(values)
+    if not keyed:
+        design, target = np.vstack([design, [1.0, 0.0, 0.0]]), np.append(target, 0.0)
+    solution, *_ = np.linalg.lstsq(design, target, rcond=None)
+    covariance = np.linalg.pinv(design.T @ design)
+    mark = machine.keyphasor.angle if machine.keyphasor else 0.0
+    full = machine.sense * 2 * np.pi
+    turning = _Turning(
+        angle=mark + full * float(solution[0]),
+        sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if keyed else np.inf,
+        omega=full * float(solution[1]),
+        acceleration=full * 2 * float(solution[2]),
+    )
+    later = times >= 0
+    if not keyed:
+        later = np.zeros_like(later)
+    return turning, times[later] + release, mark + full * turns[later], 2 * np.pi * sigma

@@ -1,0 +1,334 @@
+"""Forces and stresses of calibrated drops, which no sensor measured, with what is not known of them.
+
+An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is
+a curve with a band.  Trajectories with impacts part exponentially: from where the members have parted, a curve would say
+nothing, and statistics over time and members take its place.  A peak force is the greatest of a member's whole drop, so
+that its interval holds both.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.columns import GAP, JOURNAL_RADIUS
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.simulate import run
+
+from tdbmon.estimate import Estimate
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.parameters import with_values
+from tdbmon.identify.prediction import drop_plan, window
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.stress import Stress, ball_stress, stress_box
+
+Array = NDArray[np.float64]
+
+SECONDS = 0.2  # after the release
+_MEMBERS = 32
+_PARTED = 0.1  # of the gap, standard deviation of the members' places: from there on they have parted
+_MODEL_SHARE = 0.02  # of a peak force, standard deviation: what reduced modes and steps of 25 us leave
+_AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
+_BAND = (0.025, 0.975)
+_THREADS = 2
+_APART_S = 2e-4  # s without force that part two contacts
+
+
+@dataclass(frozen=True, eq=False)
+class ForceHistory:
+    """Normal force of rotor on inner ring.
+
+    Attributes
+    ----------
+    time : (k,) array
+        s after the release, as long as the ensemble's members stay together.
+    force, low, high : (k,) arrays
+        Median and 95 % band, N.
+    parted : float
+        s after the release from which the members have parted; the end of the history where they never do.
+    mean_after, quantile_after : float or None
+        Mean and 95th percentile over time and members from there on, N.
+    """
+
+    time: Array
+    force: Array
+    low: Array
+    high: Array
+    parted: float
+    mean_after: float | None
+    quantile_after: float | None
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """One contact, before the members have parted.
+
+    Attributes
+    ----------
+    start, seconds : float
+        s after the release, and how long it lasts, of the fitted drop.
+    peak : Estimate
+        N.
+    impulse, impulse_low, impulse_high : float
+        Of the normal force, N s, with its 95 % interval.
+    """
+
+    start: float
+    seconds: float
+    peak: Estimate
+    impulse: float
+    impulse_low: float
+    impulse_high: float
+
+
+@dataclass(frozen=True)
+class EndForces:
+    """What one touchdown bearing took in one drop.
+
+    Attributes
+    ----------
+    end : str
+    history : ForceHistory
+    peak : Estimate
+        Greatest normal force, N.
+    contacts : tuple of ContactForce
+    impulse, impulse_low, impulse_high : float
+        Of the whole time, N s.
+    stress : Stress
+    ring_at_speed : Estimate
+        When the inner ring turns with the journal, s after the release.
+    """
+
+    end: str
+    history: ForceHistory
+    peak: Estimate
+    contacts: tuple[ContactForce, ...]
+    impulse: float
+    impulse_low: float
+    impulse_high: float
+    stress: Stress
+    ring_at_speed: Estimate
+
+
+@dataclass(frozen=True)
+class DropForces:
+    """Forces of one drop.
+
+    Attributes
+    ----------
+    name : str
+        The record's file.
+    seconds : float
+        Simulated after the release.
+    members : int
+        Simulations in the ensemble, the fitted one among them.
+    ends : dict
+        By the end's name.
+    """
+
+    name: str
+    seconds: float
+    members: int
+    ends: dict[str, EndForces]
+
+
+@dataclass(frozen=True, eq=False)
+class _Member:
+    """One simulation: time after the release (k,); place (2 ends, k) complex; normal force, stress (2, k); peaks (2,)."""
+
+    time: Array
+    place: NDArray[np.complex128]
+    normal: Array
+    stress: Array
+    slip: Array
+    peak: Array
+
+
+def forces_of(
+    calibration: Calibration, seconds: float = SECONDS, members: int = _MEMBERS, seed: int = 0
+) -> tuple[DropForces, ...]:
+    """Simulate the calibrated drops on from their fitted states, and say what the bearings took.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    seconds : float
+        After the release.
+    members : int
+        Simulations a drop, at least 8.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    tuple of DropForces
+        In the order of the calibration's drops.
+
+    Raises
+    ------
+    InputError
+        If fewer than 8 members are asked for, `seconds` is not positive, or hardly any draw can be simulated.
+    """
+    if members < 8:
+        raise InputError(f"{members} members make no interval; give at least 8")
+    if not 0 < seconds < math.inf:
+        raise InputError(f"seconds {seconds:g} s is not positive and finite")
+    problem = calibration.problem
+    points = _draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(seed))
+    found = []
+    with ThreadPoolExecutor(_THREADS) as pool:
+        for drop, measured in enumerate(problem.drops):
+            tried = list(pool.map(lambda point, d=drop: _member(problem, point, d, seconds), points))
+            kept = [member for member in tried if member is not None]
+            if tried[0] is None or len(kept) < members // 2:
+                raise InputError(
+                    f"{measured.name}: only {len(kept)} of {members} draws from the calibration can be simulated;"
+                    " it is too uncertain for forces: calibrate with more drops"
+                )
+            ends = {
+                name: _end_forces(kept, end, name, calibration.calibrated)
+                for end, name in enumerate(calibration.machine.ends)
+            }
+            found.append(DropForces(measured.name, seconds, len(kept), ends))
+    return tuple(found)
+
+
+def _draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
+    """Return the fitted point, then points drawn about it and put within the bounds."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = point + rng.standard_normal((members - 1, len(point))) @ root.T
+    return [point, *np.clip(draws, problem.low, problem.high)]
+
+
+def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Member | None:
+    shared, own = problem.values(point, drop)
+    measured, model = problem.drops[drop], with_values(problem.model, shared)
+    first, _ = window(measured, 0.0)
+    count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
+    try:
+        motion = run(model, drop_plan(measured, own, first, count))
+    except InputError:
+        return None
+    n, state, arrays = motion.model.n, motion.state, motion.model.arrays
+    forces = np.zeros((2, len(FORCES), len(state)))
+    loads = np.zeros((2, arrays.ball_cosine.shape[1], len(state)))
+    observe(arrays, state, forces, loads, np.zeros((len(ENERGIES), len(state))))
+    bearings = problem.model.machine.touchdown_bearings
+    stress = np.stack([ball_stress(b, loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
+    surface = np.abs(state[:, 2 * n + 15 + 2 * n + 12]) * arrays.end[:, JOURNAL_RADIUS, None]
+    ring = np.abs(state[:, 2 * n + 15 + 2 * n + 13 : 2 * n + 15 + 2 * n + 15]).T
+    ring = ring * (arrays.end[:, JOURNAL_RADIUS] + arrays.end[:, GAP])[:, None]
+    place = arrays.at_end @ state[:, :n].T + 1j * (arrays.at_end @ state[:, n : 2 * n].T)
+    return _Member(
+        time=motion.time - motion.plan.levitated,
+        place=place,
+        normal=forces[:, FORCES.index("normal_force")],
+        stress=stress,
+        slip=1 - ring / surface,
+        peak=motion.peak_normal,
+    )
+
+
+def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -> EndForces:
+    fitted = members[0]
+    # a member's release may be earlier or later than that of the fitted drop: all are laid on its samples after release
+    time = fitted.time[fitted.time >= 0]
+    normal = np.stack([np.interp(time, m.time, m.normal[end]) for m in members])
+    place = np.stack(
+        [np.interp(time, m.time, m.place[end].real) + 1j * np.interp(time, m.time, m.place[end].imag) for m in members]
+    )
+    apart = np.sqrt(np.mean(np.abs(place - place.mean(axis=0)) ** 2, axis=0))
+    beyond = np.flatnonzero(apart > _PARTED * machine.bearing(name).radial_gap.nominal)
+    parted = float(time[beyond[0]]) if beyond.size else float(time[-1])
+    together = time < parted if beyond.size else np.ones(len(time), dtype=bool)
+    low, middle, high = np.quantile(normal[:, together], (_BAND[0], 0.5, _BAND[1]), axis=0)
+    later = normal[:, ~together]
+    history = ForceHistory(
+        time=time[together],
+        force=middle,
+        low=low,
+        high=high,
+        parted=parted,
+        mean_after=float(later.mean()) if later.size else None,
+        quantile_after=float(np.quantile(later, 0.95)) if later.size else None,
+    )
+    impulses = np.asarray(np.trapezoid(normal, time, axis=1))
+    return EndForces(
+        end=name,
+        history=history,
+        peak=_peak(np.array([m.peak[end] for m in members])),
+        contacts=_contacts(time, normal, parted),
+        impulse=float(impulses[0]),
+        impulse_low=float(np.quantile(impulses, _BAND[0])),
+        impulse_high=float(np.quantile(impulses, _BAND[1])),
+        stress=stress_box([m.stress[end][m.time >= 0] for m in members], machine.bearing(name)),
+        ring_at_speed=_at_speed(members, end),
+    )
+
+
+def _peak(peaks: Array) -> Estimate:
+    """Return the members' median peak; its band widened by what the model itself leaves."""
+    middle = float(np.median(peaks))
+    low, high = (float(q) for q in np.quantile(peaks, _BAND))
+    model = 1.96 * _MODEL_SHARE * middle
+    rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
+    return Estimate(
+        middle,
+        middle - math.hypot(middle - low, model),
+        middle + math.hypot(high - middle, model),
+        "N",
+        rule,
+        "",
+        "0-pk",
+    )
+
+
+def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, ...]:
+    """Return the fitted drop's contacts, each with the force of all members within it and half its length around."""
+    pressed = normal[0] > 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], pressed, [False]]).astype(np.int8))).reshape(-1, 2)
+    spans: list[list[int]] = []
+    for begin, stop in edges.tolist():
+        if spans and time[begin] - time[spans[-1][1] - 1] < _APART_S:
+            spans[-1][1] = stop
+        else:
+            spans.append([begin, stop])
+    found = []
+    for k, (begin, stop) in enumerate(spans):
+        if stop >= len(time) or time[stop - 1] >= parted or stop - begin < 2:
+            break
+        left = (spans[k - 1][1] + begin) // 2 if k else 0
+        right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
+        part = normal[:, left:right]
+        peaks, impulses = part.max(axis=1), np.asarray(np.trapezoid(part, time[left:right], axis=1))
+        found.append(
+            ContactForce(
+                start=float(time[begin]),
+                seconds=float(time[stop - 1] - time[begin]),
+                peak=_peak(peaks),
+                impulse=float(impulses[0]),
+                impulse_low=float(np.quantile(impulses, _BAND[0])),
+                impulse_high=float(np.quantile(impulses, _BAND[1])),
+            )
+        )
+    return tuple(found)
+
+
+def _at_speed(members: list[_Member], end: int) -> Estimate:
+    """Return when the ring turns with the journal, where at least nine in ten members agree that it does."""
+    times = []
+    for member in members:
+        there = np.flatnonzero((np.abs(member.slip[end]) < _AT_SPEED) & (member.time > 0))
+        if there.size:
+            times.append(float(member.time[there[0]]))
+    if len(times) < 0.9 * len(members):
+        last = float(members[0].time[-1])
+        return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
+    low, middle, high = (float(q) for q in np.quantile(times, (_BAND[0], 0.5, _BAND[1])))
+    return Estimate(middle, low, high, "s", f"slip below {_AT_SPEED:.0%} in simulations drawn from the calibration")

@@ -1,0 +1,139 @@
+"""What a probe reads while the rotor levitates: its orbit, the hum of the mains, and noise of a certain colour.
+
+The orbit is a constant and harmonics of the shaft's angle, fitted with the hum by least squares; what is left is noise.
+An autoregressive model of it (order by the Bayesian information criterion) turns it white: errors that follow each other
+in time count once, not many times.
+
+G. E. P. Box, G. M. Jenkins, G. C. Reinsel, Time Series Analysis, ch. 6 and 7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+Array = NDArray[np.float64]
+
+HARMONICS = 3  # of the shaft's angle
+_HIGHEST_ORDER = 8  # of the autoregressive model
+_ROUNDS = 3  # of fitting orbit and colour in turn
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """The levitated stretch of one probe.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation of the noise, m.
+    colour : (p,) array
+        Coefficients of e[t] = w[t] + sum a[k] e[t - k]; empty for white noise.
+    innovation : float
+        Standard deviation of the white w, m.
+    mean, mean_sigma : float
+        Levitated position along the probe's axis and its standard deviation, m.
+    orders : (3,) complex array
+        c of Re(c exp(i k angle)) for k = 1, 2, 3, m.
+    order_sigma : float
+        Standard deviation of each part of the first of them, m.
+    hum : complex
+        c of Re(c exp(i 2 pi mains t)), m.
+    """
+
+    sigma: float
+    colour: Array
+    innovation: float
+    mean: float
+    mean_sigma: float
+    orders: NDArray[np.complex128]
+    order_sigma: float
+    hum: complex
+
+    def whiten(self, residual: Array) -> Array:
+        """Return residuals along the last axis as multiples of the white noise; the ones before the first count as 0."""
+        return coloured(residual, self.colour) / self.innovation
+
+
+def coloured(values: Array, colour: Array) -> Array:
+    """Return values[t] - sum colour[k] values[t - k] along the last axis."""
+    out = values.copy()
+    for k, a in enumerate(colour, start=1):
+        out[..., k:] -= a * values[..., :-k]
+    return out
+
+
+def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, place: str = "probe") -> Noise:
+    """Fit orbit, hum and noise of one probe.
+
+    Parameters
+    ----------
+    time : (n,) array
+        s, of the levitated stretch, evenly sampled.
+    reading : (n,) array
+        m.
+    angle : (n,) array
+        Of the shaft against any mark, rad.
+    mains : float
+        Hz.
+    place : str
+        What an error calls the probe.
+
+    Raises
+    ------
+    InputError
+        If the stretch is too short for the fit, or the reading does not change.
+    """
+    columns = [np.ones_like(time)]
+    for k in range(1, HARMONICS + 1):
+        columns += [np.cos(k * angle), -np.sin(k * angle)]
+    columns += [np.cos(2 * np.pi * mains * time), -np.sin(2 * np.pi * mains * time)]
+    design = np.column_stack(columns)
+    if len(time) < 4 * design.shape[1] + _HIGHEST_ORDER:
+        raise InputError(
+            f"{place}: the levitated stretch has {len(time)} samples, too few to tell orbit from noise;"
+            f" record at least {4 * design.shape[1] + _HIGHEST_ORDER} before the release"
+        )
+    colour = np.empty(0)
+    for _ in range(_ROUNDS):
+        white_design = coloured(design.T, colour).T[len(colour) :]
+        solution, *_ = np.linalg.lstsq(white_design, coloured(reading, colour)[len(colour) :], rcond=None)
+        left = reading - design @ solution
+        if not np.std(left) > 0:
+            raise InputError(f"{place}: the reading holds no noise at all; it is dead or no measurement")
+        colour = _colour(left)
+    white = coloured(left, colour)[len(colour) :]
+    innovation = float(np.sqrt(np.sum(white**2) / (len(white) - design.shape[1])))
+    white_design = coloured(design.T, colour).T[len(colour) :]
+    covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
+    spread = np.sqrt(np.diag(covariance))
+    orders = solution[1 : 2 * HARMONICS : 2] + 1j * solution[2 : 2 * HARMONICS + 1 : 2]
+    return Noise(
+        sigma=float(np.sqrt(np.sum(left**2) / (len(left) - design.shape[1]))),
+        colour=colour,
+        innovation=innovation,
+        mean=float(solution[0]),
+        mean_sigma=float(spread[0]),
+        orders=orders,
+        order_sigma=float(np.hypot(spread[1], spread[2]) / np.sqrt(2)),
+        hum=complex(solution[-2], solution[-1]),
+    )
+
+
+def _colour(left: Array) -> Array:
+    """Return the autoregressive coefficients of the order with the least information criterion."""
+    least, best = np.inf, np.empty(0)
+    target = left[_HIGHEST_ORDER:]
+    n = len(target)
+    for order in range(_HIGHEST_ORDER + 1):
+        past = np.column_stack(
+            [left[_HIGHEST_ORDER - k : len(left) - k] for k in range(1, order + 1)] or [np.empty((n, 0))]
+        )
+        a, *_ = np.linalg.lstsq(past, target, rcond=None)
+        criterion = n * float(np.log(np.mean((target - past @ a) ** 2))) + order * float(np.log(n))
+        if criterion < least:
+            least, best = criterion, np.asarray(a, dtype=float)
+    return best

@@ -1,0 +1,268 @@
+"""Which values of a machine calibration may move, how far, and how a model gets them.
+
+A value may move where its owner gave it a tolerance, and no further.  The tolerance is read as two standard deviations
+of what is known beforehand.  The unbalance of a plane moves as a vector: along the nominal phase, and across it.
+
+Beside the machine's own values there are those that no machine file holds: where the probes see the bearings' centres,
+and what differs from drop to drop (`drop_parameters`), the state at the release before all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.columns import (
+    CONTACT_DAMPING,
+    DECAY_RATE,
+    FRICTION,
+    GAP,
+    HALF_CLEARANCE,
+    MAGNET_DAMPING,
+    MAGNET_STIFFNESS,
+    RING_DRAG,
+    SUPPORT_DAMPING,
+    SUPPORT_XX,
+    SUPPORT_YY,
+)
+from tdbsim.drop_model import DropModel, build_model
+from tdbsim.machine import Machine, Tolerant, Unbalance
+
+Array = NDArray[np.float64]
+
+CENTRE_SIGMA = 10e-6  # m; how well the zero of the probes is known to be the bearing's centre
+ZERO_SIGMA = 1e-6  # m; how far a probe's zero drifts from drop to drop
+RUNOUT_SIGMA = 10e-6  # m, each part of what the surface at an end runs out once a revolution
+VELOCITY_SIGMA = 0.5e-3  # m/s, of the release velocity beside the levitated whirl
+RELEASE_SIGMA = 2e-3  # s, of the first guess of the instant
+
+# field of a touchdown bearing: columns of the model that hold it, factor to them, unit outside
+_END = {
+    "radial_gap": ((GAP,), 1.0, "um"),
+    "support_stiffness": ((SUPPORT_XX, SUPPORT_YY), 1.0, "N/m"),
+    "support_damping": ((SUPPORT_DAMPING,), 1.0, "N s/m"),
+    "diametral_clearance": ((HALF_CLEARANCE,), 0.5, "um"),
+    "inner_ring_drag": ((RING_DRAG,), 1.0, "N m"),
+    "friction": ((FRICTION,), 1.0, "1"),
+    "contact_damping": ((CONTACT_DAMPING,), 1.0, "1"),  # s/m
+}
+_MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A value that calibration may move (SI).
+
+    Attributes
+    ----------
+    name : str
+        ``"NDE.friction"``, ``"impeller.along"``, ``"NDE.centre_x"``, ``"set_point_x_0"`` ...
+    unit : str
+        Outside, as `tdbmon.estimate.OUTSIDE` has it.
+    nominal : float
+        Where it starts.
+    low, high : float
+        How far it may go.
+    sigma : float
+        Standard deviation of what is known beforehand; infinite where nothing is.
+    moves : bool
+        Whether it changes the motion; a sensor's value only changes how that is seen.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    low: float
+    high: float
+    sigma: float
+    moves: bool = True
+
+    @property
+    def scale(self) -> float:
+        """Size by which it is counted: the standard deviation, or half the range where that is infinite."""
+        return self.sigma if math.isfinite(self.sigma) else (self.high - self.low) / 4
+
+
+def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
+    """Return the values of a machine that have a tolerance."""
+    found = []
+    for bearing in machine.touchdown_bearings:
+        for field, (_, _, unit) in _END.items():
+            found += _tolerated(f"{bearing.name}.{field}", unit, _end_value(bearing, field))
+    for magnet in machine.magnetic_bearings:
+        for field, (_, unit) in _MAGNET.items():
+            found += _tolerated(f"magnet {magnet.name}.{field}", unit, getattr(magnet, field))
+    for plane in machine.rotor.unbalance:
+        found += _unbalance(plane)
+    if machine.rotor.speed_decay_time is not None:
+        found += _tolerated("rotor.speed_decay_time", "s", machine.rotor.speed_decay_time)
+    return tuple(found)
+
+
+def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
+    """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
+    return tuple(
+        Parameter(f"{end}.centre_{axis}", "um", 0.0, -5 * CENTRE_SIGMA, 5 * CENTRE_SIGMA, CENTRE_SIGMA, moves=False)
+        for end in machine.ends
+        for axis in "xy"
+    )
+
+
+def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigma: float) -> tuple[Parameter, ...]:
+    """Return what differs from drop to drop.
+
+    Parameters
+    ----------
+    machine : Machine
+    set_point : (2, 2) array
+        First guess of the levitated mean position (x, y), m, an end.
+    angle, angle_sigma : float
+        First guess of the shaft's angle at the release and its standard deviation, rad; infinite where unknown.
+    """
+    found = []
+    for end, bearing in enumerate(machine.touchdown_bearings):
+        reach = bearing.radial_gap.nominal
+        for axis, start in zip("xy", set_point[end], strict=True):
+            found.append(Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf))
+    for end in range(2):
+        for axis in "xy":
+            found.append(
+                Parameter(
+                    f"velocity_{axis}_{end}", "mm/s", 0.0, -10 * VELOCITY_SIGMA, 10 * VELOCITY_SIGMA, VELOCITY_SIGMA
+                )
+            )
+    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA))
+    width = min(5 * angle_sigma, math.pi)
+    found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
+    for end, bearing in enumerate(machine.touchdown_bearings):
+        # turned by one ball the bearing is the same again
+        found.append(Parameter(f"cage_{end}", "deg", 0.0, -math.inf, math.inf, 2 * math.pi / bearing.balls.count / 2))
+    found += [
+        Parameter(f"runout_{part}_{end}", "um", 0.0, -5 * RUNOUT_SIGMA, 5 * RUNOUT_SIGMA, RUNOUT_SIGMA, moves=False)
+        for end in range(2)
+        for part in ("cosine", "sine")
+    ]
+    found += [
+        Parameter(f"zero_{probe.name}", "um", 0.0, -10 * ZERO_SIGMA, 10 * ZERO_SIGMA, ZERO_SIGMA, moves=False)
+        for probe in machine.probes
+    ]
+    return tuple(found)
+
+
+def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
+    """Return the machine with values (SI) of `machine_parameters` as its nominal ones; the tolerances stay.
+
+    Values that are not the machine's (sensors, drops) are passed over.
+    """
+    bearings = []
+    for bearing in machine.touchdown_bearings:
+        new = {f: values[f"{bearing.name}.{f}"] for f in _END if f"{bearing.name}.{f}" in values}
+        clearance = new.pop("diametral_clearance", None)
+        update: dict[str, Any] = {f: moved(getattr(bearing, f), value) for f, value in new.items()}
+        if clearance is not None:
+            wider = moved(bearing.balls.diametral_clearance, clearance)
+            update["balls"] = bearing.balls.model_copy(update={"diametral_clearance": wider})
+        bearings.append(bearing.model_copy(update=update))
+    magnets = []
+    for magnet in machine.magnetic_bearings:
+        held = {f: values[f"magnet {magnet.name}.{f}"] for f in _MAGNET if f"magnet {magnet.name}.{f}" in values}
+        magnets.append(magnet.model_copy(update={f: moved(getattr(magnet, f), v) for f, v in held.items()}))
+    rotor: dict[str, Any] = {"unbalance": tuple(_with_vector(plane, values) for plane in machine.rotor.unbalance)}
+    if machine.rotor.speed_decay_time is not None and "rotor.speed_decay_time" in values:
+        rotor["speed_decay_time"] = moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
+    return machine.model_copy(
+        update={
+            "touchdown_bearings": tuple(bearings),
+            "magnetic_bearings": tuple(magnets),
+            "rotor": machine.rotor.model_copy(update=rotor),
+        }
+    )
+
+
+def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
+    """Return a model with values of `machine_parameters`, on arrays of its own; the rotor's modes stay.
+
+    It is the same as `build_model` of `calibrated_machine`, without reading the machine again.  A model with effects is
+    built anew, since effects may have worked on the values.
+    """
+    machine = model.machine
+    if model.effects:
+        own = {setting.name for setting in machine.effects}
+        more = [effect for effect in model.effects if effect.identifier() not in own]
+        return build_model(calibrated_machine(machine, values), more, *_reduction(model))
+    changed = model.copy()
+    arrays = changed.arrays
+    for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):
+        for field, (columns, factor, _) in _END.items():
+            value = values.get(f"{bearing.name}.{field}")
+            if value is not None:
+                row[list(columns)] = factor * value
+    for row, held in zip(arrays.magnet, machine.magnetic_bearings, strict=True):
+        for field, (column, _) in _MAGNET.items():
+            row[column] = values.get(f"magnet {held.name}.{field}", row[column])
+    if "rotor.speed_decay_time" in values:
+        arrays.spin[DECAY_RATE] = 1 / values["rotor.speed_decay_time"]
+    for plane in machine.rotor.unbalance:
+        if f"{plane.name}.along" in values or f"{plane.name}.across" in values:
+            change = _vector(plane, values) - plane.amount.nominal * np.exp(1j * plane.phase.nominal)
+            shape = model.modes.at(plane.position)
+            arrays.unbalance[0] += change.real * shape
+            arrays.unbalance[1] += change.imag * shape
+    return changed
+
+
+def polar(plane: Unbalance, along: float, across: float) -> tuple[float, float]:
+    """Return amount, kg m, and phase, rad, of an unbalance given along and across its nominal phase."""
+    return math.hypot(along, across), plane.phase.nominal + math.atan2(across, along)
+
+
+def moved(value: Tolerant, nominal: float) -> Tolerant:
+    """Return a value with its tolerance at another nominal, which may lie at their edge."""
+    return Tolerant(nominal=nominal, low=min(value.low, nominal), high=max(value.high, nominal))
+
+
+def _end_value(bearing: Any, field: str) -> Tolerant:
+    value = bearing.balls.diametral_clearance if field == "diametral_clearance" else getattr(bearing, field)
+    return Tolerant.model_validate(value)
+
+
+def _tolerated(name: str, unit: str, value: Tolerant) -> list[Parameter]:
+    if value.is_exact:
+        return []
+    return [Parameter(name, unit, value.nominal, value.low, value.high, (value.high - value.low) / 4)]
+
+
+def _unbalance(plane: Unbalance) -> list[Parameter]:
+    amount, turn = plane.amount, (plane.phase.high - plane.phase.low) / 2
+    if amount.is_exact and turn == 0:
+        return []
+    width = min(turn, math.pi / 2)
+    lowest = min(amount.low * math.cos(width), amount.low)
+    across = max(amount.high * math.sin(width), 1e-3 * amount.high)
+    spread = max((amount.high - amount.low) / 4, amount.nominal * (1 - math.cos(width / 2)), 1e-6 * amount.high)
+    return [
+        Parameter(f"{plane.name}.along", "g mm", amount.nominal, lowest, amount.high, spread),
+        Parameter(f"{plane.name}.across", "g mm", 0.0, -across, across, across / 2),
+    ]
+
+
+def _vector(plane: Unbalance, values: Mapping[str, float]) -> complex:
+    along = values.get(f"{plane.name}.along", plane.amount.nominal)
+    return complex(along, values.get(f"{plane.name}.across", 0.0)) * complex(np.exp(1j * plane.phase.nominal))
+
+
+def _with_vector(plane: Unbalance, values: Mapping[str, float]) -> Unbalance:
+    if f"{plane.name}.along" not in values and f"{plane.name}.across" not in values:
+        return plane
+    along = values.get(f"{plane.name}.along", plane.amount.nominal)
+    amount, phase = polar(plane, along, values.get(f"{plane.name}.across", 0.0))
+    return plane.model_copy(update={"amount": moved(plane.amount, amount), "phase": moved(plane.phase, phase)})
+
+
+def _reduction(model: DropModel) -> tuple[int, bool]:
+    """Return how many bending modes a model keeps in a plane and whether it has attachment modes."""
+    return model.modes.bending, any(name.startswith("attachment") for name in model.modes.names)

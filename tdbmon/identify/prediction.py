@@ -1,0 +1,169 @@
+"""What the probes would read of a drop at given values, and how far that is from what they read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.drop_model import DropModel
+from tdbsim.levitation import synchronous_response
+from tdbsim.machine import Machine, Probe
+from tdbsim.simulate import DropPlan, Trajectory, run
+
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.noise import coloured
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+
+STEP_S = 25e-6  # of the integration; with twice of it the balls' clearance comes out a tenth off
+LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
+DIVERGENCE = 42.0  # 1/s, by which neighbouring trajectories part (median of drops with contact at both ends)
+MODEL_ERROR = 5e-8  # m, of the model at the first contact; it grows with the divergence
+_FLIGHT_S = 0.008  # of a fall through a usual gap
+_LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Readings of a simulated drop at the record's samples (SI).
+
+    Attributes
+    ----------
+    first : int
+        Sample of the record at which it begins.
+    motion : Trajectory
+    x, y : (probes, k) arrays
+        Shaft centre in the probes' planes as the bearings' centres have it, m.
+    angle : (k,) array
+        Shaft angle, rad.
+    mean : (probes,) complex array
+        x + i y of the levitated mean, m.
+    whirl : (probes,) complex array
+        Of the levitated whirl at the middle of the levitated stretch: x + i y = whirl exp(i angle), m.
+    """
+
+    first: int
+    motion: Trajectory
+    x: Array
+    y: Array
+    angle: Array
+    mean: NDArray[np.complex128]
+    whirl: NDArray[np.complex128]
+
+
+def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
+    """Return the first sample of the record that is simulated to a horizon, and how many there are."""
+    first = max(int(np.searchsorted(drop.time, drop.release - LEAD_S)), 0)
+    return first, min(round((LEAD_S + horizon) / drop.interval), len(drop.time) - first)
+
+
+def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int, step: float = STEP_S) -> DropPlan:
+    """Return the plan of a drop that begins at a sample of the record and has `count` of them."""
+    offset = own["release"]
+    levitated = drop.release + offset - float(drop.time[first])
+    speed = abs(drop.omega + drop.acceleration * min(offset, 0.0)) / (2 * np.pi)
+    return DropPlan(
+        speed=speed,
+        seconds=(count - 1) * drop.interval - levitated,
+        levitated=levitated,
+        sampling=1 / drop.interval,
+        set_point=((own["set_point_x_0"], own["set_point_y_0"]), (own["set_point_x_1"], own["set_point_y_1"])),
+        velocity=((own["velocity_x_0"], own["velocity_y_0"]), (own["velocity_x_1"], own["velocity_y_1"])),
+        shaft_angle=own["shaft_angle"] + drop.omega * offset,
+        cage_angle=(own["cage_0"], own["cage_1"]),
+        step=step,
+    )
+
+
+def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -> Prediction:
+    """Simulate a drop to `horizon` s after the first guess of its release.
+
+    Raises
+    ------
+    InputError
+        If the values are impossible: the levitated shaft reaches the ring, or the simulation does not converge.
+    """
+    first, count = window(drop, horizon)
+    motion = run(model, drop_plan(drop, own, first, count))
+    n = model.n
+    shapes = model.modes.at([probe.position for probe in drop.probes])
+    middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
+    omega = motion.state[0, (2 * n + 15) + 2 * n + 12]
+    angle = motion.state[:, 2 * n + 12]
+    whirl = synchronous_response(model.arrays, middle)
+    at_first = synchronous_response(model.arrays, omega) * np.exp(1j * angle[0])
+    mean = motion.state[0, :n] + 1j * motion.state[0, n : 2 * n] - at_first
+    return Prediction(
+        first=first,
+        motion=motion,
+        x=shapes @ motion.state[:, :n].T,
+        y=shapes @ motion.state[:, n : 2 * n].T,
+        angle=angle,
+        mean=shapes @ mean,
+        whirl=shapes @ whirl,
+    )
+
+
+def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, shared: Values, own: Values) -> Array:
+    """Return what the probes read of a prediction, (probes, k), m."""
+    out = np.empty_like(prediction.x)
+    for i, probe in enumerate(drop.probes):
+        turned = complex(np.exp(-1j * probe.angle))
+        out[i] = prediction.x[i] * turned.real - prediction.y[i] * turned.imag
+        out[i] += (centre(machine, shared, probe.position) * turned).real + own[f"zero_{probe.name}"]
+        out[i] += (_runout(machine, probe, own) * turned * np.exp(1j * prediction.angle)).real
+    return out
+
+
+def centre(machine: Machine, shared: Values, position: float) -> complex:
+    """Return where the line of the bearings' centres passes a plane in the probes' zero, x + i y, m."""
+    a, b = machine.touchdown_bearings
+    at = [complex(shared[f"{end.name}.centre_x"], shared[f"{end.name}.centre_y"]) for end in (a, b)]
+    return at[0] + (at[1] - at[0]) * (position - a.position) / (b.position - a.position)
+
+
+def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, shared: Values, own: Values) -> Array:
+    """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
+
+    In this order: readings (a probe after the other), pulses of the keyphasor, levitated means and whirl.
+    """
+    k = prediction.x.shape[1]
+    span = slice(prediction.first, prediction.first + k)
+    left = drop.reading[:, span] - readings(prediction, drop, machine, shared, own)
+    growth = np.exp(DIVERGENCE * np.maximum(drop.time[span] - drop.release - _FLIGHT_S, 0.0))
+    rows = []
+    for row, noise in zip(left, drop.noise, strict=True):
+        expected = np.hypot(noise.innovation, MODEL_ERROR * growth)
+        rows.append(coloured(row, noise.colour) / expected)
+    rows.append(_pulse_residuals(prediction, drop))
+    turn = np.exp(1j * own["shaft_angle"])
+    for i, (probe, noise) in enumerate(zip(drop.probes, drop.noise, strict=True)):
+        turned = np.exp(-1j * probe.angle)
+        mean = ((prediction.mean[i] + centre(machine, shared, probe.position)) * turned).real + own[
+            f"zero_{probe.name}"
+        ]
+        whirl = (prediction.whirl[i] + _runout(machine, probe, own)) * turned * turn
+        apart = (noise.orders[0] - whirl) / np.hypot(noise.order_sigma, _LEVITATED_FLOOR)
+        rows.append(
+            np.array([(noise.mean - mean) / np.hypot(noise.mean_sigma, _LEVITATED_FLOOR), apart.real, apart.imag])
+        )
+    return np.concatenate(rows)
+
+
+def _runout(machine: Machine, probe: Probe, own: Values) -> complex:
+    """Return how the surface at a probe's end runs out: its probes see it as a displacement runout exp(i angle)."""
+    end = machine.ends.index(probe.end)
+    return complex(own[f"runout_cosine_{end}"], own[f"runout_sine_{end}"])
+
+
+def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:
+    """Return measured less predicted shaft angle at the pulses within the prediction, over their standard deviation."""
+    time = drop.time[prediction.first : prediction.first + len(prediction.angle)]
+    inside = (drop.pulse_times > drop.release) & (drop.pulse_times < time[-1])
+    if not inside.any():
+        return np.empty(0)
+    seen = np.interp(drop.pulse_times[inside], time, prediction.angle)
+    return (drop.pulse_angles[inside] - seen) / drop.pulse_sigma

@@ -1,0 +1,82 @@
+"""Hertz stress of the most loaded ball, and the box that sums up a drop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.hertz import BearingGeometry
+from tdbsim.machine import TouchdownBearing
+
+from tdbmon.estimate import Estimate
+
+Array = NDArray[np.float64]
+
+CONFORMITY = 0.52  # of both grooves, usual in deep-groove bearings; the machine file does not tell it
+ASSUMED = f"assumes groove conformity {CONFORMITY} and steel balls, which the machine file does not tell"
+_SIGMAS = 3.0  # from the mean: outliers as in N. Neisi's dissertation
+_TUKEY = 1.5  # interquartile ranges from the box: J. W. Tukey, Exploratory Data Analysis
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Box statistics over time of the greatest stress among the balls, while any ball is loaded (Pa).
+
+    Attributes
+    ----------
+    greatest : Estimate
+        Over the whole time.
+    mean, median, q1, q3 : float
+        Of the fitted drop.
+    outliers, tukey : tuple of float
+        Peaks of the stretches beyond three standard deviations from the mean, and beyond Tukey's fences.
+    assumption : str
+        What the stress rests on beside the machine file.
+    """
+
+    greatest: Estimate
+    mean: float
+    median: float
+    q1: float
+    q3: float
+    outliers: tuple[float, ...]
+    tukey: tuple[float, ...]
+    assumption: str = ASSUMED
+
+
+def ball_stress(bearing: TouchdownBearing, load: Array) -> Array:
+    """Return the greater of the inner and the outer race's peak pressure, Pa, for ball loads in N."""
+    geometry = BearingGeometry(bearing.balls.diameter, bearing.balls.pitch_diameter, CONFORMITY, CONFORMITY)
+    return np.maximum(geometry.inner.peak_pressure(load), geometry.outer.peak_pressure(load))
+
+
+def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
+    """Return the box of a drop from the stress over time (k,) of an ensemble's members, the fitted one first, Pa."""
+    fitted = members[0]
+    loaded = fitted[fitted > 0]
+    greatest = np.array([member.max() for member in members])
+    low, middle, high = (float(q) for q in np.quantile(greatest, (0.025, 0.5, 0.975)))
+    rule = f"Hertz, most loaded ball; {ASSUMED}"
+    if not loaded.size:
+        why = f"no ball of bearing '{bearing.name}' is loaded in the fitted drop"
+        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), ())
+    mean, spread = float(loaded.mean()), float(loaded.std())
+    q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
+    width = _TUKEY * (q3 - q1)
+    return Stress(
+        greatest=Estimate(middle, low, high, "MPa", rule, "", "0-pk"),
+        mean=mean,
+        median=median,
+        q1=q1,
+        q3=q3,
+        outliers=_peaks(fitted, mean + _SIGMAS * spread),
+        tukey=_peaks(fitted, q3 + width),
+    )
+
+
+def _peaks(values: Array, level: float) -> tuple[float, ...]:
+    """Return the greatest value of each stretch beyond a level."""
+    beyond = np.concatenate([[False], values > level, [False]])
+    edges = np.flatnonzero(np.diff(beyond.astype(np.int8))).reshape(-1, 2)
+    return tuple(float(values[begin:stop].max()) for begin, stop in edges)
