@@ -281,7 +281,8 @@ class _Fit:
         reach = max(value - instants[near].min(), instants[near].max() - value)
         best = float(decays[int(np.argmin(costs))])
         half = float(np.hypot(reach + conditional, 1.96 * np.hypot(_MODEL_S, _SOFT_MODEL * best)))
-        return (value, half / 1.96), (best, float(decays[near].min()), float(decays[near].max()))
+        low, high = float(decays[near].min()), float(decays[near].max())
+        return (value, half / 1.96), (best, low * (1 - 2 * _SOFT_MODEL), high * (1 + 2 * _SOFT_MODEL))
 
     def _sigma(self, t0: float) -> float:
         """Standard deviation of the instant for white noise, the linear part projected off."""
