@@ -5,8 +5,8 @@ it: above ``T`` times the median of the cells on the left and of those on the ri
 of a slope or of a plateau raises no alarm).  ``T`` follows from the wanted rate for exponentially distributed noise power
 (order-statistic CFAR: H. Rohling, IEEE Trans. Aerosp. Electron. Syst. 19, 1983, 608-621; greatest-of: V. G. Hansen and
 J. H. Sawyers, ibid. 16, 1980, 115-118).  A line must come back: in m of n windows (binary integration; M. Schwartz,
-IRE Trans. Inf. Theory 2, 1956, 135-139), with the rate a cell such that a whole record of noise raises one alarm in
-a hundred.
+IRE Trans. Inf. Theory 2, 1956, 135-139), with the rate a cell such that at most one
+record of noise in a hundred raises an alarm.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """The spectral lines of a run-down: orders of rotation, constant frequencies, mains.
 
 Two sets of spectra are searched by one rule: spectra against time, where a constant frequency stays in its cell, and
-spectra over equal angles, where an order does.  A line stands out there in 4 of 8 windows (`cfar`: one false alarm in a
-hundred records of noise) and obeys the law of its set (`ridge`): the exponent p in "frequency ~ speed^p" is 0 or 1 and
-surely not the other.  What obeys neither, such as the sidebands "1X - swing" that the arc makes on which the rotor swings,
-is not a line; what the speed changed too little to decide is left out, and so most lines of records of less than a
-second or two are.
+spectra over equal angles, where an order does.  A line stands out there in 4 of 8 windows (`cfar`: at most one record of
+noise in a hundred raises an alarm) and obeys the law of its set (`ridge`): the exponent p in "frequency ~ speed^p" is 0
+or 1 and surely not the other.  What obeys neither, such as the sidebands "1X - swing" that the arc makes on which the
+rotor swings, is not a line; what the speed changed too little to decide is left out, and so most lines of records of less
+than a second or two are.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ Windows by F. J. Harris, Proc. IEEE 66, 1978, 51-83.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -235,11 +236,15 @@ def _known(scale: str) -> str:
     return scale
 
 
+@dataclass(frozen=True)
 class _Frame:
     """Where the windows lie, how long they are, and what of their spectra is kept."""
 
-    def __init__(self, rate: float, length: int, step: int, bins: int, first: float) -> None:
-        self.rate, self.length, self.step, self.bins, self.first = rate, length, step, bins, first
+    rate: float
+    length: int
+    step: int
+    bins: int
+    first: float
 
     @classmethod
     def of(cls, planes: xr.Dataset, window_s: float | None, step_s: float | None, top_hz: float) -> _Frame:
