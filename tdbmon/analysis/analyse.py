@@ -218,8 +218,9 @@ def _ends(
         else:
             from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
         gap = contacts = None
-        if end in seen:
-            gap = fit_gap(planes, end, machine, travel, released, from_swing if swing is not None else None)
+        since = settled.get(end)
+        if since is not None:
+            gap = fit_gap(planes, end, machine, travel, since, from_swing if swing is not None else None)
         if gap is not None:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
             contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity)

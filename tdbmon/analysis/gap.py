@@ -76,7 +76,7 @@ def fit_gap(
     end: str,
     machine: Machine,
     travel: RestTravel,
-    release_s: float | None,
+    settled_s: float,
     from_swing: Estimate | None = None,
 ) -> Gap | None:
     """Fit the clearance circle of an end.
@@ -88,34 +88,32 @@ def fit_gap(
     end : str
         Name of the end.
     machine : Machine
-        For the gap on the drawing (it tells bounces from vibration) and gravity.
+        For gravity.
     travel : RestTravel
         Deflection under the weight of this end, for the load's part of the radius.
-    release_s : float or None
-        The release; the record's start where it is not known.
+    settled_s : float
+        Time from which the shaft stays on the ring (`settled_from`), s.
     from_swing : Estimate, optional
         The radius from the swing frequency.
 
     Returns
     -------
     Gap or None
-        None where the shaft does not settle for at least 0.15 s, or the arc is too short to tell a circle.
+        None where the arc is too short to tell a circle.
     """
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
-    nominal = machine.bearing(end).radial_gap.nominal
-    start = time[0] if release_s is None else release_s
-    circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*xy[time > start].T)))])
-    settled = settled_from(planes, end, nominal, circle, start)
-    if settled is None:
-        return None
-    steady, slow = _averaged(xy[time >= settled], rate)
+    steady, slow = _averaged(xy[time >= settled_s], rate)
+    circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*steady.T)))])
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
         cells = _Cells.of(steady, slow, machine.gravity, circle)
-        if len(cells.arc().angle) < 6:
+        arc = cells.arc()
+        if len(arc.angle) < 6:
             return None
-        solution, sigma = _circle(cells, travel.per_load)
-        circle = solution[:3]
+        found, _ = _fit_circle(arc, travel.per_load)
+        circle = np.append(cells.centre + found[:2], found[2])
+    parts = cells.parts()
+    solution, sigma = _circle(cells.centre, arc, parts, travel.per_load)
     if sigma[2] > _WORST and from_swing is None:
         return None
     how = "circle through the settled arc alone"
@@ -124,8 +122,8 @@ def fit_gap(
     if from_swing is not None and from_swing.value is not None:
         agrees = _overlap(from_arc, from_swing)
         if agrees:
-            solution, sigma = _circle(cells, travel.per_load, from_swing)
-    return _gap(steady, cells, solution, sigma, settled, from_arc, agrees)
+            solution, sigma = _circle(cells.centre, arc, parts, travel.per_load, from_swing)
+    return _gap(steady, cells, solution, sigma, settled_s, from_arc, agrees)
 
 
 def settled_from(
@@ -196,10 +194,14 @@ class _Cells:
         halfwidth = float(np.quantile(np.abs(angle), 0.98))
         return cls(circle[:2].copy(), halfwidth, cell // blocks, cell % blocks, means)
 
-    def without(self, blocks: np.ndarray) -> _Cells:
-        """Return the cells of all blocks but these."""
-        kept = ~np.isin(self.block, blocks)
-        return replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept])
+    def parts(self) -> list[_Arc]:
+        """Return the arcs that are left when one of some parts of the time is left out in turn."""
+        shares = np.array_split(np.unique(self.block), _PARTS)
+        left = []
+        for share in shares:
+            kept = ~np.isin(self.block, share)
+            left.append(replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept]).arc())
+        return [arc for arc in left if len(arc.angle) >= 6]
 
     def arc(self) -> _Arc:
         """Average over the blocks; a bin seen in fewer than three says nothing about its own error."""
@@ -214,24 +216,21 @@ class _Cells:
         return _Arc(*np.array(columns).reshape(-1, 4).T)
 
 
-def _circle(cells: _Cells, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
+def _circle(
+    centre: np.ndarray, arc: _Arc, parts: list[_Arc], per_load: float, known: Estimate | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Fit centre, radius and deflection a unit of load, with standard deviations.
 
     Neighbouring bins see the same vibration, so that the fit's own covariance is too small where the settled stretch
-    is short; leaving out parts of it in turn (jackknife) tells.  The larger of both is taken.
+    is short; leaving out `parts` of it in turn (jackknife) tells.  The larger of both is taken.
     """
-    solution, covariance = _fit_circle(cells.arc(), per_load, known)
-    solution[:2] += cells.centre
-    blocks = np.unique(cells.block)
-    parts = np.array_split(blocks, min(_PARTS, len(blocks)))
-    left_out = [
-        _fit_circle(arc, per_load, known)[0] for part in parts if len((arc := cells.without(part).arc()).angle) >= 6
-    ]
-    n = len(left_out)
-    if n < 2:
+    solution, covariance = _fit_circle(arc, per_load, known)
+    solution[:2] += centre
+    if len(parts) < 2:
         return solution, np.full(4, np.inf)
-    scatter = np.array(left_out) - np.mean(left_out, axis=0)
-    jackknife = (n - 1) / n * np.sum(scatter**2, axis=0)
+    left_out = np.array([_fit_circle(part, per_load, known)[0] for part in parts])
+    n = len(parts)
+    jackknife = (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
     return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife))
 
 

@@ -229,9 +229,11 @@ def _fit_window(part: np.ndarray, taper: np.ndarray, rate: float, predicted: np.
 
 def _peak(part: np.ndarray, rate: float, near: float) -> float | None:
     """Frequency of the highest line within 20 % of a prediction that stands out of its surroundings."""
-    n = part.shape[1]
-    power = np.sum(np.abs(np.fft.rfft(part, 4 * n, axis=1)) ** 2, axis=0)
-    frequency = np.fft.rfftfreq(4 * n, 1 / rate)
+    from scipy.fft import next_fast_len, rfft, rfftfreq
+
+    n = next_fast_len(4 * part.shape[1], real=True)
+    power = np.sum(np.abs(rfft(part, n, axis=1)) ** 2, axis=0)
+    frequency = rfftfreq(n, 1 / rate)
     band = np.flatnonzero(np.abs(frequency / near - 1) < 0.2)
     top = band[int(np.argmax(power[band]))]
     if top in (band[0], band[-1]) or power[top] < 30 * np.median(power[band]):

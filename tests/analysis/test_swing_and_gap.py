@@ -140,7 +140,7 @@ def test_circle_intervals_hold_centre_and_radius(stiff):
         planes = swing(
             stiff, (300e-6, 290e-6), 1.5, (0.6, 0.5), seed=seed, centre=centre, compliance=compliance, damping=0.8
         )
-        gap = fit_gap(planes, "NDE", machine, TRAVEL, None)
+        gap = fit_gap(planes, "NDE", machine, TRAVEL, 0.0)
         truth = (*centre, 300e-6)
         inside.append([e.low <= t <= e.high for e, t in zip((*gap.centre, gap.radius), truth, strict=True)])
     assert (np.mean(inside, axis=0) >= 0.9).all()
@@ -150,10 +150,10 @@ def test_left_out_the_load_would_shift_the_centre(stiff):
     """The circle of a loaded swing, fitted with the right compliance and with none: the second is far off."""
     machine, _ = stiff
     planes = swing(stiff, (300e-6, 290e-6), 2.0, (0.5, 0.4), compliance=9e-6, damping=0.5)
-    right = fit_gap(planes, "NDE", machine, TRAVEL, None)
+    right = fit_gap(planes, "NDE", machine, TRAVEL, 0.0)
     assert right.centre[1].value == pytest.approx(0, abs=3e-6)
     rigid = RestTravel(1e-6, 16e-6, 3e-6, 1e-6, 1e-9)
-    wrong = fit_gap(planes, "NDE", machine, rigid, None)
+    wrong = fit_gap(planes, "NDE", machine, rigid, 0.0)
     assert wrong.centre[1].value < -10e-6
 
 
@@ -161,8 +161,8 @@ def test_the_swing_settles_the_circle_where_both_agree(stiff):
     machine, rotor = stiff
     planes = swing(stiff, (300e-6, 290e-6), 10.0, (0.3, 0.25), compliance=9e-6)
     found = find_swing(planes, machine, rotor, 0.0)
-    alone = fit_gap(planes, "NDE", machine, TRAVEL, None)
-    both = fit_gap(planes, "NDE", machine, TRAVEL, None, found.gap["NDE"])
+    alone = fit_gap(planes, "NDE", machine, TRAVEL, 0.0)
+    both = fit_gap(planes, "NDE", machine, TRAVEL, 0.0, found.gap["NDE"])
     assert both.agrees
     assert both.radius.high - both.radius.low < alone.radius.high - alone.radius.low
     assert both.radius.low <= 300e-6 <= both.radius.high
@@ -176,8 +176,15 @@ def test_a_bounce_ends_before_settling_begins():
     assert settled_from(planes, "NDE", 250e-6) == pytest.approx(time[600])
 
 
-def test_a_rotor_that_never_settles_has_no_gap(machine):
+def test_a_rotor_that_keeps_bouncing_never_settles():
     time = np.arange(4000) / RATE
     y = -300e-6 + 200e-6 * np.abs(np.sin(2 * np.pi * 20 * time))
     planes = planes_of(time, {"NDE": np.column_stack([0 * y, y])})
-    assert fit_gap(planes, "NDE", machine, TRAVEL, None) is None
+    assert settled_from(planes, "NDE", 250e-6) is None
+
+
+def test_an_arc_too_short_for_a_circle_gives_none(machine):
+    time = np.arange(4000) / RATE
+    rng = np.random.default_rng(0)
+    still = [0, -300e-6] + 0.3e-6 * rng.standard_normal((len(time), 2))
+    assert fit_gap(planes_of(time, {"NDE": still}), "NDE", machine, TRAVEL, 0.0) is None
