@@ -19,7 +19,7 @@ import numpy as np
 
 from tdbsim import hooks
 from tdbsim.ball_bearing import ball_load
-from tdbsim.cache import inlined, reassociated
+from tdbsim.cache import reassociated
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
@@ -61,13 +61,23 @@ from tdbsim.columns import (
     SUPPORT_YY,
 )
 from tdbsim.contact import elastic_force, touch, touch_shaped
-from tdbsim.friction import REGULAR_SLIP, sliding_force
+from tdbsim.kick import (
+    DRIFT,
+    KICK,
+    after_drag,
+    damp,
+    damper_table,
+    mean_press,
+    rotated,
+    slide,
+    slide_by_law,
+    swing_table,
+)
 from tdbsim.rhs import (
     DRAGGED,
     EXTERNAL,
     HEAT,
     MODAL,
-    REGULAR_SPIN,
     ROLLED,
     RUBBED,
     STRUCK,
@@ -76,158 +86,6 @@ from tdbsim.rhs import (
     balls_on_ring,
 )
 from tdbsim.support import linear_spring
-
-DRIFT = np.array([0.0792036964311957, 0.353172906049774, -0.0420650803577195, 0.0])
-DRIFT[3] = 1 - 2 * DRIFT.sum()
-KICK = np.array([0.209515106613362, -0.143851773179818, 0.0])
-KICK[2] = 0.5 - KICK.sum()
-
-_SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
-
-
-@inlined
-def _swing_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (4 drifts, 4, 2 n): how displacement and velocity of each damped mode follow from those before."""
-    n = len(m.square)
-    for s in range(4):
-        t = DRIFT[s] * h
-        for k in range(n):
-            w2 = m.square[k]
-            half = 0.5 * m.damping[k]
-            if w2 == 0.0:
-                same, along, back, kept = 1.0, t, 0.0, 1.0
-            else:
-                w = math.sqrt(w2 - half * half)
-                decay = math.exp(-half * t)
-                c = decay * math.cos(w * t)
-                along = decay * math.sin(w * t) / w
-                same, back, kept = c + half * along, -w2 * along, c - half * along
-            for plane in range(2):
-                table[s, 0, plane * n + k] = same
-                table[s, 1, plane * n + k] = along
-                table[s, 2, plane * n + k] = back
-                table[s, 3, plane * n + k] = kept
-
-
-@inlined
-def _damper_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (3 kicks, 2 ends, 5): parts of the relative velocities that the dampers take in half a kick."""
-    for s in range(3):
-        t = 0.5 * KICK[s] * h
-        for end in range(2):
-            row = m.end[end]
-            ring = 1.0 / row[RING_MASS]
-            support = 1.0 / row[SUPPORT_MASS]
-            base = row[FOUNDATION_MOBILITY]
-            taken = -math.expm1(-row[BALL_DAMPING] * (ring + support) * t)
-            table[s, end, 0] = taken * ring / (ring + support)
-            table[s, end, 1] = taken * support / (ring + support)
-            taken = -math.expm1(-row[SUPPORT_DAMPING] * (support + base) * t)
-            table[s, end, 2] = taken * support / (support + base)
-            table[s, end, 3] = taken * base / (support + base)
-            table[s, end, 4] = -math.expm1(-row[FOUNDATION_DAMPING] * base * t)
-
-
-@inlined
-def _damp(ring, support, base, a, b, c, d, e):  # type: ignore[no-untyped-def]
-    """Return velocities of inner ring, outer ring and foundation along an axis after half a kick of the dampers."""
-    slip = ring - support
-    ring -= a * slip
-    support += b * slip
-    slip = support - base
-    support -= c * slip
-    base = (base + d * slip) * (1.0 - e)
-    return ring, support, base
-
-
-@inlined
-def _turned(c, s, angle):  # type: ignore[no-untyped-def]
-    """Return cosine and sine of an angle increased by a small one."""
-    if abs(angle) > 0.1:
-        ca = math.cos(angle)
-        sa = math.sin(angle)
-    else:
-        q = angle * angle
-        ca = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
-        sa = angle * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
-    return c * ca - s * sa, s * ca + c * sa
-
-
-@inlined
-def _stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
-    """Return the change of the slip where friction stops it within a kick: a backward Euler step, or its inverse."""
-    if t < 0.0 or slip == 0.0:
-        return pulled - held
-    hold = held * math.sqrt(slip * slip + REGULAR_SLIP * REGULAR_SLIP) / slip
-    target = slip + pulled
-    after = target * REGULAR_SLIP / (REGULAR_SLIP + hold)
-    for _ in range(50):
-        root = math.sqrt(after * after + REGULAR_SLIP * REGULAR_SLIP)
-        miss = after + hold * after / root - target
-        change = miss / (1.0 + hold * REGULAR_SLIP * REGULAR_SLIP / (root * root * root))
-        # for large steps of Newton's method the target is nearer than where it goes
-        after = min(max(after - change, min(0.0, target)), max(0.0, target))
-        if abs(change) < 1e-14:
-            break
-    return after - slip
-
-
-@inlined
-def _slide(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
-    """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
-    if grip * coefficient * abs(t) > REGULAR_SLIP:
-        return _stuck(slip, pull * t, -sliding_force(grip, slip, coefficient) * t, t)
-    if abs(slip) > _SMALL_SLIP:
-        middle = slip + 0.5 * t * (pull - math.copysign(coefficient * grip, slip))
-        return t * (pull + sliding_force(grip, middle, coefficient))
-    k1 = pull + sliding_force(grip, slip, coefficient)
-    k2 = pull + sliding_force(grip, slip + 0.5 * t * k1, coefficient)
-    k3 = pull + sliding_force(grip, slip + 0.5 * t * k2, coefficient)
-    k4 = pull + sliding_force(grip, slip + t * k3, coefficient)
-    return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-
-
-@inlined
-def _slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untyped-def]
-    """Return the same where effects change the coefficient with the slip."""
-    here = coefficient + hooks.friction(slip, p)
-    if grip * here * abs(t) > REGULAR_SLIP:
-        return _stuck(slip, pull * t, -sliding_force(grip, slip, here) * t, t)
-    k1 = pull + sliding_force(grip, slip, here)
-    at = slip + 0.5 * t * k1
-    k2 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
-    at = slip + 0.5 * t * k2
-    k3 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
-    at = slip + t * k3
-    k4 = pull + sliding_force(grip, at, coefficient + hooks.friction(at, p))
-    return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-
-
-@inlined
-def _slowed(speed, drag, t):  # type: ignore[no-untyped-def]
-    """Return the speed of a ring after its drag acted for t; `drag` in rad/s^2."""
-    grip = t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
-    if abs(grip) < 1e-3:
-        return speed * (1.0 - grip)
-    if abs(grip) > 0.1:
-        return speed / (1.0 + grip) if grip > 0.0 else speed * (1.0 - grip)
-    middle = speed * (1.0 - 0.5 * grip)
-    return speed - t * drag * middle / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)
-
-
-@inlined
-def _press(elastic, approach, pull, light, damping, t):  # type: ignore[no-untyped-def]
-    """Return the mean normal force in a kick, where approach' = pull - light elastic (1 + damping approach), exactly."""
-    rate = light * elastic * damping * t
-    if abs(rate) > 0.3:
-        phi1 = -math.expm1(-rate) / rate
-        phi2 = (1.0 - phi1) / rate
-    else:
-        series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
-        phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)
-        phi1 = 1.0 - rate * phi2
-    mean = elastic * (1.0 + damping * (approach * phi1 + (pull - light * elastic) * t * phi2))
-    return mean if mean > 0.0 else 0.0
 
 
 def _kernel_for(modes: int) -> Any:
@@ -285,8 +143,8 @@ def _kernel_for(modes: int) -> Any:
             count = math.ceil(span / step - 1e-9) if span > 0.0 else 0
             h = span / count if count > 0 else tabled
             if abs(h - tabled) > 1e-12 * step:
-                _swing_table(m, h, swings)
-                _damper_table(m, h, dampers)
+                swing_table(m, h, swings)
+                damper_table(m, h, dampers)
                 tabled = h
             for one in range(count):
                 now = t + one * h
@@ -313,10 +171,10 @@ def _kernel_for(modes: int) -> Any:
                         place[k] += tau * speed[k]
                     for k in range(3):
                         angle[k] += tau * spin[k]
-                    cosine, sine = _turned(cosine, sine, tau * spin[0])
+                    cosine, sine = rotated(cosine, sine, tau * spin[0])
                     for end in range(2):
                         turn = tau * columns[end, CAGE_RATIO] * spin[1 + end]
-                        cage_cosine[end], cage_sine[end] = _turned(cage_cosine[end], cage_sine[end], turn)
+                        cage_cosine[end], cage_sine[end] = rotated(cage_cosine[end], cage_sine[end], turn)
                     if stage == 6:
                         break
 
@@ -380,8 +238,8 @@ def _kernel_for(modes: int) -> Any:
                             sy += more_y
                         d0, d1, d2 = dampers[s, end, 0], dampers[s, end, 1], dampers[s, end, 2]
                         d3, d4 = dampers[s, end, 3], dampers[s, end, 4]
-                        rvx, svx, fvx = _damp(speed[i], speed[i + 2], speed[i + 4], d0, d1, d2, d3, d4)
-                        rvy, svy, fvy = _damp(speed[i + 1], speed[i + 3], speed[i + 5], d0, d1, d2, d3, d4)
+                        rvx, svx, fvx = damp(speed[i], speed[i + 2], speed[i + 4], d0, d1, d2, d3, d4)
+                        rvy, svy, fvy = damp(speed[i + 1], speed[i + 3], speed[i + 5], d0, d1, d2, d3, d4)
                         roll_x, roll_y, yield_x, yield_y = rvx - svx, rvy - svy, svx - fvx, svy - fvy
 
                         jx, jy, rubbed = 0.0, 0.0, 0.0
@@ -396,13 +254,15 @@ def _kernel_for(modes: int) -> Any:
                             pull_t = (bx * ny - by * nx) * ring_mass
                             light_n = own[end] + ring_mass + swing * swing * ring_inertia
                             light_t = lights[end]
-                            mean = _press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
+                            mean = mean_press(
+                                elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau
+                            )
                             peak[end] = max(peak[end], mean)
                             coefficient = columns[end, FRICTION]
                             if columns[end, HAS_SLIP_LAW] > 0.0:
-                                changed = _slide_by_law(slip, pull_t, mean * light_t, tau, coefficient, effect[end])
+                                changed = slide_by_law(slip, pull_t, mean * light_t, tau, coefficient, effect[end])
                             else:
-                                changed = _slide(slip, pull_t, mean * light_t, tau, coefficient)
+                                changed = slide(slip, pull_t, mean * light_t, tau, coefficient)
                             rub = (changed - pull_t * tau) * slides[end]
                             press = mean * tau
                             jx, jy = -press * nx - rub * ny, -press * ny + rub * nx
@@ -432,9 +292,9 @@ def _kernel_for(modes: int) -> Any:
                             columns[end, SUPPORT_DAMPING] * (yield_x * yield_x + yield_y * yield_y)
                             + columns[end, FOUNDATION_DAMPING] * (fvx * fvx + fvy * fvy)
                         )
-                        speed[i], speed[i + 2], speed[i + 4] = _damp(rvx, svx, fvx, d0, d1, d2, d3, d4)
-                        speed[i + 1], speed[i + 3], speed[i + 5] = _damp(rvy, svy, fvy, d0, d1, d2, d3, d4)
-                        slowed = _slowed(ring_spin, columns[end, RING_DRAG] * ring_inertia, tau)
+                        speed[i], speed[i + 2], speed[i + 4] = damp(rvx, svx, fvx, d0, d1, d2, d3, d4)
+                        speed[i + 1], speed[i + 3], speed[i + 5] = damp(rvy, svy, fvy, d0, d1, d2, d3, d4)
+                        slowed = after_drag(ring_spin, columns[end, RING_DRAG] * ring_inertia, tau)
                         work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) * columns[end, RING_INERTIA]
                         spin[1 + end] = slowed
 
