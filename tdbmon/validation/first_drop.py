@@ -190,9 +190,10 @@ The later contacts are **not reproduced** by any of them: the second comes after
 - The length of 2 ms is **not reproduced**. Half the period of the end's share of the mass on the printed support is
   {1e3 * half_period:.2f} ms, without the compliance of bearing and shaft; even on supports of 5·10⁹ N/m our rotor stays
   for {1e3 * (stiff.ends[0] - stiff.starts[0]):.2f} ms.
-- Nor can the printed load of the balls, if it is their greatest, stop the rotor in that time: their resultant, {resultant:.0f} N, as a half sine of
-  2 ms is an impulse of {half_sine:.2f} N s; an end of {mass:.1f} kg falls at {1e3 * speed:.0f} mm/s and needs
-  {mass * speed:.2f} N s to stop, and more to rebound. Ours is {ours.impulse:.2f} N s, with a peak of {ours.peak_force:.0f} N.
+- Nor can the printed load of the balls, if it is their greatest, stop the rotor in that time: their resultant,
+  {resultant:.0f} N, as a half sine of 2 ms is an impulse of {half_sine:.2f} N s; an end of {mass:.1f} kg falls at
+  {1e3 * speed:.0f} mm/s and needs {mass * speed:.2f} N s to stop, and more to rebound. Ours is {ours.impulse:.2f} N s,
+  with a peak of {ours.peak_force:.0f} N.
 - The shaft's drawing is missing; the stand-in has the printed mass and inertias. How much its bending matters: a shaft a
   hundred times stiffer touches at {", ".join(f"{1e3 * t:.2f}" for t in rigid.starts[:3])} ms, the first time for
   {1e3 * (rigid.ends[0] - rigid.starts[0]):.2f} ms.

@@ -101,8 +101,8 @@ def chapter() -> str:
         at = ideal.sel(end=end)
         rubbed = -(at["friction_force"] * at["slip_speed"]).values
         rows += [
-            Comparison(f"first peak of the contact force, {bearing}", 5000, float(at["peak_normal_force"]), "N",
-                       "printed: exceeding 5000 N"),
+            Comparison(f"greatest contact force, {bearing}", 5000, float(at["peak_normal_force"]), "N",
+                       "printed: first hit, exceeding 5000 N"),
             Comparison(f"force in the last 0.05 s, mean, {bearing}", 500, float(at["normal_force"].values[late].mean()),
                        "N", "printed: around 500 N"),
             Comparison(f"ring at shaft speed, {bearing}", 0.2, at_speed(ideal, end), "s", "printed: after 0.2 s"),

@@ -119,6 +119,11 @@ def test_a_drop_heats_its_bearing():
     assert float(heat["load_torque"].max()) == pytest.approx(
         5e-4 * 0.09 * float(np.hypot(*_resultant(drop, "DE")).max()), rel=1e-9
     )
+    fine = heat_drop(drop, "DE", body, geometry, law, 0.05, step=1e-9)["temperature_rise"]  # every sample
+    bodies = ["shaft", "inner_ring", "balls", "outer_ring", "housing"]
+    np.testing.assert_allclose(rise.sel(node=bodies).isel(time=-1), fine.sel(node=bodies).isel(time=-1), rtol=0.02)
+    with pytest.raises(InputError, match="not positive"):
+        heat_drop(drop, "DE", body, geometry, law, 0.05, step=0.0)
     with pytest.raises(InputError, match="'de' is no end"):
         heat_drop(drop, "de", body, geometry, law, 0.05)
 

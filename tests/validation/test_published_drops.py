@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tdbmon.validation import __main__ as command
 from tdbmon.validation import case_study, first_drop, publication_one, publication_two
 
 GRAVITY = 9.80665
@@ -94,3 +95,12 @@ def test_chapters_hold_every_published_number():
     for each in publication_one.ARRANGEMENTS:
         assert all(f"| {value * 1e-6:.0f} |" in text for value in each.printed)
     assert all(f"{force:.0f} N" in case_study.chapter() for force in case_study.PRINTED_FORCE.values())
+
+
+def test_the_report_is_written_where_it_is_wanted(tmp_path, monkeypatch):
+    for module in (publication_one, first_drop, publication_two, case_study):
+        monkeypatch.setattr(module, "chapter", lambda name=module.__name__: f"## {name}\n")
+    command.main([str(tmp_path / "new" / "validation.md")])
+    text = (tmp_path / "new" / "validation.md").read_text(encoding="utf-8")
+    assert text.startswith("# Validation")
+    assert text.index("publication_one") < text.index("first_drop") < text.index("case_study")
