@@ -7,7 +7,7 @@ PIP    := $(BIN)/pip --disable-pip-version-check --quiet
 # small matrices on few cores: threads of the linear algebra only get in each other's way
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: demo test lint reports bench constraints clean
+.PHONY: demo test lint reports docs bench constraints clean
 
 demo: $(VENV)/.installed
 	$(BIN)/tdbmon demo
@@ -21,6 +21,11 @@ lint: $(VENV)/.installed-dev
 
 reports: $(VENV)/.installed
 	$(BIN)/tdbmon demo --out reports
+
+docs: $(VENV)/.installed-dev   # the pages that are made from runs
+	$(BIN)/python -m tdbmon.effects_page
+	$(BIN)/python -m tdbmon.validation
+	$(BIN)/python -m benchmarks accuracy
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m benchmarks
