@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from tdbmon.analysis import orbit
 from tdbmon.figures.style import (
     BLACK,
     GREEN,
@@ -18,6 +19,7 @@ from tdbmon.figures.style import (
     centre_of,
     colour_bar,
     new_figure,
+    released,
     said,
     say,
     seen_ends,
@@ -26,6 +28,7 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.collections import PathCollection
 
     from tdbmon.analysis.result import Analysis
@@ -40,16 +43,18 @@ def centreline(analysis: Analysis) -> Figure:
     ends = seen_ends(analysis)
     figure = new_figure(125, said(analysis, f"mean over {_WINDOW_S:g} s"))
     axes = subplots(figure, 2, len(ends), Margins(16, 24, 11, 11, across=18, down=17))
-    shown = None
+    path, shown = _path(analysis), None
     for column, end in enumerate(ends):
-        shown = _end(axes[:, column], analysis, end, shown) or shown
+        shown = _end(axes[:, column], analysis, path, end, shown) or shown
     if shown is not None:
         by_speed = len(analysis.speed_time) > 3
         colour_bar(figure, shown, "speed [Hz]" if by_speed else "time [s]")
     return figure
 
 
-def _end(axes: np.ndarray, analysis: Analysis, end: str, like: PathCollection | None) -> PathCollection | None:
+def _end(
+    axes: np.ndarray, analysis: Analysis, path: xr.Dataset | None, end: str, like: PathCollection | None
+) -> PathCollection | None:
     whole, near = axes
     for ax, title in ((whole, "clearance"), (near, "from settling on, magnified")):
         ax.set_title(f"{end}: {title}")
@@ -58,12 +63,12 @@ def _end(axes: np.ndarray, analysis: Analysis, end: str, like: PathCollection | 
         ax.set_aspect("equal", adjustable="box")
     centre = centre_of(analysis, end) * UM
     gap = analysis.ends[end].gap
-    time, mean = _means(analysis, end)
-    if gap is None or gap.radius.value is None or len(time) < 2:
+    if gap is None or gap.radius.value is None or path is None:
         say(whole, "the shaft does not settle:\nno clearance circle")
         say(near, "the shaft does not settle")
         return None
     radius = gap.radius.value * UM
+    time, mean = _means(path, end)
     settled = time - _WINDOW_S / 2 >= gap.settled_from
     for ax in (whole, near):
         ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9))
@@ -97,28 +102,23 @@ def _scatter(ax: Axes, mean: np.ndarray, colour: np.ndarray, like: PathCollectio
     return shown
 
 
-def _means(analysis: Analysis, end: str) -> tuple[np.ndarray, np.ndarray]:
-    """Middle times (n,) and mean positions (n, 2) in µm of successive windows after the release."""
+def _path(analysis: Analysis) -> xr.Dataset | None:
+    """Mean positions from the release on; None where the record ends within two windows of it."""
     planes = analysis.planes
     if planes is None:
-        return np.empty(0), np.empty((0, 2))
-    time = planes.time.to_numpy()
-    xy = planes.displacement.sel(end=end).to_numpy() * UM
-    start = (
-        0
-        if analysis.release is None or analysis.release.time.value is None
-        else int(np.searchsorted(time, analysis.release.time.value))
-    )
-    size = max(1, int(_WINDOW_S * planes.attrs["sampling_hz"]))
-    count = (len(time) - start) // size
-    if count < 2:
-        return np.empty(0), np.empty((0, 2))
-    span = slice(start, start + count * size)
-    mean = xy[:, span].reshape(2, count, size).mean(axis=2).T
-    middle = time[start + size // 2 : start + count * size : size]
-    whole = np.isfinite(mean).all(axis=1)  # windows without a missing sample
+        return None
+    after = planes.sel(time=slice(released(analysis), None))
+    if after.sizes["time"] < 2 * _WINDOW_S * planes.attrs["sampling_hz"]:
+        return None
+    return orbit.centreline(after, _WINDOW_S)
+
+
+def _means(path: xr.Dataset, end: str) -> tuple[np.ndarray, np.ndarray]:
+    """Middle times (n,) and mean positions (n, 2), µm, of the windows without a missing sample, thinned."""
+    time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
+    whole = np.isfinite(mean).all(axis=1)
     thin = max(1, int(whole.sum()) // _POINTS)
-    return middle[whole][::thin], mean[whole][::thin]
+    return time[whole][::thin], mean[whole][::thin]
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:

@@ -1,15 +1,17 @@
-"""Orbits of each end and the shaft centreline."""
+"""Orbits of each end, filtered orbits and the shaft centreline."""
 
 from __future__ import annotations
 
 from functools import partial
 
+from tdbsim.errors import InputError
+
 from tdbmon.analysis.result import Analysis
-from tdbmon.report.document import Block, Figure, Section
+from tdbmon.report.document import Block, Figure, Paragraph, Section
 
 
 def section(analysis: Analysis) -> Section | None:
-    """Return the orbits, an end a figure, and the centreline."""
+    """Return the orbits, an end a figure, the filtered ones, and the centreline."""
     ends = [name for name, end in analysis.ends.items() if end.plane != "none"]
     if not ends:
         return None
@@ -27,6 +29,7 @@ def section(analysis: Analysis) -> Section | None:
         )
         for i, end in enumerate(ends)
     ]
+    blocks.append(_filtered(analysis))
     if any(analysis.ends[end].gap is not None for end in ends):
         blocks.append(
             Figure(
@@ -38,3 +41,23 @@ def section(analysis: Analysis) -> Section | None:
             )
         )
     return Section("Orbits", tuple(blocks))
+
+
+def _filtered(analysis: Analysis) -> Block:
+    from tdbmon.figures.filtered_orbit import filtered_orbit, settled_stretch
+
+    try:
+        revolutions = settled_stretch(analysis).revolutions
+    except InputError as error:
+        return Paragraph(f"Filtered orbits are not drawn: {error}.")
+    return Figure(
+        "filtered-orbits",
+        f"The settled orbit over {revolutions} revolutions: as it is, its 1X (fitted over these revolutions, about the mean"
+        " position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
+        " revolution about it. The swing in the clearance is not locked to the shaft but does not cancel wholly over so"
+        " few revolutions: filtered orbits that are small beside it may be its remainder, and an average that does not"
+        " close shows it. The Bode plot has 1X with its uncertainty. A dot marks the pulse of the keyphasor. Runout is not"
+        " taken off.",
+        "For each end three panels of the settled orbit: not filtered, filtered to 1X, and averaged over revolutions.",
+        partial(filtered_orbit, analysis),
+    )
