@@ -71,6 +71,9 @@ class Parameter:
         Standard deviation of what is known beforehand; infinite where nothing is.
     moves : bool
         Whether it changes the motion; a sensor's value only changes how that is seen.
+    nudge : float
+        Step for slopes by differences, in units of `scale`: it should move the shaft by some tenths of a micrometre, since
+        fixed steps of integration make a trajectory rough by some nanometres, which would pass for a slope.
     """
 
     name: str
@@ -80,6 +83,7 @@ class Parameter:
     high: float
     sigma: float
     moves: bool = True
+    nudge: float = 0.015
 
     @property
     def scale(self) -> float:
@@ -127,15 +131,23 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
     for end, bearing in enumerate(machine.touchdown_bearings):
         reach = bearing.radial_gap.nominal
         for axis, start in zip("xy", set_point[end], strict=True):
-            found.append(Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf))
+            found.append(
+                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.0025)
+            )
     for end in range(2):
         for axis in "xy":
             found.append(
                 Parameter(
-                    f"velocity_{axis}_{end}", "mm/s", 0.0, -10 * VELOCITY_SIGMA, 10 * VELOCITY_SIGMA, VELOCITY_SIGMA
+                    f"velocity_{axis}_{end}",
+                    "mm/s",
+                    0.0,
+                    -10 * VELOCITY_SIGMA,
+                    10 * VELOCITY_SIGMA,
+                    VELOCITY_SIGMA,
+                    nudge=0.08,
                 )
             )
-    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA))
+    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.002))
     width = min(5 * angle_sigma, math.pi)
     found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
     for end, bearing in enumerate(machine.touchdown_bearings):

@@ -21,7 +21,6 @@ from tdbmon.identify.prediction import predict, residuals
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-_NUDGE = 2e-3  # of a parameter's scale, for slopes by differences
 _ROBUST = 3.0  # times the spread: from there on a residual counts linearly (Huber)
 
 
@@ -114,7 +113,7 @@ class Problem:
         where = self.columns(drop)
         jacobian = np.empty((len(base), len(where)))
         for k, (column, parameter) in enumerate(zip(where, (*self.shared, *self.own[drop]), strict=True)):
-            step = _NUDGE if point[column] + _NUDGE <= self.high[column] else -_NUDGE
+            step = parameter.nudge if point[column] + parameter.nudge <= self.high[column] else -parameter.nudge
             near = point.copy()
             near[column] += step
             moved_shared, moved_own = self.values(near, drop)

@@ -1,0 +1,80 @@
+"""The JSON of calibration and forces: what `tdbmon analyse` adds to an end once a model was fitted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.forces import DropForces, EndForces
+from tdbmon.identify.stress import Stress
+
+
+def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
+    """Return ``support``, ``peak_force_n``, ``stress_mpa`` and ``ring_at_speed_s`` of one end in one drop.
+
+    They replace the entries of the same names under ``ends`` in the JSON of `tdbmon analyse`.
+    """
+    bearing = calibration.machine.bearing(forces.end)
+    mass = Estimate(bearing.support_mass, unit="kg", method="machine file", why="the machine file states no tolerance")
+    return {
+        "support": {
+            "mass_kg": mass.to_json(),
+            "stiffness_n_per_m": _value(calibration, f"{forces.end}.support_stiffness", "N/m").to_json(),
+            "damping_n_s_per_m": _value(calibration, f"{forces.end}.support_damping", "N s/m").to_json(),
+        },
+        "peak_force_n": forces.peak.to_json(),
+        "stress_mpa": stress_json(forces.stress),
+        "ring_at_speed_s": forces.ring_at_speed.to_json(),
+    }
+
+
+def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = ()) -> dict[str, Any]:
+    """Return a calibration, and the forces of its drops where they were simulated."""
+    return {
+        "values": {name: value.to_json() for name, value in calibration.values.items()},
+        "at_bound": [{"name": each.name, "si": each.value} for each in calibration.at_bound],
+        "undetermined": [
+            {"name": u.name, "share": u.share, "partners": [{"name": n, "correlation": c} for n, c in u.partners]}
+            for u in calibration.undetermined
+        ],
+        "horizon_s": calibration.horizon,
+        "residual_over_noise": calibration.misfit,
+        "remarks": list(calibration.remarks),
+        "seconds": calibration.seconds,
+        "drops": [
+            {
+                "file": fit.name,
+                "speed_hz": fit.speed,
+                "release_time_s": fit.release.to_json(),
+                "residual_over_noise": [{"horizon_s": r.horizon, "ratio": r.ratio} for r in fit.residuals],
+                "ends": {name: end_json(calibration, end) for name, end in found.items()},
+            }
+            for fit, found in _with_forces(calibration, forces)
+        ],
+    }
+
+
+def stress_json(stress: Stress) -> dict[str, Any]:
+    """Return the box of a stress in MPa."""
+    factor = OUTSIDE["MPa"]
+    return {
+        "max": stress.greatest.to_json(),
+        "mean": factor * stress.mean,
+        "median": factor * stress.median,
+        "q1": factor * stress.q1,
+        "q3": factor * stress.q3,
+        "outliers": [factor * value for value in stress.outliers],
+        "outliers_tukey": [factor * value for value in stress.tukey],
+        "assumption": stress.assumption,
+    }
+
+
+def _with_forces(calibration: Calibration, forces: tuple[DropForces, ...]) -> list[tuple[Any, dict[str, EndForces]]]:
+    if not forces:
+        return [(fit, {}) for fit in calibration.drops]
+    return [(fit, found.ends) for fit, found in zip(calibration.drops, forces, strict=True)]
+
+
+def _value(calibration: Calibration, name: str, unit: str) -> Estimate:
+    return calibration.values.get(name) or Estimate.missing(unit, "the machine file states it without a tolerance")

@@ -1,0 +1,18 @@
+"""Two drops of known values and their calibration, made once."""
+
+import pytest
+
+from tdbmon.identify.calibrate import fit_drops
+from tests.identify import drops
+
+
+@pytest.fixture(scope="session")
+def same_model():
+    """(machine, records): same-model drops at two speeds."""
+    return drops.machine(), [drops.drop(speed=97.0, seed=1), drops.drop(speed=148.0, seed=2)]
+
+
+@pytest.fixture(scope="session")
+def calibration(same_model):
+    machine, records = same_model
+    return fit_drops(machine, records, horizons=(0.012, 0.025))

@@ -1,0 +1,152 @@
+"""Values come back from drops of the same model (so no test of the model), and what cannot be fitted is said."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Tolerant
+
+from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.parameters import calibrated_machine, machine_parameters
+from tests.identify import drops
+
+HORIZON = (0.012,)
+
+
+def sigma(estimate):
+    return (estimate.high - estimate.low) / 3.92
+
+
+def test_values_come_back(calibration):
+    for name, truth in drops.TRUTH.items():
+        found = calibration.values[name]
+        assert abs(found.value - truth) < 5 * sigma(found), name
+        assert found.value == pytest.approx(truth, rel=0.02), name
+
+
+def test_what_is_left_is_noise(calibration):
+    assert calibration.misfit == pytest.approx(1.0, abs=0.1)
+    assert not calibration.at_bound
+    assert not calibration.remarks
+
+
+def test_release_state_comes_back(calibration, same_model):
+    _, records = same_model
+    for fit, record in zip(calibration.drops, records, strict=True):
+        true = record.attrs["release_time_s"]
+        assert fit.release.value == pytest.approx(true, abs=1e-4)
+        # what counts is where it is at one instant: release and velocity make up for each other
+        at = int(np.searchsorted(record.time, true))
+        for end in ("NDE", "DE"):
+            assert fit.position[end][0].value == pytest.approx(float(record.rotor_x.sel(end=end)[at]), abs=1e-6)
+            assert fit.position[end][1].value == pytest.approx(float(record.rotor_y.sel(end=end)[at]), abs=1e-6)
+
+
+def test_calibrated_machine_holds_the_values(calibration):
+    bearing = calibration.calibrated.bearing("DE")
+    assert bearing.radial_gap.nominal == calibration.values["DE.radial_gap"].value
+    assert bearing.friction.nominal == calibration.values["DE.friction"].value
+    assert calibration.machine.bearing("DE").radial_gap.nominal == 250e-6
+
+
+def narrowed(machine, end, field, low, high):
+    """A machine whose tolerance of one value excludes the truth."""
+    value = Tolerant(nominal=(low + high) / 2, low=low, high=high)
+    bearings = [b.model_copy(update={field: value}) if b.name == end else b for b in machine.touchdown_bearings]
+    return machine.model_copy(update={"touchdown_bearings": tuple(bearings)})
+
+
+def test_tolerance_that_excludes_the_truth_is_reported(same_model):
+    machine, records = same_model
+    wrong = narrowed(machine, "NDE", "support_stiffness", 1.4e8, 1.6e8)
+    found = fit_drops(wrong, records[:1], horizons=HORIZON)
+    assert "NDE.support_stiffness" in {each.name for each in found.at_bound}
+    low = next(p.low for p in machine_parameters(wrong) if p.name == "NDE.support_stiffness")
+    assert found.values["NDE.support_stiffness"].value == pytest.approx(low)
+
+
+def test_value_that_the_drop_cannot_tell_is_reported(same_model):
+    machine, records = same_model
+    # in the first 12 ms the drag of 15 mN m on the ring is nothing beside the friction of some 10 N m
+    vague = narrowed(machine, "DE", "inner_ring_drag", 5e-3, 25e-3)
+    found = fit_drops(vague, records[:1], horizons=HORIZON)
+    unknown = {each.name: each for each in found.undetermined}
+    assert "DE.inner_ring_drag" in unknown
+    assert unknown["DE.inner_ring_drag"].share > 0.9
+    assert found.values["DE.inner_ring_drag"].value == pytest.approx(15e-3, abs=2e-3)
+
+
+def test_dead_probe_is_left_out_and_said(same_model):
+    machine, records = same_model
+    record = records[0].copy()
+    record["NDE_B"] = xr.full_like(record["NDE_B"], 3e-6)
+    found = fit_drops(machine, [record], horizons=HORIZON)
+    assert any("without probe 'NDE_B'" in remark for remark in found.remarks)
+    assert set(found.drops[0].residuals[0].rms) == {"NDE_A", "DE_A", "DE_B"}
+    assert found.values["DE.radial_gap"].value == pytest.approx(drops.TRUTH["DE.radial_gap"], rel=0.02)
+
+
+def test_two_probes_are_too_few(same_model):
+    machine, records = same_model
+    record = records[0].drop_vars(["NDE_A", "DE_A"])
+    with pytest.raises(InputError, match="2 usable probes"):
+        measured_drop(record, machine)
+
+
+def test_drop_of_another_machine_is_named(same_model):
+    machine, records = same_model
+    other = drops.drop({**drops.TRUTH, "NDE.radial_gap": 205e-6, "DE.radial_gap": 290e-6}, speed=120.0, seed=3)
+    found = fit_drops(machine, [*records, other], horizons=HORIZON)
+    assert any("drop_120.nc" in remark and "another machine" in remark for remark in found.remarks)
+
+
+def test_rotor_that_never_touches(same_model):
+    machine, records = same_model
+    release = records[0].attrs["release_time_s"]
+    caught = records[0].sel(time=slice(0, release + 0.004))  # levitation fails for 4 ms, then carries it again
+    hung = records[0].isel(time=slice(len(caught.time), None))
+    held = {
+        name: ("time", np.full(len(hung.time), float(caught[name][-1]))) for name in ("NDE_A", "NDE_B", "DE_A", "DE_B")
+    }
+    noise = np.random.default_rng(0)
+    held = {name: (d, v + 0.25e-6 * noise.standard_normal(len(v))) for name, (d, v) in held.items()}
+    record = xr.concat([caught[list(held)], xr.Dataset(held, {"time": hung.time})], "time")
+    for name in ("keyphasor", "speed"):
+        record[name] = records[0][name]
+    for name in record:
+        record[name].attrs.update(records[0][name].attrs)
+    with pytest.raises(InputError, match="never reaches the touchdown bearing"):
+        measured_drop(record, machine)
+
+
+def test_release_cut_off(same_model):
+    machine, records = same_model
+    late = records[0].sel(time=slice(records[0].attrs["release_time_s"] + 0.002, None))
+    with pytest.raises(InputError, match="starts after the release"):
+        measured_drop(late, machine)
+
+
+def test_record_too_short(same_model):
+    machine, records = same_model
+    short = records[0].sel(time=slice(0, records[0].attrs["release_time_s"] + 0.015))
+    with pytest.raises(InputError, match="before the first contacts"):
+        measured_drop(short, machine)
+
+
+def test_without_speed_and_keyphasor(same_model):
+    machine, records = same_model
+    with pytest.raises(InputError, match="neither keyphasor nor speed"):
+        measured_drop(records[0].drop_vars(["speed", "keyphasor"]), machine)
+
+
+def test_no_record(same_model):
+    with pytest.raises(InputError, match="no record given"):
+        fit_drops(same_model[0], [])
+
+
+def test_machine_that_cannot_hold_the_levitated_shaft(same_model):
+    machine, records = same_model
+    tight = calibrated_machine(machine, {"NDE.radial_gap": 15e-6, "DE.radial_gap": 15e-6})
+    with pytest.raises(InputError, match=r"drop_97.nc: cannot be simulated.*reaches the gap"):
+        fit_drops(tight, records[:1], horizons=HORIZON)

@@ -1,0 +1,70 @@
+"""The levitated stretch against closed forms."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from tdbsim.errors import InputError
+
+from tdbmon.identify.noise import coloured, levitated_noise
+
+RATE, SPEED, MAINS = 20e3, 2 * np.pi * 97.0, 50.0
+TIME = np.arange(2000) / RATE
+
+
+def orbit(colour=(), sigma=0.3e-6, seed=0):
+    rng = np.random.default_rng(seed)
+    white = sigma * rng.standard_normal(len(TIME) + 500)
+    noise = lfilter([1.0], np.concatenate([[1.0], -np.array(colour)]), white)
+    angle = SPEED * TIME
+    clean = 12e-6 + 2e-6 * np.cos(angle + 0.7) + 0.5e-6 * np.cos(2 * angle) + 0.4e-6 * np.cos(2 * np.pi * MAINS * TIME)
+    return clean + noise[500:], angle
+
+
+def test_orbit_hum_and_white_noise_are_told_apart():
+    reading, angle = orbit()
+    found = levitated_noise(TIME, reading, angle, MAINS)
+    assert found.sigma == pytest.approx(0.3e-6, rel=0.08)
+    assert found.mean == pytest.approx(12e-6, abs=4 * found.mean_sigma)
+    assert abs(found.orders[0] - 2e-6 * np.exp(0.7j)) < 6 * found.order_sigma
+    assert abs(found.orders[1] - 0.5e-6) < 6 * found.order_sigma
+    assert abs(found.hum - 0.4e-6) < 6 * found.order_sigma
+
+
+def test_white_noise_is_called_white_in_most_draws():
+    orders = [len(levitated_noise(TIME, orbit(seed=seed)[0], SPEED * TIME, MAINS).colour) for seed in range(20)]
+    assert sum(order == 0 for order in orders) >= 17
+
+
+def test_whitening_takes_the_colour_away():
+    reading, angle = orbit(colour=(0.6, 0.2))
+    found = levitated_noise(TIME, reading, angle, MAINS)
+    assert found.colour[:2] == pytest.approx([0.6, 0.2], abs=0.12)
+    fresh, _ = orbit(colour=(0.6, 0.2), seed=7)
+    left = fresh - orbit(sigma=0.0)[0]
+    white = found.whiten(left)[20:]
+    assert white.std() == pytest.approx(1.0, rel=0.1)
+    lagged = [abs(np.corrcoef(white[k:], white[:-k])[0, 1]) for k in (1, 2, 3)]
+    assert max(lagged) < 4 / np.sqrt(len(white))
+
+
+def test_interval_of_the_mean_holds_the_truth():
+    inside = 0
+    for seed in range(60):
+        reading, angle = orbit(colour=(0.7,), seed=seed)
+        found = levitated_noise(TIME, reading, angle, MAINS)
+        inside += abs(found.mean - 12e-6) < 1.96 * found.mean_sigma
+    assert 48 <= inside
+
+
+def test_colouring_is_the_recursion_it_says():
+    values = np.arange(5.0) ** 2
+    assert coloured(values, np.array([0.5])).tolist() == [0.0, 1.0, 3.5, 7.0, 11.5]
+    assert coloured(values, np.empty(0)).tolist() == values.tolist()
+
+
+def test_too_short_and_dead_stretches_are_refused():
+    reading, angle = orbit()
+    with pytest.raises(InputError, match="too few to tell orbit from noise"):
+        levitated_noise(TIME[:20], reading[:20], angle[:20], MAINS)
+    with pytest.raises(InputError, match="no noise at all"):
+        levitated_noise(TIME, np.zeros_like(reading), angle, MAINS)

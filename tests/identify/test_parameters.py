@@ -1,0 +1,85 @@
+"""What may move, how far, and that a model gets what a machine would give it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tdbsim.drop_model import build_model
+from tdbsim.effect import parse
+from tdbsim.machine import load_machine
+
+from tdbmon.identify.parameters import calibrated_machine, drop_parameters, machine_parameters, with_values
+from tdbmon.shipped import shipped
+from tests.identify import drops
+
+
+@pytest.fixture(scope="module")
+def full():
+    return load_machine(shipped("short/machine.toml"))
+
+
+@pytest.fixture(scope="module")
+def model(full):
+    return build_model(full)
+
+
+def test_every_tolerant_value_is_there_with_its_bounds(full):
+    found = {p.name: p for p in machine_parameters(full)}
+    assert len(found) == 2 * 7 + 2 * 2 + 2 * 2 + 1
+    gap = found["NDE.radial_gap"]
+    assert (gap.nominal, gap.low, gap.high) == pytest.approx((250e-6, 200e-6, 300e-6))
+    assert gap.sigma == pytest.approx(25e-6)  # the tolerance is two of them
+    along, across = found["generator.along"], found["generator.across"]
+    assert along.nominal == pytest.approx(40e-6)
+    assert across.high == pytest.approx(60e-6 * math.sin(math.radians(20)))
+
+
+def test_exact_values_do_not_move():
+    names = {p.name for p in machine_parameters(drops.machine())}
+    assert names == set(drops.TRUTH)
+
+
+@settings(max_examples=25, deadline=None)
+@given(data=st.data())
+def test_fast_path_is_the_machine_built_anew(full, model, data):
+    parameters = machine_parameters(full)
+    values = {p.name: data.draw(st.floats(p.low, p.high)) for p in parameters}
+    quick, anew = with_values(model, values), build_model(calibrated_machine(full, values))
+    for name, a, b in zip(quick.arrays._fields, quick.arrays, anew.arrays, strict=True):
+        assert a == pytest.approx(b, rel=1e-9, abs=1e-15), name
+
+
+def test_fast_path_leaves_the_model_as_it_was(full, model):
+    before = [array.copy() for array in model.arrays]
+    with_values(model, {p.name: p.high for p in machine_parameters(full)})
+    assert all(np.array_equal(a, b) for a, b in zip(before, model.arrays, strict=True))
+
+
+def test_effects_act_on_the_moved_values(full):
+    effect = parse("unbalance:where=impeller,amount=30 g mm")
+    carried = build_model(full, [effect])
+    values = {"generator.along": 55e-6, "NDE.radial_gap": 260e-6}
+    moved = with_values(carried, values)
+    anew = build_model(calibrated_machine(full, values), [effect])
+    assert moved.arrays.unbalance == pytest.approx(anew.arrays.unbalance)
+    assert not np.allclose(moved.arrays.unbalance, with_values(build_model(full), values).arrays.unbalance)
+
+
+def test_a_turn_of_the_unbalance_keeps_its_amount(full):
+    values = {"impeller.along": 20e-6 * math.cos(0.3), "impeller.across": 20e-6 * math.sin(0.3)}
+    plane = calibrated_machine(full, values).rotor.unbalance[1]
+    assert plane.amount.nominal == pytest.approx(20e-6)
+    assert plane.phase.nominal == pytest.approx(0.3)
+
+
+def test_values_beyond_the_tolerance_widen_it(full):
+    gap = calibrated_machine(full, {"DE.radial_gap": 320e-6}).bearing("DE").radial_gap
+    assert (gap.low, gap.nominal, gap.high) == pytest.approx((200e-6, 320e-6, 320e-6))
+
+
+def test_unknown_shaft_angle_may_be_any(full):
+    own = {p.name: p for p in drop_parameters(full, np.zeros((2, 2)), 1.0, math.inf)}
+    assert own["shaft_angle"].high - own["shaft_angle"].low == pytest.approx(2 * math.pi)
+    assert math.isfinite(own["shaft_angle"].scale)
