@@ -1,0 +1,108 @@
+"""Forces that no sensor measured, against the simulation that made the record (same model), and the boxes' arithmetic."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from tdbsim.errors import InputError
+from tdbsim.hertz import BearingGeometry
+
+from tdbmon.identify.contract import calibration_json, end_json
+from tdbmon.identify.forces import forces_of
+from tdbmon.identify.stress import ball_stress, stress_box
+
+
+@pytest.fixture(scope="module")
+def forces(calibration):
+    return forces_of(calibration, seconds=0.05, members=12)
+
+
+def within(record, seconds):
+    release = record.attrs["release_time_s"]
+    return record.sel(time=slice(release, release + seconds))
+
+
+def test_peak_force_is_that_of_the_drop(forces, same_model):
+    for found, record in zip(forces, same_model[1], strict=True):
+        for end, each in found.ends.items():
+            true = float(within(record, 0.05).normal_force.sel(end=end).max())
+            # the record holds the force at its samples only, the peak is that of all steps
+            assert each.peak.value >= 0.97 * true
+            assert each.peak.value == pytest.approx(true, rel=0.06)
+            assert each.peak.low < each.peak.value < each.peak.high
+
+
+def test_history_follows_the_force_that_was(forces, same_model):
+    for found, record in zip(forces, same_model[1], strict=True):
+        for end, each in found.ends.items():
+            history = each.history
+            assert history.parted > 0.015  # past the first contact
+            early = history.time < 0.015
+            true = within(record, 0.05)
+            since = true.time.values - record.attrs["release_time_s"]
+            force = np.interp(history.time[early], since, true.normal_force.sel(end=end).values)
+            assert force.max() > 1000  # it does hit
+            assert np.sqrt(np.mean((history.force[early] - force) ** 2)) < 0.06 * force.max()
+            assert np.all(history.low <= history.force) and np.all(history.force <= history.high)
+
+
+def test_impulses_of_the_contacts_add_up(forces):
+    for found in forces:
+        for each in found.ends.values():
+            assert each.contacts
+            assert sum(c.impulse for c in each.contacts) <= each.impulse * (1 + 1e-6)
+            assert all(c.impulse_low <= c.impulse_high and c.peak.value > 0 for c in each.contacts)
+
+
+def test_impulse_carries_the_weight(forces, calibration, rotor):
+    """Over 50 ms the normal forces take the momentum of weight, some more while the rotor bounces upwards."""
+    for found in forces:
+        total = sum(each.impulse for each in found.ends.values())
+        weight = rotor.total_mass * calibration.machine.gravity
+        assert 0.5 * weight * 0.05 < total < 2.5 * weight * 0.05
+
+
+def test_stress_is_hertz_of_the_load(calibration):
+    bearing = calibration.machine.bearing("NDE")
+    geometry = BearingGeometry(bearing.balls.diameter, bearing.balls.pitch_diameter)
+    load = 1000.0
+    a, b = (float(axis) for axis in geometry.inner.semi_axes(load))
+    assert ball_stress(bearing, np.array([load]))[0] == pytest.approx(3 * load / (2 * math.pi * a * b))
+
+
+def test_box_of_known_values(calibration):
+    bearing = calibration.machine.bearing("NDE")
+    values = np.concatenate([np.zeros(50), np.tile([1.0, 2.0, 3.0, 4.0], 100), [40.0, 41.0], [2.0]]) * 1e8
+    box = stress_box([values] * 8, bearing)
+    assert box.greatest.value == 41e8
+    assert (box.q1, box.median, box.q3) == (2e8, 3e8, 4e8)
+    assert box.outliers == (41e8,)  # one stretch, its greatest
+    assert box.tukey == (41e8,)
+    assert box.mean == pytest.approx(values[values > 0].mean())
+
+
+def test_unloaded_bearing_has_no_stress(calibration):
+    box = stress_box([np.zeros(10)] * 8, calibration.machine.bearing("DE"))
+    assert box.greatest.value is None and "no ball" in box.greatest.why
+
+
+def test_json_is_plain_and_complete(calibration, forces):
+    text = json.dumps(calibration_json(calibration, forces), allow_nan=False)
+    back = json.loads(text)["drops"][0]["ends"]["NDE"]
+    assert set(back) == {"support", "peak_force_n", "stress_mpa", "ring_at_speed_s"}
+    assert back["support"]["stiffness_n_per_m"]["unit"] == "N/m"
+    assert back["support"]["damping_n_s_per_m"]["value"] is None  # exact in this machine file
+    assert end_json(calibration, forces[0].ends["NDE"]) == back
+
+
+def test_ensembles_are_repeatable(calibration, forces):
+    again = forces_of(calibration, seconds=0.05, members=12)
+    assert again[0].ends["DE"].peak == forces[0].ends["DE"].peak
+
+
+def test_bad_requests(calibration):
+    with pytest.raises(InputError, match="at least 8"):
+        forces_of(calibration, members=3)
+    with pytest.raises(InputError, match="not positive"):
+        forces_of(calibration, seconds=0.0)
