@@ -69,7 +69,7 @@ def filtered_orbit(analysis: Analysis) -> Figure:
     }
     height = 30 + len(ends) * _PANEL_MM + (len(ends) - 1) * _DOWN_MM
     figure = new_figure(height, said(analysis, " / ".join(kinds.values())))
-    axes = subplots(figure, len(ends), 3, Margins(15, 5, 14, 16, across=15, down=_DOWN_MM))
+    axes = subplots(figure, len(ends), 3, Margins(15, 5, 14, 16, across=18, down=_DOWN_MM))
     for column, (kind, words) in enumerate(kinds.items()):
         cut = orbit(stretch.planes, stretch.angle, stretch.start, revolutions, kind, analysis.machine.sense, mark)
         for ax, end in zip(axes[:, column], ends, strict=True):

@@ -233,6 +233,10 @@ def test_the_report_holds_filtered_orbits_or_says_why_not(short: Analysis) -> No
     assert whole is not None and bare is not None
     drawn = [block for block in whole.blocks if isinstance(block, report.Figure) and block.name == "filtered-orbits"]
     assert len(drawn) == 1 and f"over {settled_stretch(short).revolutions} revolutions" in drawn[0].caption
+    assert "does not settle" not in drawn[0].caption
+    half = orbit.section(replace(short, ends={**short.ends, "NDE": replace(short.ends["NDE"], gap=None)}))
+    assert half is not None
+    assert any(isinstance(b, report.Figure) and "NDE does not settle and is left out" in b.caption for b in half.blocks)
     assert not any(isinstance(block, report.Figure) and block.name == "filtered-orbits" for block in bare.blocks)
     assert any(isinstance(block, report.Paragraph) and "keyphasor" in block.text for block in bare.blocks)
 

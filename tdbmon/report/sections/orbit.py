@@ -47,17 +47,22 @@ def _filtered(analysis: Analysis) -> Block:
     from tdbmon.figures.filtered_orbit import filtered_orbit, settled_stretch
 
     try:
-        revolutions = settled_stretch(analysis).revolutions
+        stretch = settled_stretch(analysis)
     except InputError as error:
         return Paragraph(f"Filtered orbits are not drawn: {error}.")
+    unsettled = "".join(
+        f" {name} does not settle and is left out."
+        for name, end in analysis.ends.items()
+        if end.plane != "none" and name not in stretch.ends
+    )
     return Figure(
         "filtered-orbits",
-        f"The settled orbit over {revolutions} revolutions: as it is, its 1X (fitted over these revolutions, about the mean"
-        " position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
+        f"The settled orbit over {stretch.revolutions} revolutions: as it is, its 1X (fitted over these revolutions, about"
+        " the mean position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
         " revolution about it. The swing in the clearance is not locked to the shaft but does not cancel wholly over so"
         " few revolutions: filtered orbits that are small beside it may be its remainder, and an average that does not"
         " close shows it. The Bode plot has 1X with its uncertainty. A dot marks the pulse of the keyphasor. Runout is not"
-        " taken off.",
+        f" taken off.{unsettled}",
         "For each end three panels of the settled orbit: not filtered, filtered to 1X, and averaged over revolutions.",
         partial(filtered_orbit, analysis),
     )
