@@ -78,3 +78,14 @@ def _with_forces(calibration: Calibration, forces: tuple[DropForces, ...]) -> li
 
 def _value(calibration: Calibration, name: str, unit: str) -> Estimate:
     return calibration.values.get(name) or Estimate.missing(unit, "the machine file states it without a tolerance")
+
+
+def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
+    """Return the forces and stresses of a drop as lines of text."""
+    lines = [f"fitted model: {calibration.misfit:.2f} times the noise is left of the first contacts"]
+    for name, end in forces.ends.items():
+        lines.append(f"{name}  (fitted model)")
+        lines.append(f"  {'peak force on the ring':<24}{end.peak}")
+        lines.append(f"  {'peak stress of a ball':<24}{end.stress.greatest}")
+        lines.append(f"  {'ring at speed after':<24}{end.ring_at_speed}")
+    return lines + [f"  remark: {remark}" for remark in calibration.remarks]

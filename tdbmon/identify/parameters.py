@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from tdbsim.columns import (
 )
 from tdbsim.drop_model import DropModel, build_model
 from tdbsim.machine import Machine, Tolerant, Unbalance
+from tdbsim.modes import Modes
 
 Array = NDArray[np.float64]
 
@@ -221,7 +223,7 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
     for plane in machine.rotor.unbalance:
         if f"{plane.name}.along" in values or f"{plane.name}.across" in values:
             change = _vector(plane, values) - plane.amount.nominal * np.exp(1j * plane.phase.nominal)
-            shape = model.modes.at(plane.position)
+            shape = _shape(model.modes, plane.position)
             arrays.unbalance[0] += change.real * shape
             arrays.unbalance[1] += change.imag * shape
     return changed
@@ -265,6 +267,11 @@ def _unbalance(plane: Unbalance) -> list[Parameter]:
 def _vector(plane: Unbalance, values: Mapping[str, float]) -> complex:
     along = values.get(f"{plane.name}.along", plane.amount.nominal)
     return complex(along, values.get(f"{plane.name}.across", 0.0)) * complex(np.exp(1j * plane.phase.nominal))
+
+
+@lru_cache(maxsize=16)
+def _shape(modes: Modes, position: float) -> Array:
+    return modes.at(position)
 
 
 def _with_vector(plane: Unbalance, values: Mapping[str, float]) -> Unbalance:

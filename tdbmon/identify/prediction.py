@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.drop_model import DropModel
 from tdbsim.levitation import synchronous_response
 from tdbsim.machine import Machine, Probe
+from tdbsim.modes import Modes
 from tdbsim.simulate import DropPlan, Trajectory, run
 
 from tdbmon.identify.drop import MeasuredDrop
@@ -89,7 +91,7 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
     first, count = window(drop, horizon)
     motion = run(model, drop_plan(drop, own, first, count))
     n = model.n
-    shapes = model.modes.at([probe.position for probe in drop.probes])
+    shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
     omega = motion.state[0, (2 * n + 15) + 2 * n + 12]
     angle = motion.state[:, 2 * n + 12]
@@ -105,6 +107,12 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
         mean=shapes @ mean,
         whirl=shapes @ whirl,
     )
+
+
+@lru_cache(maxsize=64)
+def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
+    """Return the modes' deflections (k, n) at positions, kept: they are asked for in every simulation."""
+    return modes.at(positions)
 
 
 def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, shared: Values, own: Values) -> Array:
