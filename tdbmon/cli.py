@@ -79,6 +79,10 @@ def analyse(
     report: Annotated[
         list[Path] | None, typer.Option(metavar="F.html|F.pdf", help="write a report; may be given twice")
     ] = None,
+    forces: Annotated[
+        bool,
+        typer.Option("--forces", help="fit the simulation to the first contacts: forces, stresses (half a minute)"),
+    ] = False,
 ) -> None:
     """Analyse one dropdown record."""
     writers = [_report_writer(path) for path in report or []]
@@ -92,17 +96,32 @@ def analyse(
     with _progress() as tell:
         tell("reading the machine and the record")
         plan = load_machine(machine)
-        result = run(read(record), plan, tell)
+        channels = read(record)
+        result = run(channels, plan, tell)
+        fitted = None
+        if forces:
+            from tdbmon.identify.fitted import fit_drop
+
+            fitted = fit_drop(plan, channels, tell)
         if writers:
             from tdbmon.report.drop_report import build_report
 
             tell("drawing the figures")
-            document = build_report(result)
+            document = build_report(result, fitted=fitted)
             for write in writers:
                 write(document)
     for line in summary_lines(result):
         typer.echo(line)
-    _write_json(json_file, lambda: analysis_json(result))
+    content = analysis_json(result)
+    if fitted is not None:
+        from tdbmon.identify.contract import calibration_json, end_json, force_lines
+
+        for end, found in fitted.forces.ends.items():
+            content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
+        content["calibration"] = calibration_json(fitted.calibration)
+        for line in force_lines(fitted.calibration, fitted.forces):
+            typer.echo(line)
+    _write_json(json_file, lambda: content)
     for path in report or []:
         typer.echo(f"report: {path}")
 

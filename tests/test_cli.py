@@ -132,6 +132,25 @@ def test_analyse_writes_what_the_contract_promises(capsys, tmp_path):
     assert all({"check", "channel", "passed", "detail"} <= set(row) for row in result["quality"])
 
 
+@pytest.mark.slow
+def test_forces_come_from_a_fitted_model(capsys, tmp_path):
+    """The rig program's own peak forces (synthetic) lie in the intervals that displacement alone gives."""
+    files = [tmp_path / "f.json", tmp_path / "f.html"]
+    code, out, _ = run(capsys, "analyse", MACHINE, RECORD, "--forces", "--json", str(files[0]), "--report", str(files[1]))
+    assert code == 0
+    assert "peak force on the ring" in out
+    assert "Forces and stresses" in files[1].read_text()
+    result = json.loads(files[0].read_text())
+    truth = json.loads(shipped("short/answer.json").read_text())["true"]["peak_force_n"]["100"]
+    for end, peak in zip(("NDE", "DE"), truth, strict=True):
+        found = result["ends"][end]
+        assert found["peak_force_n"]["low"] <= peak <= found["peak_force_n"]["high"]
+        assert found["peak_force_n"]["value"] == pytest.approx(peak, rel=0.05)
+        quantity(found["support"]["stiffness_n_per_m"], "N/m")
+        quantity(found["stress_mpa"]["max"], "MPa")
+    assert result["calibration"]["residual_over_noise"] < 3
+
+
 def test_nothing_is_left_of_a_run_that_fails(capsys, tmp_path):
     broken = tmp_path / "broken.nc"
     broken.write_bytes(shipped("short/drop_100.nc").read_bytes()[:5000])

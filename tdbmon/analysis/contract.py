@@ -11,7 +11,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
 
-_NO_MODEL = "forces need a simulation fitted to the record; displacements alone do not give them"
+_NO_MODEL = "needs the simulation fitted to the record (tdbmon analyse --forces); displacements alone do not give it"
 
 
 def analysis_json(analysis: Analysis) -> dict[str, Any]:

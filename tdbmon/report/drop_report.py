@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Document
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
     contact,
+    forces,
     gap,
     limits,
     orbit,
@@ -21,10 +24,14 @@ from tdbmon.report.sections import (
     whirl,
 )
 
+if TYPE_CHECKING:
+    from tdbmon.identify.fitted import FittedDrop
+
+_BEFORE_FORCES = contact
 _SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, spectra, whirl, tracking, limits, source)
 
 
-def build_report(analysis: Analysis, note: str = "") -> Document:
+def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None = None) -> Document:
     """Return the report of a drop as a document; `write_html` and `write_pdf` write it.
 
     Parameters
@@ -32,6 +39,8 @@ def build_report(analysis: Analysis, note: str = "") -> Document:
     analysis : Analysis
     note : str, optional
         Said under the title, e.g. that the record is synthetic.  A record that says so itself needs none.
+    fitted : FittedDrop, optional
+        The model fitted to this drop: forces and stresses.
     """
     attributes = analysis.record.attrs
     if not note and attributes.get("synthetic"):
@@ -39,11 +48,17 @@ def build_report(analysis: Analysis, note: str = "") -> Document:
     when = moment(str(attributes["drop_time"])) if attributes.get("drop_time") else ""
     parts = (attributes.get("title"), when, attributes.get("source_file"))
     drop = " · ".join(str(part) for part in parts if part)
-    sections = tuple(made for part in _SECTIONS if (made := part.section(analysis)) is not None)
+    sections = []
+    for part in _SECTIONS:
+        made = limits.section(analysis, fitted is not None) if part is limits else part.section(analysis)
+        if made is not None:
+            sections.append(made)
+        if part is _BEFORE_FORCES and fitted is not None:
+            sections.append(forces.section(fitted))
     return Document(
         "Dropdown report",
         f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,
-        sections,
+        tuple(sections),
         note=note,
         made=f"tdbmon {__version__}",
     )

@@ -6,16 +6,18 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.findings import end_findings, rotor_findings
 
-_MODEL = "displacement alone does not give it: it needs a simulation fitted to the record"
+_MODEL = "displacement alone does not give it: it needs the simulation fitted to the record (tdbmon analyse --forces)"
 
 
-def section(analysis: Analysis) -> Section:
-    """Return every quantity without a value, with the reason."""
-    rows = [
-        Row(("Contact force, Hertz stress", "both", _MODEL)),
-        Row(("Support mass, stiffness and damping apart", "both", _MODEL)),
-        Row(("Speed of the inner rings", "both", "no channel shows it")),
-    ]
+def section(analysis: Analysis, fitted: bool = False) -> Section:
+    """Return every quantity without a value, with the reason; `fitted` where a model gives the forces."""
+    rows = []
+    if not fitted:
+        rows = [
+            Row(("Contact force, Hertz stress", "both", _MODEL)),
+            Row(("Support stiffness and damping apart", "both", _MODEL)),
+            Row(("Speed of the inner rings", "both", "no channel shows it")),
+        ]
     findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
     rows += [Row((f.name, f.end or "rotor", f.estimate.why)) for f in findings if not f.estimate.known]
     blocks: list[Block] = [

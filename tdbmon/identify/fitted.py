@@ -1,0 +1,33 @@
+"""One drop with the model fitted to it: what `tdbmon analyse --forces` adds to the analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.identify.calibrate import Progress, fit_drops
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.forces import DropForces, forces_of
+
+
+@dataclass(frozen=True, eq=False)
+class FittedDrop:
+    """A calibration to one drop, and the forces of that drop."""
+
+    calibration: Calibration
+    forces: DropForces
+
+
+def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress) -> FittedDrop:
+    """Fit the machine's model to one drop and simulate its forces.
+
+    Raises
+    ------
+    InputError
+        If the record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
+    """
+    calibration = fit_drops(machine, [record], progress=progress)
+    progress("simulating the forces")
+    return FittedDrop(calibration, forces_of(calibration)[0])
