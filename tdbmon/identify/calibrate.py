@@ -3,8 +3,8 @@
 Least squares of what the probes read against what a simulation would have them read, in units of the noise, with what
 the machine file knows beforehand.  A long stretch fitted at once sticks in wrong minima, so the horizon grows: just past
 the first contact, then further.  Trajectories with impacts part exponentially, and so the model's error grows: later
-samples count less.  The cages' angles, on which a contact depends in a wavy way, are searched over all of a ball's
-spacing, everything else adapting linearly.
+samples count less; and where fits to shorter and longer horizons differ, the intervals say so.  The cages' angles, on
+which a contact depends in a wavy way, are searched over all of a ball's spacing, everything else adapting linearly.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from tdbmon.identify.problem import Problem, huber, spread
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-HORIZONS = (0.012, 0.025, 0.06, 0.1)  # s after the release
+HORIZONS = (0.012, 0.025, 0.04, 0.06, 0.1)  # s after the release
 TRUSTED = 0.06  # s: further on trajectories part
 _BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
 _STEPS = 12  # linearisations at most
@@ -102,6 +102,7 @@ def fit_drops(
     with ThreadPoolExecutor(_THREADS) as pool:
         problem = _problem(machine, drops, pool)
         point = problem.start
+        passed: list[Array] = []
         _check_start(problem, usable[0])
         for k, horizon in enumerate(usable):
             progress(f"fitting the first {horizon * 1e3:g} ms")
@@ -111,7 +112,9 @@ def fit_drops(
             if k == min(1, len(usable) - 1):
                 progress(f"trying other starts to {horizon * 1e3:g} ms")
                 point = _fit(problem, _best_start(problem, point, horizon), horizon)
-        covariance = _covariance(problem, point, usable[-1])
+            if k >= 1:
+                passed.append(point)
+        covariance = _covariance(problem, point, usable[-1]) + _drift(passed[:-1], point)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
@@ -294,6 +297,17 @@ def _covariance(problem: Problem, point: Array, horizon: float) -> Array:
             scatter[np.ix_(where, where)] += np.outer(slope, slope)
     inverse = np.linalg.inv(curvature)
     return inverse + inverse @ scatter @ inverse
+
+
+def _drift(passed: Sequence[Array], point: Array) -> Array:
+    """Return the mean square of how far the fits to shorter horizons lie from the point, as a covariance.
+
+    Were the model right, they would differ by their noise; what the model lacks pulls them apart.
+    """
+    total = np.zeros((len(point), len(point)))
+    for each in passed:
+        total += np.outer(each - point, each - point) / len(passed)
+    return total
 
 
 def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, horizons: Sequence[float]) -> DropFit:

@@ -182,7 +182,7 @@ def _speed_before(laid: xr.Dataset) -> float | None:
 
 
 def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str) -> None:
-    """Raise InputError where neither end gets so far from its levitated place that it can have touched."""
+    """Raise InputError where an end never gets so far from its levitated place that it can have touched."""
     after = planes.time.to_numpy() >= release
     moved = planes.displacement.to_numpy()
     for i, bearing in enumerate(machine.touchdown_bearings):
