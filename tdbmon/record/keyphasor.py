@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+_NEAR = 6  # intervals on either side that hold at least one without a missed pulse
 _WINDOW = 9  # pulses around an interval that tell what is usual there
 _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
 _LONG = 1.5  # times the usual interval: above, a pulse was missed
@@ -192,12 +193,12 @@ def _noise(level: np.ndarray) -> float:
     return float(1.4826 * np.median(away))
 
 
-def _usual(intervals: np.ndarray) -> np.ndarray:
-    """Return the median of the intervals around each one."""
+def _usual(intervals: np.ndarray, share: float) -> np.ndarray:
+    """Return the quantile `share` of the intervals around each one."""
     n = intervals.size
     width = min(_WINDOW, n)
     windows = np.lib.stride_tricks.sliding_window_view(intervals, width)
-    middle = np.median(windows, axis=1)
+    middle = np.quantile(windows, share, axis=1)
     return middle[np.clip(np.arange(n) - width // 2, 0, middle.size - 1)]
 
 
@@ -208,7 +209,7 @@ def _without_extra(edges: np.ndarray) -> tuple[np.ndarray, int]:
         if kept.size < 4:
             break
         intervals = np.diff(kept)
-        usual = _usual(intervals)
+        usual = _usual(intervals, 0.5)
         short = np.flatnonzero(intervals < _SHORT * usual)
         # a rotor that slows has short intervals only against later ones: they must be short against earlier ones too
         short = short[(short == 0) | (intervals[short] < _SHORT * np.maximum(intervals[short - 1], usual[short - 1]))]
@@ -239,9 +240,11 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
     intervals = np.diff(times)
     steps = np.ones(n, dtype=int)
     # the last interval of a rotor that comes to rest has nothing after it and may be as long as it likes
-    for i in np.flatnonzero(intervals[:-1] > _LONG * _usual(intervals)[:-1]):
-        after = np.median(intervals[i + 1 : i + 4])
-        before = np.median(intervals[max(i - 3, 0) : i]) if i else after
+    for i in np.flatnonzero(intervals[:-1] > _LONG * _usual(intervals, 1 / 3)[:-1]):
+        # the shortest nearby is a whole revolution even where every other pulse is missed; a rotor that comes to rest
+        # has only longer ones ahead
+        after = np.min(intervals[i + 1 : i + 1 + _NEAR])
+        before = np.min(intervals[max(i - _NEAR, 0) : i]) if i else after
         expected = max(before, after)
         if intervals[i] > _LONG * expected:
             steps[i] = max(round(intervals[i] / expected), 1)
