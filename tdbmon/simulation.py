@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from tdbsim.effect import parse
+from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
@@ -32,6 +34,8 @@ def simulate_drop(
     InputError
         If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
     """
+    if re.fullmatch(r"[-+.\deE\s]+", speed):
+        raise InputError(f'speed \'{speed.strip()}\' has no unit; write e.g. "100 Hz" or "6000 rpm"')
     plan = DropPlan(
         speed=to_si(speed, "Hz"),
         seconds=to_si(seconds, "s"),
@@ -40,6 +44,13 @@ def simulate_drop(
         seed=seed,
     )
     wanted = tuple(parse(text) for text in effects)
+    for effect in wanted:
+        if effect.is_off:
+            first = effect.parameters()[0]
+            raise InputError(
+                f"{effect.identifier()}: {first.name} is {first.text(first.off)}, where it does nothing;"
+                f" give it a size, e.g. {first.name}={first.text(first.typical)}"
+            )
     progress("simulating (the first run compiles the model)")
     return simulate(machine, plan, wanted)
 

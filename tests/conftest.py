@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
+from hypothesis import settings
 from tdbsim.machine import load_machine
 from tdbsim.rotor import build_rotor
 
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
+
+# the same examples in every run; HYPOTHESIS_PROFILE=default draws new ones
+settings.register_profile("fixed", derandomize=True, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 
 
 @pytest.fixture(scope="session")

@@ -51,6 +51,8 @@ def test_help_imports_nothing_heavy():
         (["simulate", MACHINE, "--speed", "100 um", "--out", "x.nc"], "not a frequency"),
         (["simulate", MACHINE, "--speed", "-10 Hz", "--out", "x.nc"], "-10 Hz"),
         (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.csv"], "x.nc"),
+        (["simulate", MACHINE, "--speed", "6000", "--out", "x.nc"], "has no unit"),
+        (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.nc", "--effect", "ring_drag:end=DE"], "does nothing"),
         (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.nc", "--effect", "ring_drag:end=XX"], "ring_drag"),
     ],
 )

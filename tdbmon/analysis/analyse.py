@@ -36,6 +36,8 @@ from tdbmon.record.quality import Check, check, usable
 
 Progress = Callable[[str], None]
 
+_UNSETTLED = "the shaft does not settle long enough to know its clearance circle and its position at rest"
+
 
 def _silent(_: str) -> None:
     return None
@@ -229,15 +231,16 @@ def _ends(
                 checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
         first = contacts.first if contacts is not None else None
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
+        why = _UNSETTLED if end in seen else "no two usable probes in different directions see this end"
         if gap is None:
-            stiffness = Estimate.missing("N/m", "the shaft does not settle, so its position at rest is not known")
+            stiffness = Estimate.missing("N/m", why)
         ends[end] = EndResult(
             end,
             str(planes.plane.sel(end=end).item()),
             loads[end],
             travel,
             gap,
-            _air_gap(gap, travel),
+            _air_gap(gap, travel, why),
             from_swing,
             contacts,
             stiffness,
@@ -246,10 +249,10 @@ def _ends(
     return ends, swing
 
 
-def _air_gap(gap: Gap | None, travel: RestTravel) -> Estimate:
+def _air_gap(gap: Gap | None, travel: RestTravel, why: str) -> Estimate:
     """Radial air gap: the radius at rest less ball clearance and deflection."""
     if gap is None or gap.radius.value is None or gap.radius.high is None:
-        return Estimate.missing("um", "the shaft does not settle, so the clearance circle is not known")
+        return Estimate.missing("um", why)
     sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
     rule = "radius at rest less ball clearance and deflection of the machine file"
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)

@@ -196,7 +196,8 @@ class _Cells:
 
     def parts(self) -> list[_Arc]:
         """Return the arcs that are left when one of some parts of the time is left out in turn."""
-        shares = np.array_split(np.unique(self.block), _PARTS)
+        blocks = np.unique(self.block)
+        shares = np.array_split(blocks, min(_PARTS, len(blocks)))
         left = []
         for share in shares:
             kept = ~np.isin(self.block, share)
@@ -224,13 +225,17 @@ def _circle(
     Neighbouring bins see the same vibration, so that the fit's own covariance is too small where the settled stretch
     is short; leaving out `parts` of it in turn (jackknife) tells.  The larger of both is taken.
     """
+    from scipy.special import stdtrit
+
     solution, covariance = _fit_circle(arc, per_load, known)
     solution[:2] += centre
     if len(parts) < 2:
         return solution, np.full(4, np.inf)
     left_out = np.array([_fit_circle(part, per_load, known)[0] for part in parts])
     n = len(parts)
-    jackknife = (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
+    # few parts: Student's t instead of the normal quantile
+    quantile = float(stdtrit(n - 1, 0.975)) / 1.96
+    jackknife = quantile**2 * (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
     return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife))
 
 

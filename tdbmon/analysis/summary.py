@@ -19,10 +19,16 @@ def summary_lines(analysis: Analysis) -> list[str]:
         rows.append(("constant drag", analysis.rundown.drag_torque))
         rows.append(("standstill", analysis.rundown.standstill_time))
     if analysis.swing is not None:
-        rows += [(f"swing {i + 1}", f) for i, f in enumerate(analysis.swing.frequencies)]
-    lines = [f"{name:<26}{value}" for name, value in rows]
+        rows += [(f"swing {i + 1}, small", f) for i, f in enumerate(analysis.swing.frequencies)]
+    failed = [c for c in analysis.checks if not c.passed]
+    lines = [f"quality: {len(analysis.checks) - len(failed)} of {len(analysis.checks)} checks passed"]
+    if failed:
+        lines += [f"  failed: {c.check}{' ' + c.channel if c.channel else ''}: {c.detail}" for c in failed]
+        lines.append("  what follows rests on these channels all the same: read it with the failed checks in mind")
+    lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
-        lines.append(f"{name}  ({'bearing plane' if end.plane == 'bearing' else end.plane + ' plane'})")
+        plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
+        lines.append(f"{name}  ({plane})")
         inner: list[tuple[str, Estimate]] = []
         if end.gap is not None:
             inner += [("radius at rest", end.gap.radius), ("  from the swing", end.gap_from_swing)]
@@ -32,7 +38,4 @@ def summary_lines(analysis: Analysis) -> list[str]:
             inner += [("first contact", first.touch), ("  duration", first.duration), ("  rebound", first.rebound)]
         inner.append(("single-mass stiffness", end.stiffness))
         lines += [f"  {label:<24}{value}" for label, value in inner]
-    failed = [c for c in analysis.checks if not c.passed]
-    lines.append(f"quality: {len(analysis.checks) - len(failed)} of {len(analysis.checks)} checks passed")
-    lines += [f"  failed: {c.check}{' ' + c.channel if c.channel else ''}: {c.detail}" for c in failed]
     return lines

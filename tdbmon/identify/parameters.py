@@ -50,7 +50,7 @@ _END = {
     "diametral_clearance": ((HALF_CLEARANCE,), 0.5, "um"),
     "inner_ring_drag": ((RING_DRAG,), 1.0, "N m"),
     "friction": ((FRICTION,), 1.0, "1"),
-    "contact_damping": ((CONTACT_DAMPING,), 1.0, "1"),  # s/m
+    "contact_damping": ((CONTACT_DAMPING,), 1.0, "s/m"),
 }
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
 

@@ -11,6 +11,7 @@ import numpy as np
 
 _FLAT = 10  # samples of one value in a moving signal that are no coincidence
 _TOP = 3  # samples of one value at an extreme that are no turning point
+_CLIPPED = 5  # equal samples at the extreme below full scale: fewer are a rounded peak
 _ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
 _AROUND = 50  # samples on either side of a run that tell whether the signal moves
 
@@ -101,7 +102,7 @@ def clipped_runs(signal: Signal, full_scale: tuple[float, float] | None) -> Runs
     extreme = (level == np.nanmax(signal.values)) | (level == np.nanmin(signal.values))
     entry, leave = _neighbouring_steps(signal, flat)
     abrupt = np.maximum(entry, leave) >= _ABRUPT * signal.quantum
-    clipped = extreme & abrupt
+    clipped = extreme & abrupt & (flat.length >= _CLIPPED)
     if full_scale is not None:
         margin = 1e-6 * (full_scale[1] - full_scale[0]) + 0.5 * signal.quantum
         clipped |= (level >= full_scale[1] - margin) | (level <= full_scale[0] + margin)

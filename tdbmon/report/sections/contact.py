@@ -42,8 +42,8 @@ def section(analysis: Analysis) -> Section | None:
             "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
             " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, on its way"
             " out and back. The single-mass stiffness takes the time between them for half a period of the end's share of the"
-            " rotor mass: it is bearing and support in series, a first guess, and its interval holds the instants' errors"
-            " only, not those of so coarse a model."
+            " rotor mass: it is a first guess; its interval is that of bearing and support in series and holds the"
+            " error of so coarse a model, as found on simulated contacts."
         ),
         Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
         Figure(

@@ -57,13 +57,17 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
         estimate = Estimate.missing(unit, _NO_SPEED) if rundown is None else getattr(rundown, attribute)
         found.append(Finding(name, "", estimate))
     still = Estimate.missing("s", _NO_SPEED) if rundown is None else rundown.standstill_time
-    found.append(Finding("Standstill, after the release", "", since(still, release, "s")))
+    found.append(Finding("Standstill, from the record's first sample", "", still))
     found.append(Finding("Settled on the rings, after the release", "", settle_time(analysis)))
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies
         missing = Estimate.missing("Hz", "no swing of enough cycles stands out after both ends have settled")
         found.append(
-            Finding(f"Swing in the clearance, {name}", "", frequencies[i] if i < len(frequencies) else missing)
+            Finding(
+                f"Swing in the clearance, {name}, small amplitude",
+                "",
+                frequencies[i] if i < len(frequencies) else missing,
+            )
         )
     return found
 

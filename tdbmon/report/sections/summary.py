@@ -18,6 +18,13 @@ def section(analysis: Analysis) -> Section:
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
     blocks += _whirl_verdicts(analysis)
     blocks += [_rotor_table(analysis)]
+    if analysis.rundown is not None:
+        blocks.append(
+            Paragraph(
+                "Decay time and drag: the interval holds the noise of the speed signal, not what the law of drag leaves"
+                " out. Standstill: from the last sure turn to the first sure rest, or by the law."
+            )
+        )
     if analysis.ends:
         blocks.append(_ends_table(analysis))
     if against:
