@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.orbit import OrbitKind, orbit
-from tdbmon.figures.orbit_sequence import _frame, _span
+from tdbmon.figures.orbit_sequence import frame_orbit, time_span
 from tdbmon.figures.style import (
     BLUE,
     GREY,
@@ -111,7 +111,7 @@ def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel("x (right) [µm]")
     ax.set_ylabel("y (up) [µm]")
-    title = f"{end}, {words}\n{cut.attrs['speed_hz']:.1f} Hz, {_span(cut.attrs['start_s'], cut.attrs['end_s'])}"
+    title = f"{end}, {words}\n{cut.attrs['speed_hz']:.1f} Hz, {time_span(cut.attrs['start_s'], cut.attrs['end_s'])}"
     ax.set_title(title, fontsize=7, loc="center")
     xy = cut.displacement.transpose("axis", "sample").to_numpy() * UM
     if not np.isfinite(xy).all():
@@ -125,7 +125,7 @@ def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
     ax.plot(
         *xy[:, pulses], "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor"
     )
-    if _frame(ax, analysis, end, xy):
+    if frame_orbit(ax, analysis, end, xy):
         ax.annotate("magnified", (0.03, 0.93), xycoords="axes fraction", fontsize=6, color=GREY)
     if "deviation" in cut:
         x, y = np.sqrt((cut.deviation**2).mean("sample")).sel(axis=["x", "y"]).to_numpy() * UM

@@ -115,17 +115,19 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     ax.plot(*xy, color=BLUE, linewidth=0.6, label="orbit", rasterized=len(t) > _DENSE)
     ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")
     ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
-    magnified = _frame(ax, analysis, end, xy)
-    ax.set_title(f"{end}, {name}\n{_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center")
+    magnified = frame_orbit(ax, analysis, end, xy)
+    ax.set_title(
+        f"{end}, {name}\n{time_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center"
+    )
     _pulses(ax, analysis, t, xy)
 
 
-def _span(start: float, stop: float) -> str:
+def time_span(start: float, stop: float) -> str:
     digits = 4 if start < 1.0 else 2
     return f"{start:.{digits}f} to {stop:.{digits}f} s"
 
 
-def _frame(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
+def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
     """Clearance circle, rotation arrow and limits; returns whether the panel is magnified."""
     gap = analysis.ends[end].gap
     centre = centre_of(analysis, end) * UM

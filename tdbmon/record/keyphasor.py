@@ -233,7 +233,10 @@ def _surplus(intervals: np.ndarray, i: int, usual: float) -> int:
 
 
 def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
-    """Count revolutions at the pulses; an interval of k times what both sides expect holds k - 1 missed pulses."""
+    """Count revolutions at the pulses; an interval of k times what both sides expect holds k - 1 missed pulses.
+
+    Where every other pulse is missed five times or more from the record's start, that looks like half the speed.
+    """
     n = times.size - 1
     if n < 3:
         return np.arange(times.size), 0

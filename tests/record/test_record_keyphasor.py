@@ -105,7 +105,7 @@ def test_a_clockwise_rotor_turns_backwards() -> None:
 
 
 @settings(deadline=None, max_examples=25)
-@given(st.sets(st.integers(3, 90), min_size=1, max_size=3))
+@given(st.sets(st.integers(3, 90), min_size=1, max_size=5))
 @example({3, 5, 7})
 @example({4, 5, 6, 30, 60})
 def test_missed_pulses_are_counted_and_bridged(lost: set[int]) -> None:
