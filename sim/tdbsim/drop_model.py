@@ -153,16 +153,33 @@ def build_model(
     """
     applied = all_effects(machine, effects)
     modes = _modes(machine, bending, attachment)
-    draft = Draft(machine, modes, _arrays(machine, modes))
-    start = hooks.offsets()
-    for effect in applied:
+    return _with(machine, modes, _arrays(machine, modes), applied)
+
+
+def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
+    """Return a model without effects, with some: what `build_model` gives, without reading the machine again.
+
+    Raises
+    ------
+    InputError
+        As `build_model`; or if the model has effects already, which may have worked on the values.
+    """
+    if model.effects:
+        raise InputError("the model carries effects already; build it anew with all of them")
+    plain = model.copy()
+    return _with(model.machine, model.modes, plain.arrays, tuple(effects))
+
+
+def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect, ...]) -> DropModel:
+    draft = Draft(machine, modes, arrays)
+    start = hooks.offsets() if effects else {}
+    for effect in effects:
         effect.modify(draft)
         if effect.slots and not effect.is_off:
             _fill_slots(draft, effect, start[effect.identifier()])
-    arrays = draft.arrays
     for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):
         _check_end(row, bearing)
-    return DropModel(machine, modes, arrays, applied)
+    return DropModel(machine, modes, arrays, effects)
 
 
 def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:

@@ -38,8 +38,6 @@ def sensed(trajectory: Trajectory) -> xr.Dataset:
     for effect in model.effects:
         chain = effect.sense(chain, machine, plan.sampling)
     record = measure(motion, chain, machine, np.random.default_rng(plan.seed), f"Simulated drop from {plan.speed:g} Hz")
-    for effect in model.effects:
-        record = effect.mix(record, machine)
     for probe in machine.probes:
         record[machine.channel_in_file(probe.name)].attrs |= {"end": probe.end, "angle_rad": probe.angle}
     return record

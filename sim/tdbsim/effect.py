@@ -9,7 +9,7 @@ How an effect changes the model
     hooks              plain functions in the file, compiled into the right-hand side.  They only add, so their order
                        does not matter.  `Effect.coefficients` fills their numbers ``p[i], p[i + 1] ...``, which are
                        all zero where the effect is not used.  ``HOOKS`` in `tdbsim.hooks` lists them.
-    `Effect.sense`     changes the chain of the sensors (`tdbsim.sensors`), after the run; `Effect.mix` mixes channels.
+    `Effect.sense`     changes the chain of the sensors (`tdbsim.sensors`), after the run.
 """
 
 from __future__ import annotations
@@ -212,10 +212,6 @@ class Effect:
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         """Return the chain of the sensors, changed; `sampling` in Hz."""
         return chain
-
-    def mix(self, record: xr.Dataset, machine: Machine) -> xr.Dataset:
-        """Return the record's channels, mixed with each other."""
-        return record
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:

@@ -16,12 +16,14 @@ of the rotor), ``i`` where its own begin; where the effect is not used they are 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from tdbsim.cache import inlined
 from tdbsim.effect import EffectDeclaration, catalogue
 
 
+@cache
 def offsets() -> dict[str, int]:
     """Return where each effect's numbers begin in the row of an end."""
     found, start = {}, 0

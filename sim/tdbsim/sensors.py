@@ -1,7 +1,7 @@
 """The sensor chain: from the motion of the shaft to the channels of a record.
 
 In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), sampling
-(lag), what the cables add (hum, noise), and the converter (16 bit, which clips).  Each step is a pure function on
+(lag), what the cables add (crosstalk, hum, noise), and the converter (16 bit, which clips).  Each step is a pure function on
 arrays; `measure` runs them all and returns a record in the form that measured files are read into: channels as in the
 file, SI, on the dimension ``time`` counted from the first sample.
 """
@@ -9,7 +9,7 @@ file, SI, on the dimension ``time`` counted from the first sample.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from tdbsim.errors import InputError, did_you_mean
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, Probe
 from tdbsim.modes import Modes
 
 Array = NDArray[np.float64]
@@ -147,6 +147,8 @@ class SensorChain:
         Of every probe that `probes` does not name.
     probes : mapping
         Probe name to its own `ProbeChain`.
+    leaks : mapping
+        Probe name to the probe that leaks into it and the part of that one's reading that it adds.
     speed_noise_hz : float
         Standard deviation of the speed signal's white noise, Hz.
     keyphasor_width : float
@@ -155,6 +157,7 @@ class SensorChain:
 
     probe: ProbeChain = ProbeChain()
     probes: Mapping[str, ProbeChain] = field(default_factory=dict)
+    leaks: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     speed_noise_hz: float = 0.0
     keyphasor_width: float = 0.03
 
@@ -200,6 +203,38 @@ def delayed(values: Array, lag: float) -> Array:
     from scipy.interpolate import make_interp_spline
 
     return np.asarray(make_interp_spline(np.arange(len(values)), values, k=3)(wanted))
+
+
+def clean_readings(
+    x: Array, y: Array, shaft_angle: Array, probes: Sequence[Probe], chain: SensorChain
+) -> NDArray[np.float64]:
+    """Return what probes read before hum, noise and converter, (probes, n), m.
+
+    Parameters
+    ----------
+    x, y : (probes, n) arrays
+        Displacement of the shaft's centre in each probe's plane, m.
+    shaft_angle : (n,) array
+        rad.
+    probes : sequence of Probe
+        A row each; a leak from a probe that is not among them is left out.
+    chain : SensorChain
+    """
+    out = np.empty_like(x)
+    for row, probe in enumerate(probes):
+        link = chain.of(probe.name)
+        angle = probe.angle + link.angle_error
+        seen = projected(x[row], y[row], angle)
+        if link.runout:
+            seen = seen + surface(link.runout, shaft_angle, angle)
+        out[row] = delayed(link.gain * seen + link.offset, link.lag)
+    if chain.leaks:
+        rows = {probe.name: row for row, probe in enumerate(probes)}
+        alone = out.copy()
+        for name, (source, part) in chain.leaks.items():
+            if name in rows and source in rows:
+                out[rows[name]] += part * alone[rows[source]]
+    return out
 
 
 def hum(time: Array, frequency_hz: float, amplitude: float, phase: float = 0.0) -> Array:
@@ -290,11 +325,10 @@ def measure(
     time = motion.time - motion.time[0]
     streams = rng.spawn(len(names) + 1)
     data: dict[str, xr.DataArray] = {}
-    for row, (probe, stream) in enumerate(zip(machine.probes, streams[1:], strict=True)):
+    clean = clean_readings(motion.x, motion.y, motion.angle, machine.probes, chain)
+    for row, probe, stream in zip(clean, machine.probes, streams[1:], strict=True):
         link = chain.of(probe.name)
-        angle = probe.angle + link.angle_error
-        seen = projected(motion.x[row], motion.y[row], angle) + surface(link.runout, motion.angle, angle)
-        seen = delayed(link.gain * seen + link.offset, link.lag) + hum(time, machine.mains, link.hum, link.hum_phase)
+        seen = row + hum(time, machine.mains, link.hum, link.hum_phase)
         if link.noise:
             seen = seen + link.noise * stream.standard_normal(len(time))
         if link.drift:

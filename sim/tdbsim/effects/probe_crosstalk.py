@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -14,6 +14,8 @@ from tdbsim.signature import probe_axis
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from tdbsim.sensors import SensorChain
 
 
 @dataclass(frozen=True)
@@ -27,15 +29,14 @@ class ProbeCrosstalk(Effect):
 
     factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the first channel that is added to the second")
 
-    def mix(self, record: xr.Dataset, machine: Machine) -> xr.Dataset:
+    def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         if self.is_off:
-            return record
+            return chain
         probes = machine.probes_at(self.where)
         if len(probes) < 2:
             raise InputError(f"probe_crosstalk: end '{self.where}' has {len(probes)} probe(s); crosstalk needs two")
-        first, second = (machine.channel_in_file(probe.name) for probe in probes[:2])
-        mixed = record[second].copy(data=record[second].values + self.factor * record[first].values)
-        return record.assign({second: mixed})
+        source, into = probes[0].name, probes[1].name
+        return replace(chain, leaks={**chain.leaks, into: (source, self.factor)})
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
