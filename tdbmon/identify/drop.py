@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +33,7 @@ class MeasuredDrop:
     probes : tuple of Probe
         Those that are fit for use.
     reading : (probes, n) array
-        Without hum and without the second and higher harmonics of the surface, m.
+        Without hum and without the third harmonic of the surface, m.
     noise : tuple of Noise
         A probe each.
     release : float
@@ -41,8 +42,8 @@ class MeasuredDrop:
         Angular speed at `release`, rad/s, negative clockwise.
     angle, angle_sigma : float
         Shaft angle at `release` and its standard deviation, rad; an infinite one where no keyphasor tells.
-    acceleration : float
-        Angular, before the release, rad/s^2.
+    acceleration, acceleration_sigma : float
+        Angular, before the release, rad/s^2, and its standard deviation.
     pulse_times, pulse_angles : (m,) arrays
         Keyphasor after the release, s and rad.
     pulse_sigma : float
@@ -61,6 +62,7 @@ class MeasuredDrop:
     angle: float
     angle_sigma: float
     acceleration: float
+    acceleration_sigma: float
     pulse_times: Array
     pulse_angles: Array
     pulse_sigma: float
@@ -85,6 +87,7 @@ class _Turning:
     sigma: float
     omega: float
     acceleration: float
+    acceleration_sigma: float
 
 
 def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
@@ -148,12 +151,12 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         levitated_noise(before, row[clear], relative, machine.mains, f"{name}: probe '{p.name}'")
         for p, row in zip(probes, raw, strict=True)
     )
-    # the surface and the hum go on after the release as before; what turns once a revolution is left to the model
+    # hum and the surface's higher orders go on after the release as before; once and twice a revolution is the model's
     after = time - release
     angle = turning.omega * after + 0.5 * turning.acceleration * np.minimum(after, 0.0) ** 2
     cleaned = raw.copy()
     for row, each in zip(cleaned, noise, strict=True):
-        for k in range(2, HARMONICS + 1):
+        for k in range(3, HARMONICS + 1):
             row -= (each.orders[k - 1] * np.exp(1j * k * angle)).real
         row -= (each.hum * np.exp(2j * np.pi * machine.mains * time)).real
     return MeasuredDrop(
@@ -167,6 +170,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         angle=turning.angle,
         angle_sigma=turning.sigma,
         acceleration=turning.acceleration,
+        acceleration_sigma=turning.acceleration_sigma,
         pulse_times=pulse_times,
         pulse_angles=pulse_turns,
         pulse_sigma=pulse_sigma,
@@ -242,6 +246,7 @@ def _turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> t
         sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if keyed else np.inf,
         omega=full * float(solution[1]),
         acceleration=full * 2 * float(solution[2]),
+        acceleration_sigma=4 * math.pi * float(np.sqrt(covariance[2, 2])),
     )
     later = times >= 0
     if not keyed:

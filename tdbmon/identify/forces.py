@@ -22,7 +22,6 @@ from tdbsim.simulate import run
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.parameters import with_values
 from tdbmon.identify.prediction import drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
@@ -208,10 +207,11 @@ def _draws(problem: Problem, point: Array, covariance: Array, members: int, rng:
 
 def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Member | None:
     shared, own = problem.values(point, drop)
-    measured, model = problem.drops[drop], with_values(problem.model, shared)
+    measured = problem.drops[drop]
     first, _ = window(measured, 0.0)
     count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     try:
+        model, _ = problem.setting(shared, own)
         motion = run(model, drop_plan(measured, own, first, count))
     except InputError:
         return None

@@ -39,7 +39,7 @@ class Minimum:
 
 def minimise(
     cost: Callable[[Array], float],
-    linearise: Callable[[Array], tuple[Array, Array]],
+    linearise: Callable[[Array], tuple[float, Array, Array]],
     start: Array,
     low: Array,
     high: Array,
@@ -51,9 +51,9 @@ def minimise(
     Parameters
     ----------
     cost : callable
-        Half the sum of squares at a point; infinite where the point is impossible.
+        Half the sum of squares at a point, with the weights of the last linearisation; infinite where it is impossible.
     linearise : callable
-        J^T J (n, n) and J^T r (n,) at a point.
+        Half the sum of squares at a point, J^T J (n, n) and J^T r (n,) with weights set anew there.
     start, low, high : (n,) arrays
         Coordinates of like size.
     steps : int
@@ -62,9 +62,8 @@ def minimise(
         Relative gain of a step below which it ends.
     """
     point = np.clip(start, low, high)
-    value = cost(point)
     damping, taken = 1e-3, 0
-    curvature, slope = linearise(point)
+    value, curvature, slope = linearise(point)
     for _ in range(steps):
         moved = False
         while damping < _GIVE_UP:
@@ -77,9 +76,9 @@ def minimise(
         if not moved:
             break
         gain = (value - reached) / value
-        point, value, taken = trial, reached, taken + 1
+        point, taken = trial, taken + 1
         damping = max(damping / 5, 1e-7)
-        curvature, slope = linearise(point)
+        value, curvature, slope = linearise(point)
         if gain < enough:
             break
     held = ((point <= low) & (slope > 0)) | ((point >= high) & (slope < 0))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim import hooks
+from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
 from tdbsim.levitation import synchronous_response
 from tdbsim.machine import Machine, Probe
 from tdbsim.modes import Modes
+from tdbsim.sensors import SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
 from tdbmon.identify.drop import MeasuredDrop
@@ -25,6 +29,8 @@ LEAD_S = 0.008  # simulated before the first guess of the release, which is not 
 DIVERGENCE = 42.0  # 1/s, by which neighbouring trajectories part (median of drops with contact at both ends)
 MODEL_ERROR = 5e-8  # m, of the model at the first contact; it grows with the divergence
 _FLIGHT_S = 0.008  # of a fall through a usual gap
+_DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
+_COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
 _LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
 
 
@@ -41,6 +47,8 @@ class Prediction:
         Shaft centre in the probes' planes as the bearings' centres have it, m.
     angle : (k,) array
         Shaft angle, rad.
+    omega, coasting : float
+        Speed at the middle of the levitated stretch, rad/s, and angular acceleration there, rad/s^2, if nothing drives.
     mean : (probes,) complex array
         x + i y of the levitated mean, m.
     whirl : (probes,) complex array
@@ -52,8 +60,35 @@ class Prediction:
     x: Array
     y: Array
     angle: Array
+    omega: float
+    coasting: float
     mean: NDArray[np.complex128]
     whirl: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """How the probes of a drop see it.
+
+    Attributes
+    ----------
+    chain : SensorChain
+        What effects do to the channels.
+    shared, own : mapping
+        Values (SI) by name, of all drops and of this one.
+    """
+
+    chain: SensorChain
+    shared: Values
+    own: Values
+
+
+@dataclass(frozen=True, eq=False)
+class Levitated:
+    """Readings before the release: means (probes,), m, and phasors of 1X and 2X (probes, 2), m."""
+
+    mean: Array
+    orders: NDArray[np.complex128]
 
 
 def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
@@ -104,9 +139,20 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
         x=shapes @ motion.state[:, :n].T,
         y=shapes @ motion.state[:, n : 2 * n].T,
         angle=angle,
+        omega=middle,
+        coasting=coasting(model, middle),
         mean=shapes @ mean,
         whirl=shapes @ whirl,
     )
+
+
+def coasting(model: DropModel, omega: float) -> float:
+    """Return the angular acceleration of the rotor that nothing drives, nothing touches, rad/s^2."""
+    spin = model.arrays.spin
+    rate = -float(spin[DECAY_RATE]) * omega
+    if spin[HAS_WINDAGE]:
+        rate += float(hooks.windage(omega, model.arrays.effect[ROTOR_ROW]))
+    return rate
 
 
 @lru_cache(maxsize=64)
@@ -115,15 +161,43 @@ def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
     return modes.at(positions)
 
 
-def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, shared: Values, own: Values) -> Array:
+def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return what the probes read of a prediction, (probes, k), m."""
-    out = np.empty_like(prediction.x)
-    for i, probe in enumerate(drop.probes):
-        turned = complex(np.exp(-1j * probe.angle))
-        out[i] = prediction.x[i] * turned.real - prediction.y[i] * turned.imag
-        out[i] += (centre(machine, shared, probe.position) * turned).real + own[f"zero_{probe.name}"]
-        out[i] += (_runout(machine, probe, own) * turned * np.exp(1j * prediction.angle)).real
+    offset = np.array([centre(machine, sensors.shared, probe.position) for probe in drop.probes])
+    x, y = prediction.x + offset.real[:, None], prediction.y + offset.imag[:, None]
+    out = clean_readings(x, y, prediction.angle, drop.probes, sensors.chain)
+    turn = np.exp(1j * prediction.angle)
+    for row, probe in zip(out, drop.probes, strict=True):
+        row += (_runout(sensors.own, probe, 1) * turn + _runout(sensors.own, probe, 2) * turn**2).real
+        row += sensors.own[f"zero_{probe.name}"]
     return out
+
+
+def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
+    """Return what the probes read of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
+    mean, orders = [], []
+    for i, probe in enumerate(drop.probes):
+        link = sensors.chain.of(probe.name)
+        axis = np.exp(-1j * (probe.angle + link.angle_error))
+        place = prediction.mean[i] + centre(machine, sensors.shared, probe.position)
+        mean.append(link.gain * (place * axis).real + link.offset)
+        seen = np.array([prediction.whirl[i] * axis, 0.0])
+        for surface in link.runout:
+            if surface.order <= len(seen):
+                seen[surface.order - 1] += surface.amplitude * (axis * np.exp(1j * surface.phase)) ** surface.order
+        late = np.exp(-1j * np.array([1, 2]) * prediction.omega * link.lag * drop.interval)
+        orders.append(link.gain * seen * late)
+    means, phasors = np.array(mean), np.array(orders, dtype=complex)
+    rows = {probe.name: i for i, probe in enumerate(drop.probes)}
+    alone = means.copy(), phasors.copy()
+    for name, (source, part) in sensors.chain.leaks.items():
+        if name in rows and source in rows:
+            means[rows[name]] += part * alone[0][rows[source]]
+            phasors[rows[name]] += part * alone[1][rows[source]]
+    for i, probe in enumerate(drop.probes):
+        means[i] += sensors.own[f"zero_{probe.name}"]
+        phasors[i] += [_runout(sensors.own, probe, 1), _runout(sensors.own, probe, 2)]
+    return Levitated(means, phasors)
 
 
 def centre(machine: Machine, shared: Values, position: float) -> complex:
@@ -133,38 +207,34 @@ def centre(machine: Machine, shared: Values, position: float) -> complex:
     return at[0] + (at[1] - at[0]) * (position - a.position) / (b.position - a.position)
 
 
-def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, shared: Values, own: Values) -> Array:
+def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
 
-    In this order: readings (a probe after the other), pulses of the keyphasor, levitated means and whirl.
+    In this order: readings (a probe after the other), pulses of the keyphasor, levitated means and whirl, coasting.
     """
     k = prediction.x.shape[1]
     span = slice(prediction.first, prediction.first + k)
-    left = drop.reading[:, span] - readings(prediction, drop, machine, shared, own)
+    left = drop.reading[:, span] - readings(prediction, drop, machine, sensors)
     growth = np.exp(DIVERGENCE * np.maximum(drop.time[span] - drop.release - _FLIGHT_S, 0.0))
     rows = []
     for row, noise in zip(left, drop.noise, strict=True):
         expected = np.hypot(noise.innovation, MODEL_ERROR * growth)
         rows.append(coloured(row, noise.colour) / expected)
     rows.append(_pulse_residuals(prediction, drop))
-    turn = np.exp(1j * own["shaft_angle"])
-    for i, (probe, noise) in enumerate(zip(drop.probes, drop.noise, strict=True)):
-        turned = np.exp(-1j * probe.angle)
-        mean = ((prediction.mean[i] + centre(machine, shared, probe.position)) * turned).real + own[
-            f"zero_{probe.name}"
-        ]
-        whirl = (prediction.whirl[i] + _runout(machine, probe, own)) * turned * turn
-        apart = (noise.orders[0] - whirl) / np.hypot(noise.order_sigma, _LEVITATED_FLOOR)
-        rows.append(
-            np.array([(noise.mean - mean) / np.hypot(noise.mean_sigma, _LEVITATED_FLOOR), apart.real, apart.imag])
-        )
+    held = levitated(prediction, drop, machine, sensors)
+    turn = np.exp(1j * np.array([1, 2]) * sensors.own["shaft_angle"])
+    for i, noise in enumerate(drop.noise):
+        apart = (noise.orders[:2] - held.orders[i] * turn) / np.hypot(noise.order_sigma, _LEVITATED_FLOOR)
+        still = (noise.mean - held.mean[i]) / np.hypot(noise.mean_sigma, _LEVITATED_FLOOR)
+        rows.append(np.concatenate([[still], apart.real, apart.imag]))
+    rows.append(_coasting_residual(prediction, drop))
     return np.concatenate(rows)
 
 
-def _runout(machine: Machine, probe: Probe, own: Values) -> complex:
-    """Return how the surface at a probe's end runs out: its probes see it as a displacement runout exp(i angle)."""
-    end = machine.ends.index(probe.end)
-    return complex(own[f"runout_cosine_{end}"], own[f"runout_sine_{end}"])
+def _runout(own: Values, probe: Probe, order: int) -> complex:
+    """Return how the surface at a probe's end runs out: it reads as Re(runout exp(i order angle))."""
+    about = complex(own[f"{probe.end}.runout_cosine_{order}"], own[f"{probe.end}.runout_sine_{order}"])
+    return about * complex(np.exp(-1j * order * probe.angle))
 
 
 def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:
@@ -175,3 +245,11 @@ def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:
         return np.empty(0)
     seen = np.interp(drop.pulse_times[inside], time, prediction.angle)
     return (drop.pulse_angles[inside] - seen) / drop.pulse_sigma
+
+
+def _coasting_residual(prediction: Prediction, drop: MeasuredDrop) -> Array:
+    """Return measured less predicted deceleration before the release; nothing where a drive held the speed."""
+    if prediction.coasting == 0.0 or drop.acceleration / prediction.coasting < _DRIVEN:
+        return np.zeros(1)
+    sigma = math.hypot(drop.acceleration_sigma, _COASTING_FLOOR * drop.acceleration)
+    return np.array([(drop.acceleration - prediction.coasting) / sigma])

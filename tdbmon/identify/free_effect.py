@@ -1,0 +1,92 @@
+"""An effect of the catalogue at a place, with parameters that a fit may move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tdbsim.effect import Effect, EffectDeclaration
+from tdbsim.effect import Parameter as Declared
+
+from tdbmon.identify.parameters import Parameter
+
+_ANGLE_SPAN = 0.5  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class FreeEffect:
+    """An effect at a place: some parameters held, the others free, for all drops or for each.
+
+    Attributes
+    ----------
+    declared : EffectDeclaration
+    where : str
+    held : mapping
+        Parameters that stay, SI or a word.
+    start : mapping
+        Where those that all drops share begin, SI.
+    each_start : tuple of mapping
+        The same for those that differ from drop to drop, a mapping a drop: the phase of something on the inner ring, whose
+        angle at the release nobody knows.
+    """
+
+    declared: EffectDeclaration
+    where: str
+    held: Mapping[str, float | str]
+    start: Mapping[str, float]
+    each_start: tuple[Mapping[str, float], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Identifier and place."""
+        return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def shared(self) -> tuple[Parameter, ...]:
+        """The parameters that all drops share, for a fit."""
+        return tuple(self._parameter(name, value) for name, value in self.start.items())
+
+    def own(self, drop: int) -> tuple[Parameter, ...]:
+        """Return the parameters of one drop."""
+        if not self.each_start:
+            return ()
+        return tuple(self._parameter(name, value) for name, value in self.each_start[drop].items())
+
+    def _parameter(self, name: str, value: float) -> Parameter:
+        of = self.declared.parameter(name)
+        full, moves = f"{self.name}.{name}", not _acts_on_sensors(self.declared)
+        if _goes_round(of):
+            return Parameter(full, of.unit, value, value - math.pi, value + math.pi, math.inf, moves, span=_ANGLE_SPAN)
+        size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
+        return Parameter(full, of.unit, value, of.low, of.high, math.inf, moves, span=size or abs(of.typical))
+
+    def at(self, shared: Mapping[str, float], own: Mapping[str, float]) -> Effect:
+        """Return the effect with its parameters as a point of the fit has them.
+
+        Raises
+        ------
+        InputError
+            If a value is out of bounds.
+        """
+        given = {name: shared[f"{self.name}.{name}"] for name in self.start}
+        if self.each_start:
+            given |= {name: own[f"{self.name}.{name}"] for name in self.each_start[0]}
+        return self.declared.kind(self.where, **self.held, **_wrapped(self.declared, given))
+
+
+def _wrapped(declared: EffectDeclaration, values: Mapping[str, float]) -> dict[str, float]:
+    """Return values with angles within half a turn either way."""
+    return {
+        name: math.remainder(value, 2 * math.pi) if _goes_round(declared.parameter(name)) else value
+        for name, value in values.items()
+    }
+
+
+def _goes_round(of: Declared) -> bool:
+    """True for an angle that has no bounds but those of what people write."""
+    return of.si == "rad" and of.high - of.low > 2 * math.pi - 1e-6
+
+
+def _acts_on_sensors(declared: EffectDeclaration) -> bool:
+    return declared.kind.sense is not Effect.sense
