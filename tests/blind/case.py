@@ -15,7 +15,8 @@ import netCDF4
 import numpy as np
 
 from tests.blind.drop import Bearing
-from tests.blind.effects import ENDS, Hidden, World, apply, draw, names, outside
+from tests.blind.effects import apply, draw, names, outside
+from tests.blind.hidden import ENDS, Hidden, World
 from tests.blind.machine import Machine, Touchdown, draw_machine, toml
 from tests.blind.sensors import FULL_SCALE, Channels, Sensors, read
 from tests.blind.truth import LEVITATED, RATE, Drop, Start, Truth, rotor_modes, run
@@ -188,7 +189,7 @@ def _strange(world: World, strangeness: float, rng: Rng) -> World:
     forms = rng.integers(0, 3, 2) if s > 0 else (rng.integers(0, 3, 2) * 0)
     slip_speed = 0.01 * 5.0 ** (s * rng.uniform(-0.4, 1.0))
     load_exponent = s * rng.uniform(-0.04, 0.04)
-    stribeck_exponent = 1 + s * rng.uniform(0, 1)
+    stribeck_exponent = 2 - s * rng.uniform(0, 1)
     bearings = []
     for b in world.truth.bearings:
         stiffness = _same_stiffness(b.contact_stiffness, 10 / 9, exponent, load) if s > 0 else b.contact_stiffness
@@ -215,7 +216,12 @@ def _strange(world: World, strangeness: float, rng: Rng) -> World:
         elastic_modulus=world.truth.elastic_modulus * about_one(0.005),
         modal_damping=world.truth.modal_damping * about_one(0.3),
     )
-    return replace(world, truth=truth, sensors=replace(world.sensors, noise_memory=float(s * rng.uniform(0, 0.3))))
+    sensors = replace(
+        world.sensors,
+        noise_memory=float(s * rng.uniform(0, 0.3)),
+        zero=tuple(float(z) for z in s * rng.uniform(-3e-6, 3e-6, 4)),
+    )
+    return replace(world, truth=truth, sensors=sensors)
 
 
 def _same_stiffness(stiffness: float, exponent: float, new: float, load: float) -> float:

@@ -50,7 +50,7 @@ class Bearing(NamedTuple):
     support_damping: float
     friction_excess: float = 0.0  # static over sliding
     stribeck_speed: float = 1.0
-    stribeck_exponent: float = 1.0
+    stribeck_exponent: float = 2.0
     oval: float = 0.0
     oval_angle: float = 0.0
     lobe: float = 0.0

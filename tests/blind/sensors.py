@@ -19,13 +19,14 @@ MARK_WIDTH = 0.22  # rad of the keyphasor's pulse
 
 @dataclass(frozen=True)
 class Sensors:
-    """The instruments; everything from `gain` on is off at its default.  Probes in the machine's order, ends 0 and 1."""
+    """The instruments; everything from `zero` on is off at its default.  Probes in the machine's order, ends 0 and 1."""
 
     noise: float  # m
     noise_memory: float  # correlation from sample to sample
     hum: float  # m
     runout: tuple[tuple[complex, complex, complex], ...]  # of each end: 1X, 2X, 3X in the shaft's frame, m
     speed_noise: float  # Hz
+    zero: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # reading at the bearing's centre, m
     gain: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     turned: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # angle errors, rad
     late: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # s
@@ -65,7 +66,7 @@ def read(drop: Drop, machine: Machine, sensors: Sensors, mark: float, rng: np.ra
             seen[:, p] += sensors.float_amplitude * swing
     other = seen[:, [1, 0, 3, 2]]
     seen = np.array(sensors.gain) * seen + np.array(sensors.leak) * other
-    seen += np.array(sensors.drift) * (1 - np.exp(-released / sensors.drift_time))[:, None]
+    seen += np.array(sensors.zero) + np.array(sensors.drift) * (1 - np.exp(-released / sensors.drift_time))[:, None]
     for p, delay in enumerate(sensors.late):
         if delay:
             seen[:, p] = np.interp(time - delay, time, seen[:, p])

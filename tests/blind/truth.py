@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,7 +124,7 @@ def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = L
     magnets = Magnets(
         stiffness=stiffness,
         damping=damping,
-        set_point=_pairs(np.array(start.set_point, complex)),
+        set_point=_pairs(start.set_point),
         holding=_pairs(holding),
         release_time=(LEAD + levitated) / RATE,
         decay_time=truth.magnet_decay,
@@ -178,5 +179,5 @@ def _rotor(truth: Truth, shaft: Modes) -> Rotor:
     )
 
 
-def _pairs(values: NDArray[np.complex128]) -> Array:
-    return np.ascontiguousarray(np.column_stack((values.real, values.imag)))
+def _pairs(values: Iterable[complex]) -> Array:
+    return np.array([[value.real, value.imag] for value in values])
