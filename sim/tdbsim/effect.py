@@ -66,6 +66,13 @@ class Parameter:
         True where only whole numbers make sense.
     choices : tuple of str
         The words to choose from; then there are no numbers.
+    harmonic : int
+        Of an angle: the effect is the same again after a full turn divided by it.
+    per_drop : bool
+        True where it differs from drop to drop and no record tells it: an angle on the inner ring or in the cage, which
+        stand anywhere at a release.
+    held : bool
+        True where a drop can hardly tell it: fits leave it as it is.
     """
 
     name: str
@@ -78,6 +85,9 @@ class Parameter:
     meaning: str
     whole: bool = False
     choices: tuple[str, ...] = ()
+    harmonic: int = 1
+    per_drop: bool = False
+    held: bool = False
 
     def text(self, value: float | str) -> str:
         """Return a value as a person writes it, with its unit."""
@@ -124,16 +134,20 @@ def parameter(
     *,
     si: str | None = None,
     whole: bool = False,
+    harmonic: int = 1,
+    per_drop: bool = False,
+    held: bool = False,
 ) -> Any:
-    """Declare a parameter as a dataclass field; off, bounds and typical are written in `unit`."""
+    """Declare a parameter as a dataclass field (see `Parameter`); off, bounds and typical are written in `unit`."""
     si = unit if si is None else si
     raw = {"si": si, "unit": unit, "off": off, "bounds": bounds, "typical": typical, "meaning": meaning, "whole": whole}
+    raw |= {"harmonic": harmonic, "per_drop": per_drop, "held": held}
     return field(default=_si(off, unit, si), metadata=raw)
 
 
-def choice(words: tuple[str, ...], meaning: str) -> Any:
+def choice(words: tuple[str, ...], meaning: str, *, held: bool = False) -> Any:
     """Declare a parameter that takes one of some words; the first is the default."""
-    return field(default=words[0], metadata={"choices": words, "meaning": meaning})
+    return field(default=words[0], metadata={"choices": words, "meaning": meaning, "held": held})
 
 
 def _si(value: float, unit: str, si: str) -> float:
@@ -230,12 +244,14 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
             continue
         if "choices" in data:
             words = tuple(data["choices"])
-            found.append(Parameter(each.name, "1", "1", words[0], 0.0, 0.0, 0.0, data["meaning"], choices=words))
+            off, held = words[0], data["held"]
+            found.append(Parameter(each.name, "1", "1", off, 0.0, 0.0, 0.0, data["meaning"], choices=words, held=held))
             continue
         unit, si = data["unit"], data["si"]
         low, high = (_si(bound, unit, si) for bound in data["bounds"])
         off, typical = _si(data["off"], unit, si), _si(data["typical"], unit, si)
-        found.append(Parameter(each.name, si, unit, off, low, high, typical, data["meaning"], data["whole"]))
+        kind_of = {name: data[name] for name in ("whole", "harmonic", "per_drop", "held")}
+        found.append(Parameter(each.name, si, unit, off, low, high, typical, data["meaning"], **kind_of))
     return tuple(found)
 
 

@@ -144,7 +144,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
     def sigma(name: str) -> float:
         return scale[name] * math.sqrt(covariance[where[name], where[name]])
 
-    model, effects = problem.setting(shared, own)
+    model, effects = problem.setting(shared, own, drop)
     prediction = predict(measured, model, own, horizons[-1])
     left = measured.reading[:, prediction.first : prediction.first + prediction.x.shape[1]]
     left = left - readings(prediction, measured, machine, problem.sensors(effects, shared, own, drop))

@@ -211,7 +211,7 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     first, _ = window(measured, 0.0)
     count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     try:
-        model, _ = problem.setting(shared, own)
+        model, _ = problem.setting(shared, own, drop)
         motion = run(model, drop_plan(measured, own, first, count))
     except InputError:
         return None

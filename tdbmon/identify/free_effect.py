@@ -29,6 +29,8 @@ class FreeEffect:
     each_start : tuple of mapping
         The same for those that differ from drop to drop, a mapping a drop: the phase of something on the inner ring, whose
         angle at the release nobody knows.
+    each_held : tuple of mapping
+        Parameters that stay and differ from drop to drop: the number of a ball, counted from the cage's angle.
     """
 
     declared: EffectDeclaration
@@ -36,6 +38,7 @@ class FreeEffect:
     held: Mapping[str, float | str]
     start: Mapping[str, float]
     each_start: tuple[Mapping[str, float], ...] = ()
+    each_held: tuple[Mapping[str, float], ...] = ()
 
     @property
     def name(self) -> str:
@@ -55,13 +58,13 @@ class FreeEffect:
 
     def _parameter(self, name: str, value: float) -> Parameter:
         of = self.declared.parameter(name)
-        full, moves = f"{self.name}.{name}", not _acts_on_sensors(self.declared)
-        if _goes_round(of):
+        full, moves = f"{self.name}.{name}", not acts_on_sensors(self.declared)
+        if goes_round(of):
             return Parameter(full, of.unit, value, value - math.pi, value + math.pi, math.inf, moves, span=_ANGLE_SPAN)
         size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
         return Parameter(full, of.unit, value, of.low, of.high, math.inf, moves, span=size or abs(of.typical))
 
-    def at(self, shared: Mapping[str, float], own: Mapping[str, float]) -> Effect:
+    def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
         """Return the effect with its parameters as a point of the fit has them.
 
         Raises
@@ -72,21 +75,23 @@ class FreeEffect:
         given = {name: shared[f"{self.name}.{name}"] for name in self.start}
         if self.each_start:
             given |= {name: own[f"{self.name}.{name}"] for name in self.each_start[0]}
-        return self.declared.kind(self.where, **self.held, **_wrapped(self.declared, given))
+        stays = dict(self.held) | (dict(self.each_held[drop]) if self.each_held else {})
+        return self.declared.kind(self.where, **stays, **_wrapped(self.declared, given))
 
 
 def _wrapped(declared: EffectDeclaration, values: Mapping[str, float]) -> dict[str, float]:
     """Return values with angles within half a turn either way."""
     return {
-        name: math.remainder(value, 2 * math.pi) if _goes_round(declared.parameter(name)) else value
+        name: math.remainder(value, 2 * math.pi) if goes_round(declared.parameter(name)) else value
         for name, value in values.items()
     }
 
 
-def _goes_round(of: Declared) -> bool:
+def goes_round(of: Declared) -> bool:
     """True for an angle that has no bounds but those of what people write."""
     return of.si == "rad" and of.high - of.low > 2 * math.pi - 1e-6
 
 
-def _acts_on_sensors(declared: EffectDeclaration) -> bool:
+def acts_on_sensors(declared: EffectDeclaration) -> bool:
+    """True for an effect that changes what is seen of a motion, not the motion."""
     return declared.kind.sense is not Effect.sense

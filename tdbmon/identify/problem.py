@@ -100,10 +100,12 @@ class Problem:
             {p.name: x for p, x in zip(self.own[drop], numbers[count:], strict=True)},
         )
 
-    def setting(self, shared: Mapping[str, float], own: Mapping[str, float]) -> tuple[DropModel, tuple[Effect, ...]]:
+    def setting(
+        self, shared: Mapping[str, float], own: Mapping[str, float], drop: int
+    ) -> tuple[DropModel, tuple[Effect, ...]]:
         """Return the model at a drop's values, with its effects (raises InputError where they are impossible)."""
         model = with_values(self.model, shared)
-        effects = (*self.standing, *(each.at(shared, own) for each in self.free))
+        effects = (*self.standing, *(each.at(shared, own, drop) for each in self.free))
         return (with_effects(model, effects) if effects else model), effects
 
     def sensors(
@@ -118,7 +120,7 @@ class Problem:
     def residual(self, point: Array, drop: int, horizon: float) -> Array:
         """Return a drop's residuals (raises InputError where the values are impossible)."""
         shared, own = self.values(point, drop)
-        model, effects = self.setting(shared, own)
+        model, effects = self.setting(shared, own, drop)
         prediction = predict(self.drops[drop], model, own, horizon)
         sensors = self.sensors(effects, shared, own, drop)
         return residuals(prediction, self.drops[drop], self.model.machine, sensors)
@@ -134,7 +136,7 @@ class Problem:
         """Return a drop's residuals (m,) and their slopes (m, columns) by differences."""
         measured, machine = self.drops[drop], self.model.machine
         shared, own = self.values(point, drop)
-        model, effects = self.setting(shared, own)
+        model, effects = self.setting(shared, own, drop)
         prediction = predict(measured, model, own, horizon)
         base = residuals(prediction, measured, machine, self.sensors(effects, shared, own, drop))
         where = self.columns(drop)
@@ -149,7 +151,7 @@ class Problem:
             moved_model = model
             try:
                 if k < len(self.shared) or parameter.name.partition(".")[0] in acting_names:
-                    moved_model, acting = self.setting(moved_shared, moved_own)
+                    moved_model, acting = self.setting(moved_shared, moved_own, drop)
                 if parameter.moves:
                     moved = predict(measured, moved_model, moved_own, horizon)
             except InputError:

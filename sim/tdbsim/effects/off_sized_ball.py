@@ -27,7 +27,9 @@ class OffSizedBall(Effect):
     signature: ClassVar = "One ball carries more or less than the others; lines at cage speed."
 
     deviation: float = parameter("um", 0.0, (-50.0, 50.0), 10.0, "diameter less the others'", si="m")
-    ball: float = parameter("1", 1.0, (1.0, 60.0), 1.0, "number of the ball, 1 at the cage's angle", whole=True)
+    ball: float = parameter(
+        "1", 1.0, (1.0, 60.0), 1.0, "number of the ball, 1 at the cage's angle", whole=True, per_drop=True
+    )
 
     def modify(self, draft: Draft) -> None:
         for end in self.ends(draft.machine):

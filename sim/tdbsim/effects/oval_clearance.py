@@ -32,9 +32,9 @@ class OvalClearance(Effect):
 
     amplitude: float = parameter("um", 0.0, (-100.0, 100.0), 15.0, "how much wider the gap is along `angle`", si="m")
     angle: float = parameter(
-        "deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad"
+        "deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad", harmonic=2
     )
-    law: str = choice(("radial", "normal"), "direction of the normal force")
+    law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.amplitude, self.angle, 1.0 if self.law == "normal" else 0.0

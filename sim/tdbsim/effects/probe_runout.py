@@ -27,9 +27,13 @@ class ProbeRunout(Effect):
     signature: ClassVar = "1X and 2X in the channels of an end that stay the same at every speed."
 
     first: float = parameter("um", 0.0, (0.0, 100.0), 5.0, "0-pk amplitude once a revolution", si="m")
-    first_phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "crest on the shaft from the mark", si="rad")
+    first_phase: float = parameter(
+        "deg", 0.0, (-360.0, 360.0), 0.0, "crest on the shaft from the mark", si="rad", per_drop=True
+    )
     second: float = parameter("um", 0.0, (0.0, 100.0), 3.0, "0-pk amplitude twice a revolution", si="m")
-    second_phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "a crest on the shaft from the mark", si="rad")
+    second_phase: float = parameter(
+        "deg", 0.0, (-360.0, 360.0), 0.0, "a crest on the shaft from the mark", si="rad", harmonic=2, per_drop=True
+    )
 
     @property
     def is_off(self) -> bool:

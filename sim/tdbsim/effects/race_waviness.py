@@ -29,7 +29,9 @@ class RaceWaviness(Effect):
 
     amplitude: float = parameter("um", 0.0, (0.0, 20.0), 5.0, "0-pk height of the waves", si="m")
     order: float = parameter("1", 2.0, (1.0, 30.0), 2.0, "waves around the race", whole=True)
-    phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "of the waves in the race at the release", si="rad")
+    phase: float = parameter(
+        "deg", 0.0, (-360.0, 360.0), 0.0, "of the waves in the race at the release", si="rad", per_drop=True
+    )
     race: str = choice(("inner", "outer"), "the race that is wavy; the inner one turns with the ring")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:

@@ -27,8 +27,10 @@ class RingOutOfRound(Effect):
 
     amplitude: float = parameter("um", 0.0, (0.0, 50.0), 10.0, "0-pk height of the lobes", si="m")
     order: float = parameter("1", 2.0, (1.0, 12.0), 2.0, "number of lobes", whole=True)
-    phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "of the lobes in the ring at the release", si="rad")
-    law: str = choice(("radial", "normal"), "direction of the normal force")
+    phase: float = parameter(
+        "deg", 0.0, (-360.0, 360.0), 0.0, "of the lobes in the ring at the release", si="rad", per_drop=True
+    )
+    law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.amplitude, self.order, self.phase, 1.0 if self.law == "normal" else 0.0

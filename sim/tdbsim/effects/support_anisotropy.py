@@ -29,7 +29,7 @@ class SupportAnisotropy(Effect):
     rise: ClassVar = 1.3
 
     ratio: float = parameter("1", 1.0, (0.02, 50.0), 0.4, "stiffness along the direction over that across it")
-    direction: float = parameter("deg", 0.0, (-180.0, 180.0), 0.0, "from +x towards +y", si="rad")
+    direction: float = parameter("deg", 0.0, (-180.0, 180.0), 0.0, "from +x towards +y", si="rad", harmonic=2)
 
     def modify(self, draft: Draft) -> None:
         c, s = math.cos(self.direction), math.sin(self.direction)

@@ -1,0 +1,277 @@
+"""Which suspects would explain what a fit leaves: a score test with trials of finite size.
+
+Each suspect is put into the fitted model at a trial size and every drop simulated anew.  The change of the residuals,
+less what the fitted values could do in its place (projected off their slopes), is laid on what the fit left.  The gain is
+how much of the sum of squares it takes away: C. R. Rao's score test (Proc. Camb. Phil. Soc. 44 (1948) 50) with
+differences of finite size, since effects are not small and contacts not smooth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.drop_model import with_effects
+from tdbsim.effect import Effect
+from tdbsim.effect import Parameter as Declared
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.free_effect import acts_on_sensors
+from tdbmon.identify.parameters import with_values
+from tdbmon.identify.prediction import predict, residuals
+from tdbmon.identify.problem import Problem, huber, spread
+
+Array = NDArray[np.float64]
+
+_SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
+_FURTHEST = 4.0  # trial sizes, to which a trial is believed
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What a suspect promises.
+
+    Attributes
+    ----------
+    suspect : Suspect
+    gain : float
+        Sum of squares that it would take away, in units of the fit's own spread.
+    total : float
+        Sum of squares that any suspect could take away.
+    start : Start
+        Where its fit should begin.
+    """
+
+    suspect: Suspect
+    gain: float
+    total: float
+    start: Start
+
+
+def scores(problem: Problem, point: Array, horizon: float, suspects: Sequence[Suspect]) -> list[Score]:
+    """Return the suspects' scores at a fitted point, the greatest first.
+
+    Parameters
+    ----------
+    problem : Problem
+    point : array
+        Fitted to the horizon.
+    horizon : float
+        s after the release.
+    suspects : sequence of Suspect
+    """
+    linear = problem.linearised(point, horizon)
+    weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
+    rows = [len(r) for r, _ in linear]
+    design = np.zeros((sum(rows) + len(point), len(point)))
+    begin = np.concatenate([[0], np.cumsum(rows)])
+    for drop, (_, jacobian) in enumerate(linear):
+        design[begin[drop] : begin[drop + 1], problem.columns(drop)] = jacobian * weights[drop][:, None]
+    design[begin[-1] :] = np.diag(np.maximum(problem.prior, 1e-3))
+    basis, _ = np.linalg.qr(design)
+    left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
+    left = left - basis @ (basis.T @ left)
+    tried = problem.each(lambda drop: _changes(problem, point, drop, horizon, suspects, weights[drop], linear[drop][0]))
+    bench = _Bench(basis, begin, left)
+    found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
+    return sorted((each for each in found if each is not None), key=lambda each: -each.gain)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What trials are laid on: the fit's directions (rows, n), where drops begin, what is left beside them."""
+
+    basis: Array
+    begin: NDArray[np.intp]
+    left: Array
+
+    def solve(self, columns: Sequence[Mapping[int, Array]]) -> tuple[Array, float]:
+        """Return amounts of columns that take most from what is left, and what they take.
+
+        Parameters
+        ----------
+        columns : sequence of mapping
+            The change of each drop, by its number.
+        """
+        spans = [slice(*self.begin[k : k + 2]) for k in range(len(self.begin) - 1)]
+        fitted = [sum((self.basis[spans[d]].T @ c for d, c in each.items()), np.zeros(1)) for each in columns]
+        toward = -np.array([sum(float(c @ self.left[spans[d]]) for d, c in each.items()) for each in columns])
+        square = np.empty((len(columns), len(columns)))
+        for i, one in enumerate(columns):
+            for j, other in enumerate(columns):
+                shared = sum(float(c @ other[d]) for d, c in one.items() if d in other)
+                square[i, j] = shared - float(fitted[i] @ fitted[j])
+        amounts = np.linalg.solve(square + (1e-9 * float(np.trace(square)) + 1e-30) * np.eye(len(square)), toward)
+        # beyond the size of the trials nothing is known; so far, and no further, they are believed
+        size = float(np.max(np.abs(amounts)))
+        if size > _FURTHEST:
+            amounts = amounts * (_FURTHEST / size)
+        return amounts, float(2 * amounts @ toward - amounts @ square @ amounts)
+
+
+Trials = Mapping[tuple[float, ...], Array | None]
+
+
+def _trial_keys(suspect: Suspect) -> list[tuple[float, ...]]:
+    """Return the trials: number of the size, share, its angle in quarters of a period, and the count."""
+    counts = range(1, int(min(suspect.counted.high, 60)) + 1) if suspect.counted else [0]
+    return [
+        (float(s), share, float(quarter), float(count))
+        for s, (_, angle) in enumerate(suspect.sizes)
+        for share, quarter, count in product(_SHARES, (0, 1) if angle else (0,), counts)
+    ]
+
+
+def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
+    number, share, quarter, count = key
+    size, angle = suspect.sizes[int(number)]
+    values = {size.name: _sized(size, share)}
+    if angle is not None:
+        values[angle.name] = quarter * math.pi / 2 / angle.harmonic
+    if suspect.counted is not None:
+        values[suspect.counted.name] = count
+    return suspect.effect(values)
+
+
+def _sized(size: Declared, share: float) -> float:
+    """Return a share of the typical size, counted from where the effect is off."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):  # a spring that is off when it is stiff
+        return size.typical / share**2
+    return off + share * (size.typical - off)
+
+
+def _changes(
+    problem: Problem,
+    point: Array,
+    drop: int,
+    horizon: float,
+    suspects: Sequence[Suspect],
+    weight: Array,
+    base: Array,
+) -> list[dict[tuple[float, ...], Array | None]]:
+    """Return how each trial of each suspect changes a drop's weighted residuals; None where it cannot be simulated."""
+    shared, own = problem.values(point, drop)
+    measured, machine = problem.drops[drop], problem.model.machine
+    standing = (*problem.standing, *(each.at(shared, own, drop) for each in problem.free))
+    bare = with_values(problem.model, shared)
+    still = predict(measured, with_effects(bare, standing) if standing else bare, own, horizon)
+    found = []
+    for suspect in suspects:
+        changes: dict[tuple[float, ...], Array | None] = {}
+        for key in _trial_keys(suspect):
+            if suspect.counted and key[3] > machine.bearing(suspect.where).balls.count:
+                continue
+            effects = (*standing, _effect(suspect, key))
+            try:
+                moved = still
+                if not acts_on_sensors(suspect.declared):
+                    moved = predict(measured, with_effects(bare, effects), own, horizon)
+                seen = residuals(moved, measured, machine, problem.sensors(effects, shared, own, drop))
+                changes[key] = weight * (seen - base)
+            except InputError:
+                changes[key] = None
+        found.append(changes)
+    return found
+
+
+def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:
+    """Return the best that a suspect's trials promise, None where no trial could be simulated."""
+    best: Score | None = None
+    for share in _SHARES:
+        found = _at_share(bench, suspect, trials, share)
+        if found is not None and (best is None or found.gain > best.gain):
+            best = found
+    return best
+
+
+def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
+    apart = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
+    count = _counts(bench, suspect, trials, share) if suspect.counted else [0.0] * len(trials)
+    if count is None:
+        return None
+    parts = [(float(s), float(q)) for s, (_, angle) in enumerate(suspect.sizes) for q in ((0, 1) if angle else (0,))]
+    columns: list[dict[int, Array]] = []
+    for s, q in parts:
+        each = [trial.get((s, share, q, n)) for trial, n in zip(trials, count, strict=True)]
+        columns.append({drop: change for drop, change in enumerate(each) if change is not None})
+        if len(columns[-1]) < len(trials):
+            return None
+    if apart:
+        solved = [bench.solve([{drop: c[drop]} for c in columns]) for drop in range(len(trials))]
+        amounts = [amount for amount, _ in solved]
+        gain = sum(gain for _, gain in solved)
+    else:
+        one, gain = bench.solve(columns)
+        amounts = [one]
+    start = _start(suspect, parts, amounts, share, count)
+    if start is None:
+        gain = 0.0
+        start = _start(suspect, parts, [np.abs(a) for a in amounts], share, count)
+    if start is None:
+        return None
+    return Score(suspect, gain, float(bench.left @ bench.left), start)
+
+
+def _counts(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> list[float] | None:
+    """Return each drop's count (of a ball) that promises most by itself; the size has one sign for all drops."""
+    by_sign: dict[float, list[tuple[float, float]]] = {1.0: [], -1.0: []}
+    for drop, trial in enumerate(trials):
+        promised = {}
+        for key, change in trial.items():
+            if key[1] == share and change is not None:
+                amount, gain = bench.solve([{drop: change}])
+                promised[key[3]] = (float(amount[0]), gain)
+        if not promised:
+            return None
+        for sign, picked in by_sign.items():
+            right = [(gain, count) for count, (amount, gain) in promised.items() if amount * sign > 0]
+            picked.append(max(right, default=(0.0, next(iter(promised)))))
+    best = max(by_sign.values(), key=lambda picked: sum(gain for gain, _ in picked))
+    return [count for _, count in best]
+
+
+def _start(
+    suspect: Suspect, parts: Sequence[tuple[float, float]], amounts: Sequence[Array], share: float, count: list[float]
+) -> Start | None:
+    """Return the values that amounts of the trials stand for; None where a size would have the wrong sign."""
+    shared = {p.name: p.typical for p in suspect.shapes}
+    each: list[dict[str, float]] = [{} for _ in count]
+    for s, (size, angle) in enumerate(suspect.sizes):
+        rows = [k for k, part in enumerate(parts) if part[0] == s]
+        if angle is None:
+            value = _scaled(size, share, float(np.mean([a[rows[0]] for a in amounts])))
+            if value is None:
+                return None
+            shared[size.name] = value
+            continue
+        vectors = [complex(a[rows[0]], a[rows[1]]) for a in amounts]
+        length = float(np.mean(np.abs(vectors)))
+        value = _scaled(size, share, length)
+        if value is None:
+            return None
+        shared[size.name] = value
+        turned = [float(np.angle(v)) / angle.harmonic for v in vectors]
+        if angle.per_drop:
+            for row, each_turned in zip(each, turned, strict=True):
+                row[angle.name] = each_turned
+        else:
+            shared[angle.name] = turned[0]
+    held = tuple({suspect.counted.name: n} for n in count) if suspect.counted else ()
+    return Start(shared, tuple(each) if each[0] else (), held)
+
+
+def _scaled(size: Declared, share: float, amount: float) -> float | None:
+    """Return the value of a size that is `amount` of its trial, within its bounds; None where its sign is impossible."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):
+        return None if amount <= 0 else float(np.clip(_sized(size, share) / amount, size.low, size.high))
+    value = off + amount * (_sized(size, share) - off)
+    if not size.low <= value <= size.high and (value - off) * (size.typical - off) < 0:
+        return None
+    return float(np.clip(value, size.low, size.high))

@@ -1,0 +1,136 @@
+"""The effects that could be missing from a model: every one of the catalogue, at every place of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+from tdbsim.effect import Effect, EffectDeclaration, Place, catalogue, places
+from tdbsim.effect import Parameter as Declared
+from tdbsim.machine import Machine, Probe
+
+from tdbmon.identify.free_effect import FreeEffect, goes_round
+
+_HIGHEST_ORDER = 12  # of waves and lobes that are tried
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """An effect at a place, of which nothing is known yet but what words and whole numbers it takes.
+
+    Attributes
+    ----------
+    declared : EffectDeclaration
+    where : str
+    held : mapping
+        Words, whole numbers and what a drop can hardly tell, as they are tried.
+    sizes : tuple of pair
+        Parameters that switch the effect on, each with the angle that belongs to it, or None.
+    """
+
+    declared: EffectDeclaration
+    where: str
+    held: Mapping[str, float | str]
+    sizes: tuple[tuple[Declared, Declared | None], ...]
+
+    @property
+    def name(self) -> str:
+        """Identifier and place, as in results."""
+        return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def counted(self) -> Declared | None:
+        """The whole number that differs from drop to drop, if there is one."""
+        return next((p for p in self.declared.parameters if p.whole and p.per_drop), None)
+
+    @property
+    def shapes(self) -> tuple[Declared, ...]:
+        """The free parameters beside sizes and angles."""
+        known = {p.name for pair in self.sizes for p in pair if p is not None}
+        return tuple(
+            p
+            for p in self.declared.parameters
+            if p.name not in known and p.name not in self.held and not (p.whole and p.per_drop)
+        )
+
+    def effect(self, values: Mapping[str, float]) -> Effect:
+        """Return the effect with some values (SI), the others as the catalogue has them typically."""
+        usual = {p.name: p.typical for p in self.shapes}
+        rest = {size.name: size.off for size, _ in self.sizes if size.name not in values}
+        return self.declared.kind(self.where, **{**usual, **rest, **self.held, **values})
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the fit of a suspect begins (SI): values of all drops, and those of each."""
+
+    shared: Mapping[str, float]
+    each: tuple[Mapping[str, float], ...] = ()
+    each_held: tuple[Mapping[str, float], ...] = field(default=())
+
+    def free(self, suspect: Suspect) -> FreeEffect:
+        """Return the suspect as an effect with free parameters."""
+        return FreeEffect(suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held)
+
+
+def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:
+    """Return what could be missing from a machine's model.
+
+    Parameters
+    ----------
+    machine : Machine
+    probes : sequence of Probe
+        Those in use; what would act on another is no suspect.
+    standing : sequence of Effect
+        What the model has already; it is no suspect at the same place.
+    """
+    taken = {(each.identifier(), end) for each in standing for end in (each.ends(machine) or (each.where,))}
+    found = []
+    for declared in catalogue():
+        for where in places(declared.place, machine):
+            ends = (0, 1) if where == "both" else (machine.ends.index(where),) if where in machine.ends else (where,)
+            if any((declared.identifier, end) in taken for end in ends) or not _seen(declared, where, probes):
+                continue
+            if declared.identifier == "quadratic_windage" and machine.rotor.speed_decay_time is None:
+                continue
+            found += [Suspect(declared, where, held, _sizes(declared)) for held in _held(declared)]
+    return tuple(found)
+
+
+def _seen(declared: EffectDeclaration, where: str, probes: Sequence[Probe]) -> bool:
+    if declared.place is Place.PROBE:
+        return where in {probe.name for probe in probes}
+    if declared.place is Place.END:
+        return sum(probe.end == where for probe in probes) >= 2
+    return True
+
+
+def _held(declared: EffectDeclaration) -> Iterator[dict[str, float | str]]:
+    """Yield every combination of words and whole numbers, with what is left as it is."""
+    names, ranges = [], []
+    for p in declared.parameters:
+        if p.held:
+            names.append(p.name)
+            ranges.append([p.off])
+        elif p.choices:
+            names.append(p.name)
+            ranges.append(list(p.choices))
+        elif p.whole and not p.per_drop:
+            names.append(p.name)
+            ranges.append([float(k) for k in range(int(p.low), min(int(p.high), _HIGHEST_ORDER) + 1)])
+    for values in product(*ranges):
+        yield dict(zip(names, values, strict=True))
+
+
+def _sizes(declared: EffectDeclaration) -> tuple[tuple[Declared, Declared | None], ...]:
+    """Return the parameters that switch an effect on, each with the angle that follows it."""
+    parameters = declared.parameters
+    sizes: list[tuple[Declared, Declared | None]] = []
+    last = parameters[0]
+    for p in parameters:
+        if p.off == 0.0 and not goes_round(p):
+            last = p
+        elif goes_round(p):
+            sizes.append((last, p))
+    return tuple(sizes) or ((parameters[0], None),)
