@@ -52,12 +52,12 @@ def _draw_runout(rng: Rng, world: World, level: float) -> tuple[str, Values]:
 
 @effect(_draw_runout)
 def probe_runout(world: World, h: Hidden) -> World:
-    """Runout of the surface under an end's probes, on top of the usual: a_k cos(k (facing) + phase_k)."""
+    """Runout of the surface under an end's probes, on top of the usual: a_k cos(k (point - phase_k))."""
     p, end = h.parameters, ENDS.index(h.where)
     runout = list(world.sensors.runout)
     first, second, third = runout[end]
-    first += p["first_m"] * np.exp(1j * p["first_phase_rad"])
-    second += p["second_m"] * np.exp(1j * p["second_phase_rad"])
+    first += p["first_m"] * np.exp(-1j * p["first_phase_rad"])
+    second += p["second_m"] * np.exp(-2j * p["second_phase_rad"])
     runout[end] = (first, second, third)
     return replace(world, sensors=replace(world.sensors, runout=tuple(runout)))
 

@@ -14,6 +14,7 @@ from tests.blind.machine import Machine
 from tests.blind.rotor import Disk, Modes, modes
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 RATE = 20_000  # Hz, of the records
 LEVITATED = 2000  # samples
@@ -87,12 +88,20 @@ def rotor_modes(truth: Truth) -> Modes:
     return _modes(tuple(m.sections), tuple(m.disks), truth.elastic_modulus, m.density, m.poisson_ratio)
 
 
-def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = LEVITATED, steps: int = STEPS) -> Drop:
-    """Return one drop, from `LEAD` samples before the record on."""
+@dataclass(frozen=True)
+class Levitation:
+    """The levitated rotor in modal coordinates, x + i y: its mean place, the forces that hold it there, its whirl at angle 0."""
+
+    place: Complex
+    holding: Complex
+    whirl: Complex
+
+
+def levitation(truth: Truth, start: Start) -> Levitation:
+    """Return the steady state before the release."""
     shaft = rotor_modes(truth)
     rotor = _rotor(truth, shaft)
     magnet = rotor.magnet
-    stiffness, damping = np.array(truth.magnet_stiffness), np.array(truth.magnet_damping)
     seal = truth.seal_stiffness * np.outer(rotor.seal, rotor.seal)
     # the set-point is held: static deflections and the holding forces that go with them
     n = len(shaft.frequency)
@@ -100,19 +109,32 @@ def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = L
     bordered[:n, :n] = np.diag(shaft.frequency**2) - seal
     bordered[:n, n:] = -magnet.T
     bordered[n:, :n] = magnet
-    still = np.linalg.solve(bordered, np.concatenate((-1j * GRAVITY * shaft.weight, start.set_point)))
-    static, holding = still[:n], still[n:]
+    still = np.asarray(
+        np.linalg.solve(bordered, np.concatenate((-1j * GRAVITY * shaft.weight, start.set_point))), complex
+    )
     # steady whirl at the initial speed, q = Q exp(i theta)
     w = start.speed
-    dynamic = np.diag(shaft.frequency**2 - w**2 + 1j * w * rotor.damping).astype(complex) - seal
-    dynamic += w**2 * rotor.gyroscopic + magnet.T @ np.diag(stiffness + 1j * w * damping) @ magnet
+    spring = np.diag(truth.magnet_stiffness) + 1j * w * np.diag(truth.magnet_damping)
+    dynamic = np.diag(shaft.frequency**2 - w**2 + 1j * w * rotor.damping) - seal
+    dynamic += w**2 * rotor.gyroscopic + magnet.T @ spring @ magnet
     unbalance = rotor.unbalance[0] + 1j * rotor.unbalance[1]
     bow = rotor.bow[0] + 1j * rotor.bow[1]
-    whirl = np.linalg.solve(dynamic, w**2 * unbalance + shaft.frequency**2 * bow) * np.exp(1j * start.shaft_angle)
+    whirl = np.linalg.solve(dynamic, w**2 * unbalance + shaft.frequency**2 * bow)
+    return Levitation(still[:n], still[n:], np.asarray(whirl, complex))
+
+
+def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = LEVITATED, steps: int = STEPS) -> Drop:
+    """Return one drop, from `LEAD` samples before the record on."""
+    shaft = rotor_modes(truth)
+    rotor = _rotor(truth, shaft)
+    before = levitation(truth, start)
+    n, w = len(shaft.frequency), start.speed
+    whirl = before.whirl * np.exp(1j * start.shaft_angle)
 
     lead = LEAD / RATE
     state = np.zeros(4 * n + 2 + 2 * PER_END)
-    state[:n], state[n : 2 * n] = (static + whirl).real, (static + whirl).imag
+    place = before.place + whirl
+    state[:n], state[n : 2 * n] = place.real, place.imag
     state[2 * n : 3 * n], state[3 * n : 4 * n] = (1j * w * whirl).real, (1j * w * whirl).imag
     state[4 * n : 4 * n + 2] = start.shaft_angle, w
     for e, bearing in enumerate(truth.bearings):
@@ -122,10 +144,10 @@ def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = L
     kick = np.zeros((2, 2))
     kick[truth.kick_magnet] = truth.kick_force.real, truth.kick_force.imag
     magnets = Magnets(
-        stiffness=stiffness,
-        damping=damping,
+        stiffness=np.array(truth.magnet_stiffness),
+        damping=np.array(truth.magnet_damping),
         set_point=_pairs(start.set_point),
-        holding=_pairs(holding),
+        holding=_pairs(before.holding),
         release_time=(LEAD + levitated) / RATE,
         decay_time=truth.magnet_decay,
         kick_time=truth.kick_time + lead,
