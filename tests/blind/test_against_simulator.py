@@ -163,7 +163,7 @@ def test_ring_drag_is_the_simulators(tmp_path: Path) -> None:
     case = draw_case(1, kind="none", strangeness=0.0)
     world = apply(case.plain, Hidden("ring_drag", "DE", {"torque_n_m": 0.3}))
     drop, rows = both_drops(world, case.plain, case.starts[1], ["ring_drag:end=DE,torque=0.3 N m"], tmp_path)
-    ours, theirs = drop.ring_speed[RELEASE + LEAD :, 1], rows["ring_speed"].sel(end="DE").values[:LENGTH]
+    ours, theirs = drop.ring_speed[RELEASE + LEAD :, 1], 2 * np.pi * rows["ring_speed"].sel(end="DE").values[:LENGTH]
     without = run(case.plain.truth, case.starts[1], samples=RELEASE + LENGTH, levitated=RELEASE)
     lost = without.ring_speed[-1, 1] - drop.ring_speed[-1, 1]
     assert theirs[-1] > lost > 5.0  # rad/s: rubbed up, and held back
