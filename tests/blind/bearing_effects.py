@@ -106,7 +106,7 @@ def support_anisotropy(world: World, h: Hidden) -> World:
 @effect(
     lambda rng, w, level: (
         an_end(rng),
-        {"play_m": length(w, level, 2e-6, 40e-6), "stiffness_ratio": float(rng.uniform(0.02, 0.15))},
+        {"play_m": length(w, level, 0.5e-6, 40e-6), "stiffness_ratio": float(rng.uniform(0.02, 0.15))},
     )
 )
 def loose_support(world: World, h: Hidden) -> World:
@@ -116,12 +116,10 @@ def loose_support(world: World, h: Hidden) -> World:
 
 def _draw_hardening(rng: Rng, world: World, level: float) -> tuple[str, Values]:
     where = an_end_or_both(rng)
-    stiffness = max(
-        b.support_stiffness for e, b in zip(ENDS, world.truth.bearings, strict=True) if where in (e, "both")
-    )
-    # stiffness grows by this factor at the deflection of four weights
-    deflection = 4 * weight(world) / stiffness
-    return (where, {"cubic_n_per_m3": between(level, 0.1, 5) * stiffness / deflection**2})
+    softest = min(b.support_stiffness for e, b in zip(ENDS, world.truth.bearings, strict=True) if where in (e, "both"))
+    # what the support has to carry at a hit of four weights grows by this factor
+    deflection = 4 * weight(world) / softest
+    return where, {"cubic_n_per_m3": between(level, 0.01, 2) * softest / deflection**2}
 
 
 @effect(_draw_hardening)
@@ -133,7 +131,7 @@ def hardening_support(world: World, h: Hidden) -> World:
 def _draw_foundation(rng: Rng, world: World, level: float) -> tuple[str, Values]:
     mass = world.truth.bearings[0].support_mass * float(rng.uniform(3, 12))
     # the weaker the effect, the stiffer the ground
-    frequency = 2 * np.pi * between(level, 400, 30)
+    frequency = 2 * np.pi * between(level, 1200, 35)
     stiffness = mass * frequency**2
     damping = 2 * float(rng.uniform(0.02, 0.08)) * mass * frequency
     return (
@@ -158,7 +156,7 @@ def foundation_mode(world: World, h: Hidden) -> World:
 def _draw_drag(rng: Rng, world: World, level: float) -> tuple[str, Values]:
     end = an_end(rng)
     nominal = world.truth.machine.touchdowns[ENDS.index(end)].ring_drag.nominal
-    return (end, {"torque_n_m": nominal * between(level, 5, 120)})
+    return (end, {"torque_n_m": nominal * between(level, 5, 300)})
 
 
 @effect(_draw_drag)

@@ -48,11 +48,24 @@ class Channels:
     speed: Array
 
 
-def read(drop: Drop, machine: Machine, sensors: Sensors, mark: float, rng: np.random.Generator) -> Channels:
-    """Return the channels of a drop; `mark` is where the keyphasor's mark sits on the shaft, rad (0 as on the drawing)."""
+def read(
+    drop: Drop,
+    machine: Machine,
+    sensors: Sensors,
+    mark: float,
+    rng: np.random.Generator,
+    *,
+    levitated: int = LEVITATED,
+    rounded: bool = True,
+) -> Channels:
+    """Return the channels of a drop.
+
+    `mark` is where the keyphasor's mark sits on the shaft, rad (0 as on the drawing); `levitated` as in the drop's run;
+    not `rounded` leaves the 16 bits away.
+    """
     whole = len(drop.angle)
     time = (np.arange(whole) - LEAD) / RATE
-    released = np.maximum(time - LEVITATED / RATE, 0.0)
+    released = np.maximum(time - levitated / RATE, 0.0)
     seen = np.empty((whole, 4))
     for p, probe in enumerate(machine.probes):
         axis = np.radians(probe.angle) + sensors.turned[p]
@@ -78,7 +91,8 @@ def read(drop: Drop, machine: Machine, sensors: Sensors, mark: float, rng: np.ra
     phase = rng.uniform(0, 2 * np.pi) + rng.normal(0, 0.2, 4)
     seen = seen + sensors.noise * rough + sensors.hum * np.sin(2 * np.pi * 50 * time[:, None] + phase)
     step = FULL_SCALE / 32768
-    seen = np.clip(np.round(seen / step), -32768, 32767) * step
+    if rounded:
+        seen = np.clip(np.round(seen / step), -32768, 32767) * step
 
     pulse = np.mod(drop.angle[LEAD:] - mark, 2 * np.pi) < MARK_WIDTH
     speed = drop.speed[LEAD:] / (2 * np.pi) + sensors.speed_noise * rng.standard_normal(len(time))

@@ -1,0 +1,125 @@
+"""Is a diagnosis right?  The rules, and the sizes that it gives beside the true ones.
+
+Nothing hidden: the verdict must be "none".  Something that the catalogue lacks: "unknown".  Effects of the catalogue: all
+of them named and nothing else; "ambiguous" is right where its set holds them, and is counted apart.  The place counts
+separately.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+# the parameter of each effect that says how large it is, by the catalogue's name; effects not listed have no single one
+SIZE = {
+    "residual_magnetic_force": "decay_time",
+    "unbalance": "amount",
+    "shaft_bow": "bow",
+    "cross_coupled_stiffness": "stiffness",
+    "stribeck_friction": "static_excess",
+    "oval_clearance": "amplitude",
+    "ring_out_of_round": "amplitude",
+    "race_waviness": "amplitude",
+    "off_sized_ball": "deviation",
+    "support_anisotropy": "ratio",
+    "loose_support": "play",
+    "hardening_support": "cubic",
+    "foundation_mode": "stiffness",
+    "ring_drag": "torque",
+    "quadratic_windage": "share",
+    "thermal_growth": "growth",
+    "probe_gain": "gain",
+    "probe_angle": "error",
+    "probe_runout": "first",
+    "probe_crosstalk": "factor",
+    "channel_lag": "delay",
+}
+TO_SI = {
+    "": 1.0, "1": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "s": 1.0, "ms": 1e-3, "us": 1e-6, "rad": 1.0,
+    "deg": math.pi / 180, "Hz": 1.0, "N": 1.0, "N/m": 1.0, "N m": 1.0, "mN m": 1e-3, "N s/m": 1.0, "N/m^3": 1.0, "kg": 1.0,
+    "kg m": 1.0, "g mm": 1e-6, "m/s": 1.0, "m/J": 1.0, "nm/J": 1e-9, "um/J": 1e-6, "%": 0.01,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Size:
+    """The size of a hidden effect as found, SI."""
+
+    effect: str
+    true: float
+    value: float
+    low: float
+    high: float
+
+    @property
+    def inside(self) -> bool:
+        """True where the 95 % interval holds the truth."""
+        return self.low <= self.true <= self.high
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a diagnosis is worth: `kind` of the case, what was `said` (effects, or the verdict itself)."""
+
+    kind: str
+    hidden: tuple[str, ...]
+    said: tuple[str, ...]
+    verdict: str
+    right: bool
+    place: bool
+    ambiguous: bool
+    sizes: tuple[Size, ...]
+    stated: tuple[tuple[float, bool], ...]  # probability of each cause, and whether it was hidden at all
+
+
+def judge(answer: dict[str, Any], result: dict[str, Any]) -> Judgement:
+    """Return the judgement of a result of `tdbmon diagnose` beside a case's answer."""
+    hidden = {name: each for name, each in answer["hidden"].items() if name != "none"}
+    causes = list(result.get("causes") or [])
+    named = {cause["effect"] for cause in causes}
+    verdict = str(result["verdict"])
+    ambiguous = verdict == "ambiguous"
+    if not hidden:
+        kind, right = "none", verdict == "none"
+    elif any(name.startswith("x_") for name in hidden):
+        kind, right = "outside", verdict == "unknown"
+    else:
+        kind = "effect" if len(hidden) == 1 else "pair"
+        right = named >= set(hidden) if ambiguous else verdict == "named" and named == set(hidden)
+    place, sizes = right, []
+    if right and kind in ("effect", "pair"):
+        for name, each in hidden.items():
+            there = [cause for cause in causes if cause["effect"] == name and _same_place(each["where"], cause)]
+            place = place and bool(there)
+            sizes += [size for cause in there[:1] if (size := _size(name, each["parameters"], cause)) is not None]
+    said = tuple(sorted(named)) if verdict in ("named", "ambiguous") else (verdict,)
+    stated = tuple(
+        (float(cause["probability"]), cause["effect"] in hidden)
+        for cause in causes
+        if cause.get("probability") is not None
+    )
+    return Judgement(kind, tuple(sorted(hidden)), said, verdict, right, place, ambiguous, tuple(sizes), stated)
+
+
+def _same_place(true: str, cause: dict[str, Any]) -> bool:
+    found = cause.get("where")
+    return found == true or (true == "both" and found in ("NDE", "DE"))
+
+
+def _size(name: str, parameters: dict[str, float], cause: dict[str, Any]) -> Size | None:
+    """The size as found, where the result gives it with an interval in a unit that is known."""
+    stem = SIZE[name]
+    if name == "probe_crosstalk" and parameters["into"] == 0:
+        return None  # the catalogue's crosstalk goes the other way
+    true = next(value for key, value in parameters.items() if key == stem or key.startswith(stem + "_"))
+    for key, found in (cause.get("parameters") or {}).items():
+        if key != stem and not key.startswith(stem + "_"):
+            continue
+        if not isinstance(found, dict) or found.get("low") is None or found.get("value") is None:
+            return None
+        scale = TO_SI.get(str(found.get("unit", "")).replace("µ", "u"))
+        if scale is None:
+            return None
+        return Size(name, true, scale * found["value"], scale * found["low"], scale * found["high"])
+    return None

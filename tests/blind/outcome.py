@@ -1,0 +1,99 @@
+"""One case through `tdbmon diagnose` on the command line, and what came of it as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.blind.case import draw_case, write
+from tests.blind.judge import Judgement, Size, judge
+from tests.blind.projected_signal import projected_signal
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A case and its judgement; `judgement` is missing and `error` says why where the command failed."""
+
+    seed: int
+    strangeness: float
+    levels: tuple[float, ...]
+    signal: float
+    machine: str
+    where: tuple[str, ...]
+    seconds: float
+    processor_seconds: float
+    gain: float | None
+    judgement: Judgement | None
+    error: str
+    result: dict[str, Any]
+
+
+def diagnose_case(
+    seed: int,
+    folder: Path,
+    *,
+    kind: str | None = None,
+    effect: str | None = None,
+    strangeness: float | None = None,
+    drops: tuple[int, ...] = (0, 1, 2, 3),
+) -> Outcome:
+    """Make a case, diagnose it and keep the outcome in a folder; one that is there already is read instead."""
+    path = folder / f"case_{seed:07d}.json"
+    if path.exists():
+        return load(path)
+    case = draw_case(seed, kind=kind, effect=effect, strangeness=strangeness)
+    with tempfile.TemporaryDirectory() as temporary:
+        place = Path(temporary)
+        write(case, place)
+        answer = json.loads((place / "answer.json").read_text(encoding="utf-8"))
+        files = [f"drop_{case.machine.speeds[k]:03d}.nc" for k in drops]
+        command = [sys.executable, "-m", "tdbmon", "diagnose", "machine.toml", *files, "--json", "result.json"]
+        began = time.monotonic()
+        with (place / "errors").open("w+") as errors:
+            process = subprocess.Popen(command, cwd=place, stdout=subprocess.DEVNULL, stderr=errors)
+            _, status, usage = os.wait4(process.pid, 0)
+            seconds = time.monotonic() - began
+            errors.seek(0)
+            said = errors.read().strip().splitlines()
+        done = place / "result.json"
+        result = json.loads(done.read_text(encoding="utf-8")) if done.exists() else {}
+        code = os.waitstatus_to_exitcode(status)
+        error = "" if result and code in (0, 3) else f"exit code {code}: {said[-1] if said else 'no output'}"
+    outcome = Outcome(
+        seed=seed,
+        strangeness=case.strangeness,
+        levels=case.levels,
+        signal=projected_signal(case),
+        machine=case.machine.name,
+        where=tuple(h.where for h in case.hidden),
+        seconds=seconds,
+        processor_seconds=usage.ru_utime + usage.ru_stime,
+        gain=result.get("gain"),
+        judgement=None if error else judge(answer, result),
+        error=error,
+        result=result,
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    partial.write_text(json.dumps(asdict(outcome), indent=1), encoding="utf-8")
+    partial.replace(path)
+    return outcome
+
+
+def load(path: Path) -> Outcome:
+    """Return an outcome that was kept."""
+    data = json.loads(path.read_text(encoding="utf-8"))
+    judged = data.pop("judgement")
+    if judged is not None:
+        judged["sizes"] = tuple(Size(**size) for size in judged["sizes"])
+        judged["stated"] = tuple((p, bool(true)) for p, true in judged["stated"])
+        judged["hidden"], judged["said"] = tuple(judged["hidden"]), tuple(judged["said"])
+    data["levels"], data["where"] = tuple(data["levels"]), tuple(data["where"])
+    return Outcome(judgement=None if judged is None else Judgement(**judged), **data)
