@@ -26,6 +26,8 @@ app = typer.Typer(
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE", help="the machine's TOML file")]
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="F.json", help="write the results as JSON")]
 
+DropID = Annotated[str, typer.Argument(metavar="ID", help="a drop's identifier, or the first digits of it")]
+
 
 def _version(wanted: bool) -> None:
     if wanted:
@@ -178,6 +180,99 @@ def effects(
         else:
             bounds = f"{one.text(one.low)} to {one.text(one.high)}"
             typer.echo(f"  {one.name}: {one.meaning}; {bounds}, off or default {one.text(one.off)}")
+
+
+archive_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="File drops over years, and look them up.")
+app.add_typer(archive_app, name="archive")
+ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
+Forces = Annotated[
+    bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")
+]
+Reports = Annotated[
+    list[Path] | None, typer.Option("--report", metavar="F.html|F.pdf", help="write a report; may be given twice")
+]
+
+
+@archive_app.command("add")
+def archive_add(
+    machine: MachineFile,
+    records: Annotated[list[Path], typer.Argument(metavar="RECORD...", help="dropdown records")],
+    archive: ArchiveFolder,
+    forces: Forces = False,
+    assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
+    dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
+    workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
+    json_file: JsonFile = None,
+) -> None:
+    """Analyse drops and file them; what is filed already is passed over."""
+    from tdbmon.history import command
+
+    with _progress() as tell:
+        code = command.add(archive, machine, records, forces, assembly, dropped, workers, scheduler, json_file, tell)
+    raise typer.Exit(code)
+
+
+@archive_app.command("list")
+def archive_list(
+    archive: ArchiveFolder,
+    machine: Annotated[str, typer.Option(metavar="NAME", help="of one machine only")] = "",
+    json_file: JsonFile = None,
+) -> None:
+    """List the drops in the order of their fall."""
+    from tdbmon.history import command
+
+    command.list_drops(archive, machine, json_file)
+
+
+@archive_app.command("show")
+def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = None) -> None:
+    """Show what is filed of one drop."""
+    from tdbmon.history import command
+
+    command.show(archive, drop, json_file)
+
+
+@archive_app.command("verify")
+def archive_verify(
+    archive: ArchiveFolder,
+    rebuild: Annotated[bool, typer.Option("--rebuild", help="make the catalogue anew from the result files")] = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Check every file against what was filed, and the catalogue against the files."""
+    from tdbmon.history import command
+
+    with _progress() as tell:
+        command.verify(archive, rebuild, json_file, tell)
+
+
+@archive_app.command("remove")
+def archive_remove(drop: DropID, archive: ArchiveFolder) -> None:
+    """Take a drop out, with its raw file and results."""
+    from tdbmon.history import command
+
+    command.remove(archive, drop)
+
+
+@app.command()
+def compare(
+    archive: ArchiveFolder,
+    drop: Annotated[str, typer.Argument(metavar="[RECORD or ID]", help="by default the archive's last drop")] = "",
+    machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="of a record that is not filed")] = None,
+    forces: Forces = False,
+    fail_on: Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")] = "",
+    json_file: JsonFile = None,
+    report: Reports = None,
+) -> None:
+    """Say whether a drop differs from those before it, in what, and what that means."""
+    writers = [_report_writer(path) for path in report or []]
+    from tdbmon.history import command
+
+    with _progress() as tell:
+        code = command.compare(archive, drop, machine, forces, fail_on, json_file, writers, tell)
+    for path in report or []:
+        typer.echo(f"report: {path}")
+    raise typer.Exit(code)
 
 
 def _report_writer(path: Path) -> Callable[[Any], None]:

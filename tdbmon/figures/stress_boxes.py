@@ -1,0 +1,65 @@
+"""Box plots of the Hertz stress, an end and a drop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import BLACK, BLUE, GREY, ORANGE, SKY, Margins, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.history.compare import Comparison
+
+_MPA = 1e-6
+_SHOWN = 20
+
+
+@styled
+def stress_boxes(comparison: Comparison) -> Figure:
+    """Draw the boxes of the latest drops with forces, the drop that is compared in orange."""
+    ends = comparison.stress
+    figure = new_figure(
+        38 + 52 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
+    )
+    axes = subplots(figure, len(ends), 1, Margins(17, 3, 11, 17, down=8))[:, 0]
+    names = {e.id: e.raw_name for e in (*comparison.matched, comparison.entry)}
+    for ax, (end, rows) in zip(axes, ends.items(), strict=True):
+        rows = rows[-_SHOWN:]
+        stats = [
+            {
+                "med": box.median * _MPA,
+                "q1": box.q1 * _MPA,
+                "q3": box.q3 * _MPA,
+                "whislo": box.q1 * _MPA,
+                "whishi": box.greatest * _MPA,
+                "mean": box.mean * _MPA,
+                "fliers": [x * _MPA for x in box.outliers],
+            }
+            for _, box in rows
+        ]
+        made = ax.bxp(
+            stats, positions=range(1, len(rows) + 1), showmeans=True, patch_artist=True, widths=0.55,
+            flierprops={"marker": ".", "markersize": 3, "markeredgecolor": GREY},
+            meanprops={"marker": "x", "markersize": 4, "markeredgecolor": BLACK},
+            medianprops={"color": BLACK},
+        )  # fmt: skip
+        for (drop, _), patch in zip(rows, made["boxes"], strict=True):
+            current = drop == comparison.entry.id
+            patch.set_facecolor(ORANGE if current else SKY)
+            patch.set_edgecolor(BLACK if current else BLUE)
+        ax.set_ylabel(f"{end} stress [MPa]")
+        ax.set_ylim(bottom=0)
+        labels = [_short(names.get(drop, drop)) for drop, _ in rows]
+        ax.set_xticks(
+            range(1, len(rows) + 1),
+            labels,
+            rotation=30 if len(rows) > 6 else 0,
+            ha="right" if len(rows) > 6 else "center",
+        )
+    return figure
+
+
+def _short(name: str) -> str:
+    stem = name.rsplit(".", 1)[0]
+    return stem if len(stem) <= 14 else stem[:13] + "…"

@@ -1,0 +1,67 @@
+"""The course of quantities over the drops, with slope and change point where the tests see one."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tdbmon.estimate import OUTSIDE
+from tdbmon.figures.style import BLUE, GREEN, GREY, ORANGE, SKY, Margins, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.history.compare import Change, Comparison
+
+_COLUMNS = 2
+_ROW_MM = 42
+_SEEN = 0.05
+
+
+@styled
+def trends(comparison: Comparison, shown: list[Change]) -> Figure:
+    """Draw some quantities over the matching drops and this one."""
+    rows = math.ceil(len(shown) / _COLUMNS)
+    note = "Matching drops in their order · bars: 95 % interval of each drop's own estimate"
+    figure = new_figure(22 + _ROW_MM * rows, note)
+    axes = subplots(figure, rows, _COLUMNS, Margins(17, 3, 13, 11, across=18, down=13))
+    place = {entry.id: i for i, entry in enumerate((*comparison.matched, comparison.entry), start=1)}
+    for ax, change in zip(axes.flat, shown, strict=False):
+        _draw(ax, change, place, comparison.entry.id)
+    for ax in axes.flat[len(shown) :]:
+        ax.set_visible(False)
+    for ax in axes[-1]:
+        ax.set_xlabel("drop")
+    return figure
+
+
+def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None:
+    factor = OUTSIDE[change.kind.unit]
+    series = [*change.earlier, (current, change.estimate)]
+    series = [(drop, e) for drop, e in series if e.value is not None]
+    at = np.array([place[drop] for drop, _ in series], float)
+    values = np.array([e.value for _, e in series], float) * factor
+    for x, value, (drop, e) in zip(at, values, series, strict=True):
+        colour = ORANGE if drop == current else BLUE
+        if e.low is not None and e.high is not None:
+            ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
+        ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
+    trend = change.trend
+    if trend is not None and trend.p <= _SEEN and trend.slope.value is not None:
+        slope = trend.slope.value * factor
+        order = np.arange(len(values))
+        ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
+    if trend is not None and trend.change is not None and trend.change.p <= _SEEN:
+        point = trend.change
+        edge = (at[point.index - 1] + at[point.index]) / 2
+        ax.plot([at[0], edge], [point.before * factor] * 2, "--", color=GREY, linewidth=0.9)
+        ax.plot([edge, at[-1]], [point.after * factor] * 2, "--", color=GREY, linewidth=0.9)
+        ax.axvline(edge, color=GREY, linewidth=0.5, linestyle=":")
+    ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
+    unit = {"um": "µm", "1": ""}.get(change.kind.unit, change.kind.unit)
+    ax.set_ylabel(f"[{unit}]" if unit else "")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
+    ax.set_xlim(0.4, len(place) + 0.6)

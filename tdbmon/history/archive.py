@@ -1,0 +1,241 @@
+"""The archive of a machine's or a fleet's drops: a folder.
+
+    archive.toml             the owner's settings (see `settings`)
+    raw/ab/<SHA-256>.<ext>   records, byte for byte as they came
+    machines/<SHA-256>.toml  machine files that drops were analysed with, likewise
+    results/<drop>/<...>.nc  one file a drop, program version and machine file; older ones stay
+    catalogue.sqlite         all of it in long form, made from the result files
+    incoming/                files on their way
+
+A drop is filed by one writer at a time (SQLite's lock): raw file, machine file and result are renamed into place, the
+catalogue comes last.  Whatever moment a writer is killed at, the catalogue names only files that are whole, and the add can
+be repeated.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tdbsim.errors import InputError, did_you_mean
+
+from tdbmon.history import catalogue
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.filing import Filing, sha256_of
+from tdbmon.history.place import put, sweep, writable
+from tdbmon.history.result_file import read_result, write_result
+from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
+
+Filed = Literal["filed", "analysed again", "already filed"]
+
+_SAME = 1e-12  # relative: two drops of one machine never agree to this in everything
+
+
+@dataclass(frozen=True)
+class Archive:
+    """An archive; `open_archive` gives one."""
+
+    folder: Path
+
+    @property
+    def catalogue(self) -> Path:
+        """Its catalogue."""
+        return self.folder / catalogue.NAME
+
+    def settings(self, machine: str = "") -> Settings:
+        """Return the owner's settings, for one machine where `archive.toml` has its own."""
+        return load_settings(self.folder / SETTINGS, machine)
+
+    def entries(self, machine: str = "") -> list[Entry]:
+        """Return the drops in the order of their fall, of one machine or of all."""
+        with catalogue.reading(self.catalogue) as base:
+            if not machine:
+                return catalogue.entries(base)
+            found = catalogue.entries(base, "machine = ?", (machine,))
+            if not found:
+                known = [row[0] for row in base.execute("SELECT DISTINCT machine FROM drops")]
+                raise InputError(f"{self.folder}: no drops of machine '{machine}'{did_you_mean(machine, known)}")
+            return found
+
+    def entry(self, drop: str) -> Entry:
+        """Return a drop by its identifier or the first digits of it.
+
+        Raises
+        ------
+        InputError
+            If none or several begin so.
+        """
+        with catalogue.reading(self.catalogue) as base:
+            found = catalogue.entries(base, "id LIKE ? || '%' OR sha256 = ?", (drop, drop)) if drop.isalnum() else []
+            if len(found) == 1:
+                return found[0]
+            if found:
+                raise InputError(f"{self.folder}: {len(found)} drops begin with '{drop}'; give more digits")
+            some = [row[0] for row in base.execute("SELECT id FROM drops LIMIT 50")]
+        raise InputError(f"{self.folder}: no drop '{drop}'{did_you_mean(drop, some)}")
+
+    def machines(self) -> list[str]:
+        """Return the names of the machines that have drops here."""
+        with catalogue.reading(self.catalogue) as base:
+            return [row[0] for row in base.execute("SELECT DISTINCT machine FROM drops ORDER BY machine")]
+
+    def machine_file(self, drop: str) -> Path:
+        """Return the machine file that a drop's current result was made with."""
+        with catalogue.reading(self.catalogue) as base:
+            row = base.execute(
+                "SELECT r.machine_sha256 FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
+            ).fetchone()
+        if row is None:
+            raise InputError(f"{self.folder}: no drop '{drop}'")
+        return self.folder / "machines" / f"{row[0]}.toml"
+
+    def filing(self, drop: str) -> Filing:
+        """Return a drop's current result from its file."""
+        with catalogue.reading(self.catalogue) as base:
+            row = base.execute(
+                "SELECT r.file FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
+            ).fetchone()
+        if row is None:
+            raise InputError(f"{self.folder}: no drop '{drop}'")
+        return read_result(self.folder / row[0])
+
+    def has(self, sha256: str, name: str) -> bool:
+        """Return whether a raw file has a result of this name (see `Filing.name`)."""
+        file = f"results/{sha256[:12]}/{name}"
+        with catalogue.reading(self.catalogue) as base:
+            row = base.execute("SELECT file_sha256 FROM results WHERE file = ?", (file,)).fetchone()
+        return row is not None and (self.folder / file).exists()
+
+    def add(self, filing: Filing, raw: Path, machine: Path) -> Filed:
+        """File a drop; the same again changes nothing.
+
+        Parameters
+        ----------
+        filing : Filing
+            What `tdbmon.history.study` made of the record.
+        raw, machine : Path
+            The record and the machine file that it was made from.
+
+        Raises
+        ------
+        InputError
+            If the record is filed under another machine, another file of the same measurement is filed, or the archive
+            cannot be written.
+        """
+        raw_place = f"raw/{filing.sha256[:2]}/{filing.sha256}{raw.suffix.lower()}"
+        machine_place = f"machines/{filing.machine_sha256}.toml"
+        result_place = f"results/{filing.drop}/{filing.name}"
+        with catalogue.writing(self.catalogue) as base:
+            sweep(self.folder)
+            before = catalogue.entries(base, "id = ?", (filing.drop,))
+            if before:
+                self._same_drop(before[0], filing, raw)
+                raw_place = before[0].raw
+            else:
+                self._twin(base, filing, raw)
+            if before and base.execute("SELECT 1 FROM results WHERE file = ?", (result_place,)).fetchone():
+                if (self.folder / result_place).exists() and (self.folder / raw_place).exists():
+                    return "already filed"
+            self._copy(raw, raw_place, filing.sha256)
+            self._copy(machine, machine_place, filing.machine_sha256)
+            put(self.folder, self.folder / result_place, lambda part: write_result(filing, part))
+            catalogue.insert(base, filing, raw_place, result_place, sha256_of(self.folder / result_place))
+        return "analysed again" if before else "filed"
+
+    def remove(self, drop: str) -> Entry:
+        """Take a drop out: its results and its raw file."""
+        entry = self.entry(drop)
+        with catalogue.writing(self.catalogue) as base:
+            sweep(self.folder)
+            catalogue.forget_drop(base, entry.id)
+        with writable(self.folder):  # after the catalogue, which must never name what is no longer there
+            shutil.rmtree(self.folder / "results" / entry.id, ignore_errors=True)
+            (self.folder / entry.raw).unlink(missing_ok=True)
+        return entry
+
+    def _copy(self, source: Path, place: str, sha256: str) -> None:
+        target = self.folder / place
+        if target.exists() and sha256_of(target) == sha256:
+            return
+
+        def write(part: Path) -> None:
+            shutil.copyfile(source, part)
+            if sha256_of(part) != sha256:
+                raise InputError(f"{source}: changed while it was filed; file it once it is written whole")
+
+        put(self.folder, target, write)
+
+    def _same_drop(self, entry: Entry, filing: Filing, raw: Path) -> None:
+        if entry.sha256 != filing.sha256:
+            raise InputError(f"{raw}: its identifier {filing.drop} is already that of another drop ({entry.raw_name})")
+        if entry.machine != filing.machine:
+            raise InputError(
+                f"{raw}: is already filed as a drop of machine '{entry.machine}', not '{filing.machine}';"
+                f" take it out first (tdbmon archive remove --archive {self.folder} {entry.id})"
+            )
+
+    def _twin(self, base: object, filing: Filing, raw: Path) -> None:
+        """Refuse another file of a measurement that is filed: all numbers the same to rounding, which no two drops are."""
+        speed = next((f.estimate.value for f in filing.features if f.name == "initial_hz"), None)
+        if speed is None:
+            return
+        near = catalogue.entries(
+            base,  # type: ignore[arg-type]
+            "machine = ? AND speed_hz BETWEEN ? AND ?",
+            (filing.machine, speed * (1 - _SAME), speed * (1 + _SAME)),
+        )
+        mine = _numbers(filing)
+        for entry, found in zip(near, catalogue.features(base, [e.result for e in near]).values(), strict=True):  # type: ignore[arg-type]
+            theirs = {(f.name, f.end): f.estimate.value for f in found if f.estimate.value is not None}
+            shared = [key for key in mine if key in theirs]
+            if len(shared) >= 5 and all(abs(mine[k] - theirs[k]) <= _SAME * abs(mine[k]) + 1e-300 for k in shared):
+                raise InputError(
+                    f"{raw}: holds the same measurement as drop {entry.id} ({entry.raw_name}), which is filed;"
+                    " a drop counts once: leave it out, or remove the other first"
+                )
+
+
+def open_archive(folder: Path, create: bool = False) -> Archive:
+    """Return the archive in a folder, brought up to this version where an older one wrote it.
+
+    Parameters
+    ----------
+    folder : Path
+    create : bool
+        Make it where there is none.
+
+    Raises
+    ------
+    InputError
+        If there is none and none shall be made, the folder holds other things, or a newer program wrote it.
+    """
+    settings = folder / SETTINGS
+    if not settings.exists():
+        if not create:
+            raise InputError(
+                f"{folder}: no archive (no {SETTINGS} in it); 'tdbmon archive add' makes one, or give another folder"
+            )
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file; give a folder for the archive")
+        strange = [p.name for p in folder.iterdir() if not p.name.startswith(".")] if folder.exists() else []
+        if strange and not {"results", "raw"} & set(strange):
+            raise InputError(f"{folder}: is no archive and not empty ({strange[0]}); give a new folder")
+        with writable(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            first_settings(settings)
+    load_settings(settings)
+    archive = Archive(folder)
+    from tdbmon.history.verify import bring_up_to_date
+
+    bring_up_to_date(archive, create)
+    return archive
+
+
+def _numbers(filing: Filing) -> dict[tuple[str, str], float]:
+    return {
+        (f.name, f.end): round(f.estimate.value, 15) if f.estimate.value == 0 else f.estimate.value
+        for f in filing.features
+        if f.estimate.value is not None
+    }

@@ -1,0 +1,157 @@
+"""Many records at once: a task a record on worker processes or a dask cluster; the archive is written by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+
+from tdbsim.errors import InputError
+
+from tdbmon.history.archive import Archive, Filed
+from tdbmon.history.filing import Filing, sha256_of
+from tdbmon.history.study import Order, study
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a record.
+
+    Attributes
+    ----------
+    record : Path
+    drop : str
+        Its identifier; empty where it failed before that was known.
+    state : str
+        "filed", "analysed again", "already filed", or "failed".
+    why : str
+        Why it failed.
+    """
+
+    record: Path
+    drop: str
+    state: Filed | str
+    why: str = ""
+
+    @property
+    def failed(self) -> bool:
+        """The record is not in the archive."""
+        return self.state == "failed"
+
+
+def add_all(
+    archive: Archive,
+    orders: Sequence[Order],
+    workers: int = 1,
+    scheduler: str = "",
+    progress: Progress = lambda _: None,
+) -> Iterator[Outcome]:
+    """Study records and file them as they come; what is filed already is passed over, what fails is told and the rest done.
+
+    Parameters
+    ----------
+    archive : Archive
+    orders : sequence of Order
+    workers : int
+        Processes; 1 studies in this one.
+    scheduler : str
+        Address of a dask scheduler; its workers read the records by the same absolute paths.
+    progress : callable
+        Is told the step of a record, and how many are done.
+
+    Yields
+    ------
+    Outcome
+        In the order in which they are done.
+
+    Raises
+    ------
+    InputError
+        If the scheduler cannot be reached, or the archive cannot be written.
+    """
+    todo: list[Order] = []
+    for order in orders:
+        passed = _already(archive, order)
+        if passed is None:
+            todo.append(replace(order, machine=order.machine.resolve(), record=order.record.resolve()))
+        else:
+            yield passed
+    for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
+        progress(f"{done} of {len(todo)} drops studied")
+        if isinstance(found, Filing):
+            try:
+                yield Outcome(order.record, found.drop, archive.add(found, order.record, order.machine))
+            except InputError as error:
+                yield Outcome(order.record, found.drop, "failed", str(error))
+        else:
+            yield Outcome(order.record, "", "failed", found)
+
+
+def _already(archive: Archive, order: Order) -> Outcome | None:
+    """Pass a record over whose result by this version and machine file is filed; so a stopped batch goes on."""
+    from tdbmon import __version__
+
+    try:
+        sha256, machine = sha256_of(order.record), sha256_of(order.machine)
+    except OSError:
+        return None  # the study tells what is wrong with it
+    names = [f"{__version__}-{machine[:8]}{suffix}.nc" for suffix in ("-forces", "")]
+    if any(archive.has(sha256, name) for name in (names[:1] if order.forces else names)):
+        return Outcome(order.record, sha256[:12], "already filed")
+    return None
+
+
+def _studies(
+    orders: list[Order], workers: int, scheduler: str, progress: Progress
+) -> Iterator[tuple[Order, Filing | str]]:
+    if scheduler:
+        yield from _on_cluster(orders, scheduler)
+    elif workers <= 1 or len(orders) <= 1:
+        for order in orders:
+
+            def tell(step: str, name: str = order.record.name) -> None:
+                progress(f"{name}: {step}")
+
+            yield order, _attempt(order, tell)
+    else:
+        # spawned, not forked: threads and open files of this process are not theirs
+        with ProcessPoolExecutor(min(workers, len(orders)), get_context("spawn")) as pool:
+            waiting = {pool.submit(_attempt, order): order for order in orders}
+            for future in as_completed(waiting):
+                order = waiting.pop(future)
+                yield order, future.result()
+
+
+def _attempt(order: Order, progress: Progress | None = None) -> Filing | str:
+    """Study a record; an input that cannot be used is a text, so that the other records go on."""
+    try:
+        return study(order) if progress is None else study(order, progress)
+    except InputError as error:
+        return str(error)
+
+
+def _on_cluster(orders: list[Order], scheduler: str) -> Iterator[tuple[Order, Filing | str]]:
+    try:
+        from distributed import Client
+        from distributed import as_completed as completed
+    except ImportError:
+        raise InputError(
+            "--scheduler needs the package 'distributed'; install it with: pip install 'tdbmon[cluster]'"
+        ) from None
+    try:
+        client = Client(scheduler, timeout=20)
+    except (OSError, ValueError) as error:
+        raise InputError(f"scheduler {scheduler}: cannot be reached ({error}); check the address") from None
+    with client:
+        waiting = {client.submit(_attempt, order, pure=False): order for order in orders}
+        for future in completed(list(waiting)):
+            order = waiting.pop(future)
+            if future.status == "finished":
+                yield order, future.result()
+            else:
+                yield order, f"{order.record}: the worker failed ({future.exception()}); add it again"
+            future.release()

@@ -1,0 +1,357 @@
+"""The catalogue: an SQLite file of all drops, results and features, made from the result files and replaceable by them.
+
+Values are in the unit that stands beside them.  ``features`` is a view that any tool can read; the tables below it share
+their wordings, without which a catalogue of many drops would be mostly repeated sentences.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from tdbsim.errors import InputError
+
+from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.history.feature import Feature
+from tdbmon.history.filing import Filing, StressBox
+
+SCHEMA = 1  # PRAGMA user_version
+NAME = "catalogue.sqlite"
+_WAIT_S = 120.0  # for another writer
+
+_TABLES = """
+CREATE TABLE drops (
+    id TEXT PRIMARY KEY, sha256 TEXT NOT NULL, raw TEXT NOT NULL, raw_name TEXT NOT NULL, machine TEXT NOT NULL,
+    assembly TEXT NOT NULL, dropped TEXT NOT NULL, moment REAL NOT NULL, filed TEXT NOT NULL, speed_hz REAL,
+    synthetic INTEGER NOT NULL, failed_checks TEXT NOT NULL, result INTEGER NOT NULL
+) WITHOUT ROWID;
+CREATE INDEX drops_matching ON drops (machine, assembly, speed_hz);
+CREATE TABLE results (
+    id INTEGER PRIMARY KEY, drop_id TEXT NOT NULL, file TEXT NOT NULL UNIQUE, file_sha256 TEXT NOT NULL,
+    version TEXT NOT NULL, machine_sha256 TEXT NOT NULL, forces INTEGER NOT NULL, filed TEXT NOT NULL
+);
+CREATE INDEX results_of_drop ON results (drop_id);
+CREATE TABLE wordings (id INTEGER PRIMARY KEY, words TEXT NOT NULL UNIQUE);
+CREATE TABLE feature_values (
+    result_id INTEGER NOT NULL, name TEXT NOT NULL, end TEXT NOT NULL, value REAL, low REAL, high REAL,
+    unit TEXT NOT NULL, kind TEXT NOT NULL, method INTEGER NOT NULL, why INTEGER NOT NULL,
+    PRIMARY KEY (result_id, name, end)
+) WITHOUT ROWID;
+CREATE TABLE stress (
+    result_id INTEGER NOT NULL, end TEXT NOT NULL, max_mpa REAL, mean_mpa REAL, median_mpa REAL, q1_mpa REAL, q3_mpa REAL,
+    outliers_mpa TEXT NOT NULL, PRIMARY KEY (result_id, end)
+) WITHOUT ROWID;
+CREATE VIEW features AS
+    SELECT r.drop_id AS drop_id, f.name, f.end, f.value, f.low, f.high, f.unit, f.kind, m.words AS method, w.words AS why,
+        r.version, r.machine_sha256, r.forces, d.result = r.id AS current
+    FROM feature_values f JOIN results r ON r.id = f.result_id JOIN drops d ON d.id = r.drop_id
+    JOIN wordings m ON m.id = f.method JOIN wordings w ON w.id = f.why;
+"""
+
+
+_COLUMNS = (
+    "id, sha256, raw, raw_name, machine, assembly, dropped, moment, filed, speed_hz, synthetic, failed_checks, result"
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A drop of the catalogue.
+
+    Attributes
+    ----------
+    id, sha256, raw_name, machine, assembly, dropped, filed
+        As in `Filing`.
+    raw : str
+        Where the raw file lies in the archive.
+    moment : float
+        When it was dropped, s since 1970; when it was filed where that is not known.
+    speed : float or None
+        At the release, Hz.
+    synthetic : bool
+    failed_checks : tuple of str
+    result : int
+        The result that counts: of the newest version, then the newest of that.
+    """
+
+    id: str
+    sha256: str
+    raw: str
+    raw_name: str
+    machine: str
+    assembly: str
+    dropped: str
+    moment: float
+    filed: str
+    speed: float | None
+    synthetic: bool
+    failed_checks: tuple[str, ...]
+    result: int
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[sqlite3.Connection]:
+    """Hold the catalogue for one writer; all it did is there afterwards, or nothing of it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, is damaged, or another writer holds it for minutes.
+    """
+    with _told(path):
+        base = sqlite3.connect(path, timeout=_WAIT_S, isolation_level=None)
+        try:
+            base.execute("PRAGMA synchronous = EXTRA")
+            base.execute("BEGIN IMMEDIATE")
+            version = _version(base, path)
+            if version == 0:
+                _create(base)
+            yield base
+            base.execute("COMMIT")
+        finally:
+            base.close()  # what was not committed is rolled back
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """Open the catalogue to read, in a folder that cannot be written too.
+
+    Raises
+    ------
+    InputError
+        If it is missing, damaged or of a newer program.
+    """
+    with _told(path):
+        if not path.exists():
+            raise InputError(f"{path}: no catalogue; 'tdbmon archive verify --rebuild' makes it from the result files")
+        try:
+            base = sqlite3.connect(
+                f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=_WAIT_S, isolation_level=None
+            )
+            base.execute("SELECT 1 FROM sqlite_master")
+        except sqlite3.OperationalError:
+            base = sqlite3.connect(
+                f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=_WAIT_S, isolation_level=None
+            )
+        try:
+            base.execute("BEGIN")
+            _version(base, path)
+            yield base
+        finally:
+            base.close()
+
+
+def version_of(path: Path) -> int:
+    """Return the schema of a catalogue; 0 where there is none yet.
+
+    Raises
+    ------
+    InputError
+        If it is damaged.
+    """
+    if not path.exists():
+        return 0
+    with _told(path):
+        base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+        try:
+            return int(base.execute("PRAGMA user_version").fetchone()[0])
+        finally:
+            base.close()
+
+
+def clear(base: sqlite3.Connection) -> None:
+    """Empty the catalogue, to be filled from the result files."""
+    for table in ("drops", "results", "wordings", "feature_values", "stress"):
+        base.execute(f"DELETE FROM {table}")
+
+
+def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_sha256: str) -> None:
+    """Enter a result, in place of an entry of the same file."""
+    forget_result(base, file)
+    cursor = base.execute(
+        "INSERT INTO results (drop_id, file, file_sha256, version, machine_sha256, forces, filed) VALUES (?,?,?,?,?,?,?)",
+        (filing.drop, file, file_sha256, filing.version, filing.machine_sha256, filing.forces, filing.filed),
+    )
+    result = cursor.lastrowid
+    base.executemany(
+        "INSERT INTO feature_values VALUES (?,?,?,?,?,?,?,?,?,?)", [_row(base, result, f) for f in filing.features]
+    )
+    base.executemany("INSERT INTO stress VALUES (?,?,?,?,?,?,?,?)", [_stress_row(result, s) for s in filing.stress])
+    best = max(
+        base.execute("SELECT version, filed, forces, file, id FROM results WHERE drop_id = ?", (filing.drop,)),
+        key=lambda r: (version_key(r[0]), *r[1:4]),
+    )
+    if best[4] == result or not base.execute("SELECT 1 FROM drops WHERE id = ?", (filing.drop,)).fetchone():
+        base.execute(
+            "INSERT OR REPLACE INTO drops VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)",
+            (
+                filing.drop, filing.sha256, raw, filing.raw_name, filing.machine, filing.assembly, filing.dropped,
+                moment_of(filing), filing.filed, _speed(filing.features), filing.synthetic,
+                json.dumps(filing.failed_checks), best[4],
+            ),
+        )  # fmt: skip
+
+
+def forget_result(base: sqlite3.Connection, file: str) -> None:
+    """Take the entry of a result file out."""
+    for (old,) in base.execute("SELECT id FROM results WHERE file = ?", (file,)).fetchall():
+        for table in ("feature_values", "stress"):
+            base.execute(f"DELETE FROM {table} WHERE result_id = ?", (old,))
+        base.execute("DELETE FROM results WHERE id = ?", (old,))
+
+
+def forget_drop(base: sqlite3.Connection, drop: str) -> None:
+    """Take a drop and all its results out."""
+    for (file,) in base.execute("SELECT file FROM results WHERE drop_id = ?", (drop,)).fetchall():
+        forget_result(base, file)
+    base.execute("DELETE FROM drops WHERE id = ?", (drop,))
+
+
+def entries(base: sqlite3.Connection, where: str = "1", values: Iterable[object] = ()) -> list[Entry]:
+    """Return drops in the order of their fall; `where` is a condition of ours, `values` fill its placeholders."""
+    found = base.execute(
+        f"SELECT {_COLUMNS} FROM drops WHERE {where} ORDER BY moment, filed, id",
+        tuple(values),
+    )
+    return [_entry(row) for row in found]
+
+
+def features(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Feature, ...]]:
+    """Return the features of results."""
+    rows: dict[int, list[Feature]] = {result: [] for result in results}
+    words = dict(base.execute("SELECT id, words FROM wordings"))
+    for some in _batches(results):
+        marks = ",".join("?" * len(some))
+        for row in base.execute(f"SELECT * FROM feature_values WHERE result_id IN ({marks})", some):
+            factor = OUTSIDE[row[6]]
+            value, low, high = (None if x is None else x / factor for x in row[3:6])
+            estimate = Estimate(value, low, high, row[6], words[row[8]], words[row[9]], row[7])
+            rows[row[0]].append(Feature(row[1], row[2], estimate))
+    return {result: tuple(found) for result, found in rows.items()}
+
+
+def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[StressBox, ...]]:
+    """Return the stress boxes of results, those without forces left out."""
+    rows: dict[int, list[StressBox]] = {}
+    factor = OUTSIDE["MPa"]
+    for some in _batches(results):
+        marks = ",".join("?" * len(some))
+        for row in base.execute(f"SELECT * FROM stress WHERE result_id IN ({marks})", some):
+            greatest, mean, median, q1, q3 = (x / factor for x in row[2:7])
+            outliers = tuple(x / factor for x in json.loads(row[7]))
+            rows.setdefault(row[0], []).append(StressBox(row[1], greatest, mean, median, q1, q3, outliers))
+    return {result: tuple(found) for result, found in rows.items()}
+
+
+def version_key(version: str) -> tuple[int, ...]:
+    """Return the numbers of a program version, in which versions are ordered."""
+    return tuple(int(part) for part in re.findall(r"\d+", version))
+
+
+def moment_of(filing: Filing) -> float:
+    """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as that of its filing."""
+    for text in (filing.dropped, filing.filed):
+        try:
+            when = datetime.fromisoformat(text)
+        except ValueError:
+            continue
+        return (when if when.tzinfo is not None else when.replace(tzinfo=UTC)).timestamp()
+    return 0.0
+
+
+def _create(base: sqlite3.Connection) -> None:
+    for statement in _TABLES.split(";\n"):
+        if statement.strip():
+            base.execute(statement)
+    base.execute(f"PRAGMA user_version = {SCHEMA}")
+
+
+def _version(base: sqlite3.Connection, path: Path) -> int:
+    version = int(base.execute("PRAGMA user_version").fetchone()[0])
+    if version > SCHEMA:
+        raise InputError(
+            f"{path}: catalogue of a newer tdbmon (schema {version}, this one has {SCHEMA}): update tdbmon"
+        )
+    return version
+
+
+def _entry(row: tuple[Any, ...]) -> Entry:
+    fields = dict(zip(_COLUMNS.split(", "), row, strict=True))
+    return Entry(
+        id=fields["id"],
+        sha256=fields["sha256"],
+        raw_name=fields["raw_name"],
+        machine=fields["machine"],
+        assembly=fields["assembly"],
+        dropped=fields["dropped"],
+        filed=fields["filed"],
+        raw=fields["raw"],
+        moment=fields["moment"],
+        speed=fields["speed_hz"],
+        synthetic=bool(fields["synthetic"]),
+        failed_checks=tuple(json.loads(fields["failed_checks"])),
+        result=fields["result"],
+    )
+
+
+def _row(base: sqlite3.Connection, result: int | None, feature: Feature) -> tuple[object, ...]:
+    e = feature.estimate
+    return (
+        result,
+        feature.name,
+        feature.end,
+        *e.outside,
+        e.unit,
+        e.kind,
+        _wording(base, e.method),
+        _wording(base, e.why),
+    )
+
+
+def _wording(base: sqlite3.Connection, words: str) -> int:
+    found = base.execute("SELECT id FROM wordings WHERE words = ?", (words,)).fetchone()
+    if found is None:
+        return int(base.execute("INSERT INTO wordings (words) VALUES (?)", (words,)).lastrowid or 0)
+    return int(found[0])
+
+
+def _stress_row(result: int | None, box: StressBox) -> tuple[object, ...]:
+    factor = OUTSIDE["MPa"]
+    numbers = [factor * x for x in (box.greatest, box.mean, box.median, box.q1, box.q3)]
+    return (result, box.end, *numbers, json.dumps([factor * x for x in box.outliers]))
+
+
+def _speed(found: tuple[Feature, ...]) -> float | None:
+    return next((f.estimate.value for f in found if f.name == "initial_hz"), None)
+
+
+def _batches(results: list[int], size: int = 500) -> Iterator[list[int]]:
+    for start in range(0, len(results), size):
+        yield results[start : start + size]
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Tell SQLite's errors as an `InputError` with the cure."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        said = str(error)
+        if "locked" in said:
+            cure = "another program holds it: wait for it to end"
+        elif "full" in said:
+            cure = "the disk is full; nothing was filed: free some room and try again"
+        elif "readonly" in said or "unable to open" in said:
+            cure = "it cannot be written; nothing was filed: get write permission to the folder"
+        else:
+            cure = "run 'tdbmon archive verify --rebuild'"
+        raise InputError(f"{path}: {said}; {cure}") from None
+    except sqlite3.DatabaseError as error:
+        raise InputError(f"{path}: damaged ({error}); 'tdbmon archive verify --rebuild' makes it anew") from None

@@ -1,0 +1,182 @@
+"""`tdbmon archive` and `tdbmon compare`: they parse, call the library and write; nothing is computed here."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import typer
+from tdbsim.errors import InputError
+
+from tdbmon.atomic import write_text
+from tdbmon.history.archive import Archive, open_archive
+
+Tell = Callable[[str], None]
+ReportWriter = Callable[[Any], None]
+
+
+def add(
+    folder: Path,
+    machine: Path,
+    records: list[Path],
+    forces: bool,
+    assembly: str,
+    dropped: str,
+    workers: int,
+    scheduler: str,
+    json_file: Path | None,
+    tell: Tell,
+) -> int:
+    """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
+    from datetime import datetime
+
+    from tdbsim.machine import load_machine
+
+    from tdbmon.history.batch import add_all
+    from tdbmon.history.study import Order
+
+    if dropped:
+        try:
+            datetime.fromisoformat(dropped)
+        except ValueError:
+            raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
+        if len(records) > 1:
+            raise InputError(
+                f"--dropped is the time of one drop, but {len(records)} records are given: add them one by one"
+            )
+    load_machine(machine)
+    archive = open_archive(folder, create=True)
+    orders = [Order(machine, record, forces, assembly, dropped) for record in records]
+    outcomes = []
+    for outcome in add_all(archive, orders, workers, scheduler, tell):
+        outcomes.append(outcome)
+        if outcome.failed:
+            sys.stderr.write("tdbmon: " + " ".join(outcome.why.split()) + "\n")
+        else:
+            typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
+    failed = [o for o in outcomes if o.failed]
+    typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
+    rows = [{"file": str(o.record), "drop": o.drop or None, "state": o.state, "why": o.why} for o in outcomes]
+    _json(json_file, {"archive": str(folder), "records": rows})
+    return 2 if failed else 0
+
+
+def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
+    """List the drops in the order of their fall."""
+    from tdbmon.history.contract import entry_json
+    from tdbmon.history.matching import clock_remarks
+
+    entries = open_archive(folder).entries(machine)
+    for name in dict.fromkeys(e.machine for e in entries):
+        own = [e for e in entries if e.machine == name]
+        typer.echo(f"{name}: {len(own)} drops")
+        for entry in own:
+            speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
+            notes = [f"assembly {entry.assembly}"] if entry.assembly else []
+            notes += [f"{len(entry.failed_checks)} checks failed"] if entry.failed_checks else []
+            notes += ["synthetic"] if entry.synthetic else []
+            notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
+            when = entry.dropped or f"filed {entry.filed}"
+            typer.echo(f"  {entry.id}  {when:<26}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
+    _json(json_file, {"drops": [entry_json(e) for e in entries]})
+
+
+def show(folder: Path, drop: str, json_file: Path | None) -> None:
+    """Show one drop: where it comes from, and its features."""
+    from tdbmon.history.contract import entry_json
+    from tdbmon.history.feature import KINDS
+
+    archive = open_archive(folder)
+    entry = archive.entry(drop)
+    filing = archive.filing(entry.id)
+    typer.echo(f"{entry.id}  {entry.raw_name}  {entry.machine}")
+    typer.echo(f"raw file: {archive.folder / entry.raw}")
+    typer.echo(f"dropped: {entry.dropped or 'not stated'}; filed: {entry.filed}; tdbmon {filing.version}")
+    for feature in filing.features:
+        if feature.estimate.known:
+            typer.echo(f"  {feature.name:<28}{feature.end:<6}{feature.estimate}")
+    missing = sorted({f.name for f in filing.features if not f.estimate.known})
+    typer.echo(f"not estimated: {', '.join(missing) or 'nothing'}")
+    rows = [
+        {
+            "name": f.name,
+            "end": f.end,
+            "title": KINDS[f.name].title if f.name in KINDS else f.name,
+            **f.estimate.to_json(),
+        }
+        for f in filing.features
+    ]
+    _json(json_file, {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis})
+
+
+def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Tell) -> int:
+    """Check the archive; return 2 where something is wrong that no repeated add mends by itself."""
+    from tdbmon.history import verify as check
+
+    archive = Archive(folder) if rebuild_it else open_archive(folder)
+    archive.settings()
+    faults = check.rebuild(archive, tell) if rebuild_it else []
+    faults += [fault for fault in check.verify(archive, tell) if fault not in faults]
+    for fault in faults:
+        typer.echo(f"{'note' if fault.harmless else 'FAULT'}: {fault.file}: {fault.what}")
+    wrong = [fault for fault in faults if not fault.harmless]
+    if not wrong:
+        typer.echo(f"{folder}: sound, {len(archive.entries())} drops")
+    rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
+    _json(json_file, {"sound": not wrong, "faults": rows})
+    if wrong:
+        raise InputError(
+            f"{folder}: {len(wrong)} fault{'' if len(wrong) == 1 else 's'} found ({wrong[0].file}: {wrong[0].what})"
+        )
+    return 0
+
+
+def remove(folder: Path, drop: str) -> None:
+    """Take a drop out."""
+    entry = open_archive(folder).remove(drop)
+    typer.echo(f"removed {entry.id} ({entry.raw_name}) with its raw file and results")
+
+
+def compare(
+    folder: Path,
+    drop: str,
+    machine: Path | None,
+    forces: bool,
+    fail_on: str,
+    json_file: Path | None,
+    writers: list[ReportWriter],
+    tell: Tell,
+) -> int:
+    """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
+    from tdbmon.history.compare import compare as run
+    from tdbmon.history.contract import comparison_json
+    from tdbmon.history.summary import comparison_lines
+    from tdbmon.history.unfiled import drop_to_compare
+    from tdbmon.history.verdict import verdict_of
+
+    if fail_on not in ("", "alarm"):
+        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
+    archive = open_archive(folder)
+    tell("reading the drop")
+    comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
+    verdict = verdict_of(comparison)
+    for line in comparison_lines(comparison, verdict):
+        typer.echo(line)
+    _json(json_file, comparison_json(comparison, verdict))
+    if writers:
+        from tdbmon.report.compare_report import build_compare_report
+
+        tell("drawing the figures")
+        document = build_compare_report(comparison, verdict)
+        for write in writers:
+            write(document)
+    return 3 if fail_on == "alarm" and verdict.alarm else 0
+
+
+def _json(path: Path | None, content: dict[str, Any]) -> None:
+    if path is not None:
+        write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+        typer.echo(f"json: {path}")

@@ -1,0 +1,236 @@
+"""A drop against those before it: what differs, by how much, and what that means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tdbmon.estimate import Estimate
+from tdbmon.history import catalogue
+from tdbmon.history.archive import Archive
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.difference import Difference, baseline, compare_value
+from tdbmon.history.feature import KINDS, Feature, FeatureKind
+from tdbmon.history.filing import StressBox
+from tdbmon.history.life import Life, life_of
+from tdbmon.history.matching import Conditions, clock_remarks, conditions
+from tdbmon.history.settings import Settings
+from tdbmon.history.trend import Trend, trend_of
+
+_MOST = 100  # of the matching drops before, the latest: older ones say little about today
+_TREND = 60  # of them, for a trend
+
+
+@dataclass(frozen=True)
+class Change:
+    """One feature of the drop against the drops before.
+
+    Attributes
+    ----------
+    kind : FeatureKind
+    end : str
+    estimate : Estimate
+        Of the drop.
+    earlier : tuple of (str, Estimate)
+        Of the matching drops that have it, by identifier, in order.
+    left_out : tuple of str
+        Those of them that were off themselves, and are no measure for this drop.
+    difference : Difference or None
+        None where the drop or all those before lack the feature.
+    p_adjusted : float or None
+        Corrected for the number of features looked at.
+    flag : bool
+        It changed.
+    trend : Trend or None
+        Over the matching drops and this one; None below four.
+    why : str
+        Why there is no difference.
+    """
+
+    kind: FeatureKind
+    end: str
+    estimate: Estimate
+    earlier: tuple[tuple[str, Estimate], ...]
+    left_out: tuple[str, ...]
+    difference: Difference | None
+    p_adjusted: float | None
+    flag: bool
+    trend: Trend | None
+    why: str
+
+    @property
+    def title(self) -> str:
+        """Name and end, as a report says it."""
+        return f"{self.kind.title}, {self.end}" if self.end else self.kind.title
+
+    def trend_drops(self, current: str) -> list[str]:
+        """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
+        return [drop for drop, _ in self.earlier[-_TREND:]] + ([current] if self.estimate.known else [])
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A drop against those before.
+
+    Attributes
+    ----------
+    entry : Entry
+    conditions : Conditions
+        What counts as matching.
+    matched : tuple of Entry
+        The drops that it was compared with, in order.
+    changes : tuple of Change
+        Every feature that the drop or those before have.
+    tested : int
+        How many of them have a probability.
+    stress : dict
+        By end: (drop, box) of all matching drops with forces, this one last.
+    life : Life
+    remarks : tuple of str
+        What to know when reading it.
+    settings : Settings
+    """
+
+    entry: Entry
+    conditions: Conditions
+    matched: tuple[Entry, ...]
+    changes: tuple[Change, ...]
+    tested: int
+    stress: dict[str, tuple[tuple[str, StressBox], ...]]
+    life: Life
+    remarks: tuple[str, ...]
+    settings: Settings
+
+    @property
+    def flagged(self) -> tuple[Change, ...]:
+        """The features that changed."""
+        return tuple(change for change in self.changes if change.flag)
+
+
+@dataclass(frozen=True)
+class Drop:
+    """A drop to compare: of the archive, or one that is not filed."""
+
+    entry: Entry
+    features: tuple[Feature, ...]
+    stress: tuple[StressBox, ...]
+
+
+def filed_drop(archive: Archive, drop: str) -> Drop:
+    """Return a drop of the archive to compare (raises `InputError` where there is no such)."""
+    entry = archive.entry(drop)
+    with catalogue.reading(archive.catalogue) as base:
+        found = catalogue.features(base, [entry.result])[entry.result]
+        return Drop(entry, found, catalogue.stress(base, [entry.result]).get(entry.result, ()))
+
+
+def compare(archive: Archive, drop: Drop) -> Comparison:
+    """Compare a drop with the drops of the archive before it, at matching conditions.
+
+    Parameters
+    ----------
+    archive : Archive
+    drop : Drop
+        From `filed_drop`, or of a record that is not filed.
+
+    Returns
+    -------
+    Comparison
+        `tdbmon.history.verdict.verdict_of` judges it.
+    """
+    settings = archive.settings(drop.entry.machine)
+    wanted = conditions(drop.entry, settings)
+    with catalogue.reading(archive.catalogue) as base:
+        of_machine = catalogue.entries(base, "machine = ?", (drop.entry.machine,))
+        matched = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)][-_MOST:]
+        before = catalogue.features(base, [e.result for e in matched])
+        boxes = catalogue.stress(base, [e.result for e in of_machine])
+    remarks = clock_remarks(drop.entry, of_machine)
+    if drop.entry.failed_checks:
+        remarks.append(f"checks of the record that failed: {', '.join(drop.entry.failed_checks)}")
+    changes, tested = _changes(drop, matched, before, settings)
+    ends: dict[str, list[tuple[str, StressBox]]] = {}
+    for entry in matched:
+        for box in boxes.get(entry.result, ()):
+            ends.setdefault(box.end, []).append((entry.id, box))
+    for box in drop.stress:
+        ends.setdefault(box.end, []).append((drop.entry.id, box))
+    return Comparison(
+        entry=drop.entry,
+        conditions=wanted,
+        matched=tuple(matched),
+        changes=changes,
+        tested=tested,
+        stress={end: tuple(rows) for end, rows in ends.items()},
+        life=life_of(drop, of_machine, boxes, settings.life),
+        remarks=tuple(remarks),
+        settings=settings,
+    )
+
+
+def _changes(
+    drop: Drop, matched: list[Entry], before: dict[int, tuple[Feature, ...]], settings: Settings
+) -> tuple[tuple[Change, ...], int]:
+    mine = {(f.name, f.end): f.estimate for f in drop.features}
+    theirs: dict[tuple[str, str], list[tuple[str, Estimate]]] = {}
+    for entry in matched:
+        for feature in before[entry.result]:
+            if feature.estimate.known:
+                theirs.setdefault((feature.name, feature.end), []).append((entry.id, feature.estimate))
+    keys = [key for key in mine if key[0] in KINDS and (mine[key].known or key in theirs)]
+    keys += [key for key in theirs if key not in mine and key[0] in KINDS]
+    ranks = {name: rank for rank, name in enumerate(KINDS)}
+    keys.sort(key=lambda key: (ranks[key[0]], key[1]))
+    judged = sum(KINDS[name].judged for name, _ in keys)
+    level = settings.compare.significance
+    found = [_compared(key, mine.get(key), theirs.get(key, []), level / max(1, judged)) for key in keys]
+    tested = [c for c in found if c.kind.judged and c.difference is not None and c.difference.p is not None]
+    adjusted = _corrected([c.difference.p for c in tested if c.difference is not None], settings)
+    p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted, strict=True)}
+    changes = []
+    for change in found:
+        p = p_of.get((change.kind.name, change.end))
+        n = 0 if change.difference is None else change.difference.before.n
+        flag = p is not None and p <= level and n >= settings.compare.least_drops
+        changes.append(replace(change, p_adjusted=p, flag=flag))
+    return tuple(changes), len(tested)
+
+
+def _compared(
+    key: tuple[str, str], estimate: Estimate | None, earlier: list[tuple[str, Estimate]], level: float
+) -> Change:
+    """Return one feature against the drops before, not yet corrected for the others."""
+    kind, end = KINDS[key[0]], key[1]
+    if estimate is None:
+        estimate = Estimate.missing(kind.unit, "this drop has no such end")
+    difference, why = None, ""
+    left_out: tuple[str, ...] = ()
+    if estimate.value is None:
+        why = estimate.why
+    elif not earlier:
+        why = "no matching drop before has it"
+    else:
+        values = np.array([e.value for _, e in earlier], float)
+        sigmas = np.array([sigma_of(e) for _, e in earlier])
+        least = kind.least * (abs(float(np.median(values))) if kind.relative else 1.0)
+        kept = baseline(values, least, level)
+        left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
+        difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
+    series = [e for _, e in earlier[-_TREND:]] + ([estimate] if estimate.known else [])
+    return Change(kind, end, estimate, tuple(earlier), left_out, difference, None, False, trend_of(series), why)
+
+
+def _corrected(p: list[float | None], settings: Settings) -> list[float]:
+    if not p:
+        return []
+    from statsmodels.stats.multitest import multipletests
+
+    return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]
+
+
+def sigma_of(estimate: Estimate) -> float:
+    """Return the standard error that a 95 % interval implies; 0 where there is none."""
+    if estimate.low is None or estimate.high is None:
+        return 0.0
+    return (estimate.high - estimate.low) / 2 / 1.96

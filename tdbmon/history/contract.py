@@ -1,0 +1,119 @@
+"""The JSON of a comparison.  Names are a contract: they are added to, never renamed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.filing import StressBox
+from tdbmon.history.verdict import Verdict
+
+
+def comparison_json(comparison: Comparison, verdict: Verdict) -> dict[str, Any]:
+    """Return a comparison as plain dictionaries."""
+    wanted = comparison.conditions
+    return {
+        "verdict": verdict.word,
+        "reasons": list(verdict.reasons),
+        "drop": comparison.entry.id,
+        "matched": [entry.id for entry in comparison.matched],
+        "matching": {
+            "machine": wanted.machine,
+            "assembly": wanted.assembly,
+            "speed_hz": wanted.speed,
+            "speed_tolerance": wanted.tolerance,
+        },
+        "features": [_change(change, comparison) for change in comparison.changes],
+        "stress": {
+            end: [stress_json(drop, box) for drop, box in rows] for end, rows in sorted(comparison.stress.items())
+        },
+        "stress_why": "" if comparison.stress else "no drop was filed with forces (tdbmon archive add --forces)",
+        "life": {
+            "full_drops": comparison.life.full_drops,
+            "partial_drops": comparison.life.partial_drops,
+            "agreed": comparison.life.agreed,
+            "damage": comparison.life.damage.to_json(),
+            "margin": comparison.life.margin.to_json(),
+        },
+        "remarks": list(comparison.remarks),
+    }
+
+
+def entry_json(entry: Entry) -> dict[str, Any]:
+    """Return a drop of the catalogue."""
+    return {
+        "drop": entry.id,
+        "sha256": entry.sha256,
+        "file": entry.raw_name,
+        "machine": entry.machine,
+        "assembly": entry.assembly,
+        "dropped": entry.dropped or None,
+        "filed": entry.filed,
+        "speed_hz": entry.speed,
+        "synthetic": entry.synthetic,
+        "failed_checks": list(entry.failed_checks),
+    }
+
+
+def stress_json(drop: str, box: StressBox) -> dict[str, Any]:
+    """Return the box of a stress in MPa."""
+    factor = OUTSIDE["MPa"]
+    return {
+        "drop": drop,
+        "max": factor * box.greatest,
+        "mean": factor * box.mean,
+        "median": factor * box.median,
+        "q1": factor * box.q1,
+        "q3": factor * box.q3,
+        "outliers": [factor * x for x in box.outliers],
+    }
+
+
+def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
+    kind, found = change.kind, change.difference
+    factor = OUTSIDE[kind.unit]
+    before: dict[str, Any] = {"n": len(change.earlier), "median": None, "low": None, "high": None}
+    difference = Estimate.missing(kind.unit, change.why or "not compared")
+    detectable = None
+    if found is not None:
+        before["median"] = factor * found.before.median
+        values = [e.value for _, e in change.earlier if e.value is not None]
+        before["low"], before["high"] = factor * min(values), factor * max(values)
+        why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
+        difference = Estimate(
+            found.value, found.low, found.high, kind.unit, "drop less the centre of those before", why
+        )
+        level = comparison.settings.compare.significance / max(1, comparison.tested)
+        smallest = found.detectable(level)
+        detectable = None if smallest is None else factor * smallest
+    trend = change.trend
+    no_trend = Estimate.missing(kind.unit, "a trend needs four drops")
+    point = None if trend is None or trend.change is None else trend.change
+    return {
+        "name": kind.name,
+        "end": change.end,
+        "title": kind.title,
+        "value": change.estimate.to_json(),
+        "before": before,
+        "left_out": list(change.left_out),
+        "difference": difference.to_json(),
+        "p_adjusted": change.p_adjusted,
+        "flag": change.flag,
+        "detectable": detectable,
+        "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
+        "trend_p": None if trend is None else trend.p,
+        "change_point": None
+        if point is None
+        else {
+            "drop": _drop_at(change, comparison, point.index),
+            "before": factor * point.before,
+            "after": factor * point.after,
+            "p": point.p,
+        },
+    }
+
+
+def _drop_at(change: Change, comparison: Comparison, index: int) -> str:
+    return change.trend_drops(comparison.entry.id)[index]

@@ -1,0 +1,165 @@
+"""One drop's value against those of the drops before: how far off it is, and whether chance makes it so.
+
+The value x of the drop is held against a prediction from n earlier values with the centre m and the scatter s: x - m has
+the standard error s sqrt(1 + 1/n) and, over it, Student's t distribution.  Below 15 drops m and s are mean and standard
+deviation with n - 1 degrees of freedom; from 15 on Tukey's biweight location and scale, which odd drops among them do not
+move, with 0.7 (n - 1) (F. Mosteller, J. W. Tukey, Data Analysis and Regression, 1977).  With fewer drops the biweight's t
+is too sure of itself: of normal values, 0.4 % fall below a stated 0.1 % at n = 6, and 0.1 % as stated from 15 on (a test
+counts them).  Where x itself is less certain than those before, what it is worse by is added.  A scatter below `least` is
+never believed.
+
+A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
+leaves out those that were beyond chance when they came.  Without that, a change would hide the next drop with the same change.
+
+With n = 1 there is no scatter to compare with and no probability is stated; with 2 or 3 the interval is so wide that only
+gross changes stand out: `detectable` says how large a change must be to be flagged at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_ROBUST_FROM = 15
+_TUNING = 9.0  # of the biweight's scale, in units of the median absolute deviation; 6 for its location
+_LOCATION = 6.0
+_TAIL = 0.975
+_FIRST_JUDGED = 3  # drops are needed before one can be called off
+
+
+@dataclass(frozen=True)
+class Before:
+    """The drops before, of one feature (SI).
+
+    Attributes
+    ----------
+    n : int
+    median, centre : float
+    scatter : float or None
+        Standard deviation between drops; None for a single one.
+    freedom : float
+        Degrees of freedom of the scatter.
+    """
+
+    n: int
+    median: float
+    centre: float
+    scatter: float | None
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A drop's value less those before (SI).
+
+    Attributes
+    ----------
+    before : Before
+    value : float
+        x less the centre.
+    low, high : float or None
+        95 % interval of it; None where the scatter is not known.
+    p : float or None
+        Probability of a difference at least as large, of either sign, from a drop like those before.
+    error : float or None
+        Standard error of the difference.
+    """
+
+    before: Before
+    value: float
+    low: float | None
+    high: float | None
+    p: float | None
+    error: float | None
+
+    def detectable(self, level: float) -> float | None:
+        """Return the smallest difference that has a probability below a level."""
+        from scipy.special import stdtrit
+
+        if self.error is None:
+            return None
+        return float(-stdtrit(self.before.freedom, level / 2) * self.error)
+
+
+def summarise(values: Array, least: float) -> Before:
+    """Return centre and scatter of earlier values (n,), n >= 1; a scatter below `least` counts as `least`."""
+    n, median = len(values), float(np.median(values))
+    if n == 1:
+        return Before(1, median, median, None, 0.0)
+    if n < _ROBUST_FROM:
+        return Before(n, median, float(values.mean()), max(float(values.std(ddof=1)), least), n - 1.0)
+    centre, scatter = biweight(values)
+    return Before(n, median, centre, max(scatter, least), 0.7 * (n - 1))
+
+
+def compare_value(value: float, sigma: float, values: Array, sigmas: Array, least: float) -> Difference:
+    """Return the difference of a value from those before.
+
+    Parameters
+    ----------
+    value, sigma : float
+        Of the drop, with its own standard error (0 where not known).
+    values, sigmas : (n,) arrays
+        Of the drops before.
+    least : float
+        Smallest scatter that is believed.
+    """
+    from scipy.special import stdtr, stdtrit
+
+    before = summarise(values, least)
+    difference = value - before.centre
+    if before.scatter is None:
+        return Difference(before, difference, None, None, None, None)
+    worse = max(0.0, sigma**2 - float(np.mean(sigmas**2)))
+    error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n) + worse))
+    p = 2 * float(stdtr(before.freedom, -abs(difference) / error))
+    half = float(stdtrit(before.freedom, _TAIL)) * error
+    return Difference(before, difference, difference - half, difference + half, p, error)
+
+
+def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
+    """Return which of the values (n,), in their order, are a measure for what comes after.
+
+    Parameters
+    ----------
+    values : (n,) array
+    least : float
+        Smallest scatter that is believed.
+    level : float
+        A value with a probability below it, by the values kept so far (three at least), is left out.
+    """
+    from scipy.special import stdtr
+
+    kept = np.ones(len(values), dtype=bool)
+    for i in range(_FIRST_JUDGED, len(values)):
+        before = summarise(values[:i][kept[:i]], least)
+        if before.scatter is None:
+            continue
+        off = abs(values[i] - before.centre) / (before.scatter * np.sqrt(1 + 1 / before.n))
+        kept[i] = 2 * stdtr(before.freedom, -off) >= level
+    return kept
+
+
+def biweight(values: Array) -> tuple[float, float]:
+    """Return Tukey's biweight location and scale of values (n,); the median and 0 where half of them are equal.
+
+    Source: D. C. Hoaglin, F. Mosteller, J. W. Tukey, Understanding Robust and Exploratory Data Analysis (1983),
+    sections 11 and 12.
+    """
+    median = float(np.median(values))
+    deviation = float(np.median(np.abs(values - median)))
+    if deviation == 0:
+        return median, float(values.std(ddof=1)) if np.ptp(values) else 0.0
+    u = (values - median) / (_LOCATION * deviation)
+    weight = np.where(np.abs(u) < 1, (1 - u**2) ** 2, 0.0)
+    location = float(np.sum(weight * values) / np.sum(weight))
+    u2 = ((values - median) / (_TUNING * deviation)) ** 2
+    near = u2 < 1
+    above = float(np.sum((values[near] - median) ** 2 * (1 - u2[near]) ** 4))
+    below = float(np.sum((1 - u2[near]) * (1 - 5 * u2[near])))
+    n = len(values)
+    return location, float(np.sqrt(n * above) / abs(below))

@@ -1,0 +1,138 @@
+"""The features of an analysed drop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.estimate import Estimate
+from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.severity import severity
+from tdbmon.report.quantity import since
+from tdbmon.report.sections.findings import release_time, settle_time
+
+if TYPE_CHECKING:
+    from tdbmon.identify.fitted import FittedDrop
+
+_NO_FORCES = "needs the fitted simulation: file the drop with --forces"
+
+
+def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:
+    """Return every feature of `KINDS` of one drop, the missing ones with the reason why.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    fitted : FittedDrop, optional
+        The model fitted to this drop: forces, stresses, friction, support.
+    """
+    found = _of_rotor(analysis)
+    for end in analysis.ends.values():
+        found += _of_end(analysis, end)
+        found += _of_fit(end.name, fitted)
+    return tuple(found)
+
+
+def _of_rotor(analysis: Analysis) -> list[Feature]:
+    rundown, release = analysis.rundown, release_time(analysis)
+    swings = () if analysis.swing is None else analysis.swing.frequencies
+    no_swing = "no swing of enough cycles stands out after both ends have settled"
+    still = Estimate.missing("s", "the record holds no speed") if rundown is None else rundown.standstill_time
+    values = {
+        "settled_s": _in(settle_time(analysis), "s"),
+        "standstill_time_s": since(still, release, "s"),
+        "swing_1_hz": swings[0] if len(swings) > 0 else Estimate.missing("Hz", no_swing),
+        "swing_2_hz": swings[1] if len(swings) > 1 else Estimate.missing("Hz", no_swing),
+    }
+    for name, attribute in (
+        ("initial_hz", "initial"),
+        ("decay_time_s", "decay_time"),
+        ("drag_torque_n_m", "drag_torque"),
+        ("lost_speed_hz", "lost_speed"),
+    ):
+        missing = Estimate.missing(KINDS[name].unit, "the record holds no speed")
+        values[name] = missing if rundown is None else getattr(rundown, attribute)
+    return [Feature(name, "", estimate) for name, estimate in values.items()]
+
+
+def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
+    gap, contacts = end.gap, end.contacts
+    first = None if contacts is None else contacts.first
+    unsettled = "the shaft does not settle on the ring within the record"
+    untouched = "no first contact was found"
+    release = release_time(analysis)
+    whirl = analysis.whirl.get(end.name)
+    count = Estimate.missing("1", untouched)
+    if contacts is not None and contacts.events:
+        rule = "contacts before settling; interval: those that the level's uncertainty makes or unmakes"
+        low, high = float(contacts.count_low), float(contacts.count_high)
+        count = Estimate(float(len(contacts.events)), min(low, high), max(low, high), "1", rule)
+    values = {
+        "gap_um": gap.radius if gap else Estimate.missing("um", unsettled),
+        "gap_from_swing_um": end.gap_from_swing,
+        "gap_oval_um": gap.oval if gap else Estimate.missing("um", unsettled),
+        "gap_centre_x_um": gap.centre[0] if gap else Estimate.missing("um", unsettled),
+        "gap_centre_y_um": gap.centre[1] if gap else Estimate.missing("um", unsettled),
+        "stiffness_n_per_m": end.stiffness,
+        "fall_time_ms": since(first.touch, release, "ms") if first else Estimate.missing("ms", untouched),
+        "first_contact_duration_ms": _in(first.duration, "ms") if first else Estimate.missing("ms", untouched),
+        "rebound_um": first.rebound if first else Estimate.missing("um", untouched),
+        "restitution": first.restitution if first else Estimate.missing("1", untouched),
+        "contacts": count,
+        "deepest_um": end.deepest,
+        "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unsettled),
+        "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unsettled),
+        **_severity(analysis, end),
+    }
+    return [Feature(name, end.name, estimate) for name, estimate in values.items()]
+
+
+def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
+    if analysis.planes is None or analysis.release is None or analysis.release.time.value is None or end.gap is None:
+        why = "it needs the release, the speed and the radius at rest"
+        return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", why))
+    initial = Estimate.missing("Hz", "the record holds no speed")
+    if analysis.rundown is not None:
+        initial = analysis.rundown.initial
+    try:
+        found = severity(analysis.planes, end.name, analysis.release.time.value, initial, end.gap.radius)
+    except InputError as error:
+        return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", str(error)))
+    return {"v_peak": found.peak, "v_rms": found.rms}
+
+
+def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
+    names = [name for name, kind in KINDS.items() if kind.forces]
+    if fitted is None or end not in fitted.forces.ends:
+        return [Feature(name, end, Estimate.missing(KINDS[name].unit, _NO_FORCES)) for name in names]
+    forces, values = fitted.forces.ends[end], fitted.calibration.values
+    stated = "the machine file states it without a tolerance, so that it was not fitted"
+    stress = forces.stress
+    mean = Estimate(
+        stress.mean, unit="MPa", method=f"mean while any ball is loaded; {stress.assumption}", why="of the fitted drop"
+    )
+    found = {
+        "peak_force_n": forces.peak,
+        "stress_max_mpa": stress.greatest,
+        "stress_mean_mpa": mean if stress.greatest.known else stress.greatest,
+        "ring_at_speed_s": forces.ring_at_speed,
+        "friction": values.get(f"{end}.friction", Estimate.missing("1", stated)),
+        "support_stiffness_n_per_m": values.get(f"{end}.support_stiffness", Estimate.missing("N/m", stated)),
+        "support_damping_n_s_per_m": values.get(f"{end}.support_damping", Estimate.missing("N s/m", stated)),
+    }
+    return [Feature(name, end, found[name]) for name in names]
+
+
+def _in(estimate: Estimate, unit: str) -> Estimate:
+    """Return the same quantity told in another unit of its kind."""
+    e = estimate
+    return Estimate(e.value, e.low, e.high, unit, e.method, e.why, e.kind)
+
+
+def _whirled(longest: float | None, why: str) -> Estimate:
+    if longest is None or not np.isfinite(longest):
+        return Estimate.missing("s", why)
+    return Estimate(longest, unit="s", method="longest advance of a turn or more", why="stated to the sample")

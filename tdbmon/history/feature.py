@@ -1,0 +1,225 @@
+"""What the archive keeps of a drop: one number with its interval, by name and end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tdbmon.estimate import Estimate
+
+Worse = Literal["up", "down", "either"]
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One quantity of one drop.
+
+    Attributes
+    ----------
+    name : str
+        Of `KINDS`; bears its unit outside (``gap_um``).
+    end : str
+        The machine's end; empty for the whole rotor.
+    estimate : Estimate
+    """
+
+    name: str
+    end: str
+    estimate: Estimate
+
+
+@dataclass(frozen=True)
+class FeatureKind:
+    """What a feature is, and how its changes are judged.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+        As a report says it.
+    unit : str
+        Of `tdbmon.estimate.OUTSIDE`.
+    least : float
+        Smallest scatter between drops that is ever assumed (standard deviation), SI, or relative where `relative`:
+        what reading, resolution or rounding leave even where drops repeat exactly.
+    relative : bool
+        `least` is a share of the value.
+    worse : str
+        Which way a change speaks of wear.
+    meaning : str
+        What a change of it may come from.
+    forces : bool
+        It needs the fitted simulation (``--forces``).
+    judged : bool
+        A change of it counts towards the verdict; what is kept for the record alone does not.
+    """
+
+    name: str
+    title: str
+    unit: str
+    least: float
+    worse: Worse
+    meaning: str
+    relative: bool = False
+    forces: bool = False
+    judged: bool = True
+
+
+_KINDS = (
+    FeatureKind(
+        "gap_um",
+        "Radius at rest (gap, ball clearance, deflection)",
+        "um",
+        0.5e-6,
+        "up",
+        "wear of journal or inner ring, worn or dented balls and races, a support that gave way",
+    ),
+    FeatureKind("gap_from_swing_um", "Radius at rest from the swing", "um", 0.5e-6, "up", "as the radius at rest"),
+    FeatureKind(
+        "gap_oval_um", "Out-of-roundness of the clearance", "um", 0.5e-6, "up", "uneven wear of ring or housing"
+    ),
+    FeatureKind(
+        "gap_centre_x_um",
+        "Clearance centre, x",
+        "um",
+        1e-6,
+        "either",
+        "bearing or probes moved sideways",
+    ),
+    FeatureKind(
+        "gap_centre_y_um",
+        "Clearance centre, y",
+        "um",
+        1e-6,
+        "either",
+        "bearing or probes moved up or down",
+    ),
+    FeatureKind(
+        "stiffness_n_per_m",
+        "Single-mass stiffness",
+        "N/m",
+        0.02,
+        "down",
+        "a support that became looser or stiffer",
+        relative=True,
+    ),
+    FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1e-5, "up", "gap or set-point changed"),
+    FeatureKind(
+        "first_contact_duration_ms",
+        "First contact, duration",
+        "ms",
+        1e-5,
+        "up",
+        "stiffness of bearing and support",
+    ),
+    FeatureKind(
+        "rebound_um", "Rebound after the first contact", "um", 2e-6, "either", "damping of bearing and support"
+    ),
+    FeatureKind("restitution", "Velocity after over before the first contact", "1", 0.01, "either", "damping"),
+    FeatureKind("contacts", "Contacts before settling", "1", 0.5, "up", "damping, gap or friction"),
+    FeatureKind("deepest_um", "Deepest excursion", "um", 1e-6, "up", "stiffness of bearing and support, whirl"),
+    FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "up", "friction between journal and ring"),
+    FeatureKind("whirl_full_s", "Longest whirl round the clearance", "s", 1e-3, "up", "friction, unbalance"),
+    FeatureKind(
+        "v_peak", "Rotor-centre velocity, peak (no dimension)", "1", 0.01, "up", "severity of the drop", relative=True
+    ),
+    FeatureKind(
+        "v_rms", "Rotor-centre velocity, rms (no dimension)", "1", 0.01, "up", "severity of the drop", relative=True
+    ),
+    FeatureKind(
+        "peak_force_n",
+        "Greatest force on the ring",
+        "N",
+        0.02,
+        "up",
+        "stiffness, gap, set-point",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "stress_max_mpa",
+        "Greatest Hertz stress of a ball",
+        "MPa",
+        0.01,
+        "up",
+        "load and its share among the balls",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "stress_mean_mpa",
+        "Mean Hertz stress while loaded",
+        "MPa",
+        0.01,
+        "up",
+        "load and its share among the balls",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "ring_at_speed_s",
+        "Inner ring at shaft speed after",
+        "s",
+        1e-3,
+        "either",
+        "friction, drag of the bearing",
+        forces=True,
+    ),
+    FeatureKind(
+        "friction",
+        "Friction of journal on ring (fitted)",
+        "1",
+        0.02,
+        "either",
+        "surface of journal and ring, lubricant",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "support_stiffness_n_per_m",
+        "Support stiffness (fitted)",
+        "N/m",
+        0.02,
+        "down",
+        "support became looser",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "support_damping_n_s_per_m",
+        "Support damping (fitted)",
+        "N s/m",
+        0.02,
+        "either",
+        "support",
+        relative=True,
+        forces=True,
+    ),
+    FeatureKind(
+        "decay_time_s", "Decay time of the speed", "s", 0.002, "down", "windage, drag of the bearings", relative=True
+    ),
+    FeatureKind(
+        "drag_torque_n_m",
+        "Torque of constant drag",
+        "N m",
+        0.01,
+        "up",
+        "drag of the touchdown bearings, grease",
+        relative=True,
+    ),
+    FeatureKind(
+        "lost_speed_hz",
+        "Speed lost to contacts and ring spin-up",
+        "Hz",
+        0.02,
+        "either",
+        "friction, inertia of the rings",
+    ),
+    FeatureKind("standstill_time_s", "Standstill after the release", "s", 0.005, "down", "drag", relative=True),
+    FeatureKind("swing_1_hz", "Swing in the clearance, parallel", "Hz", 0.02, "down", "gap"),
+    FeatureKind("swing_2_hz", "Swing in the clearance, conical", "Hz", 0.02, "down", "gap"),
+    FeatureKind("settled_s", "Settled on both rings after the release", "s", 5e-3, "up", "damping, friction"),
+    FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "either", "how the drop was made", judged=False),
+)
+
+KINDS = {kind.name: kind for kind in _KINDS}

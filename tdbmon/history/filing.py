@@ -1,0 +1,92 @@
+"""A drop as the archive files it: whose it is, when it was, what was found, and by what."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tdbmon.history.feature import Feature
+
+ID_LENGTH = 12  # hexadecimal digits of the raw file's SHA-256
+
+
+@dataclass(frozen=True)
+class StressBox:
+    """Box statistics of the greatest ball stress at one end in one drop, Pa."""
+
+    end: str
+    greatest: float
+    mean: float
+    median: float
+    q1: float
+    q3: float
+    outliers: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Filing:
+    """The results of one drop by one version of the program.
+
+    Attributes
+    ----------
+    sha256 : str
+        Of the raw file.
+    raw_name : str
+        Its name when it was filed.
+    machine : str
+        The machine's name.
+    machine_sha256 : str
+        Of the machine file that it was analysed with.
+    dropped : str
+        ISO 8601 time of the drop; empty where neither the record nor its owner tells.
+    filed : str
+        ISO 8601 time of the filing.
+    assembly : str
+        Which assembly of the machine (after an overhaul, say); the owner's own word, empty by default.
+    synthetic : bool
+        The record says of itself that it was computed.
+    version : str
+        Of the program.
+    forces : bool
+        The simulation was fitted too.
+    features : tuple of Feature
+    stress : tuple of StressBox
+        Empty without forces.
+    failed_checks : tuple of str
+        Quality checks that the record did not pass.
+    analysis : dict
+        The JSON of `tdbmon analyse`.
+    """
+
+    sha256: str
+    raw_name: str
+    machine: str
+    machine_sha256: str
+    dropped: str
+    filed: str
+    assembly: str
+    synthetic: bool
+    version: str
+    forces: bool
+    features: tuple[Feature, ...]
+    stress: tuple[StressBox, ...]
+    failed_checks: tuple[str, ...]
+    analysis: dict[str, Any]
+
+    @property
+    def drop(self) -> str:
+        """The drop's identifier."""
+        return self.sha256[:ID_LENGTH]
+
+    @property
+    def name(self) -> str:
+        """Name of the result file: one for each drop, version, machine file, and with or without forces."""
+        return f"{self.version}-{self.machine_sha256[:8]}{'-forces' if self.forces else ''}.nc"
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

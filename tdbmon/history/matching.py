@@ -1,0 +1,72 @@
+"""Which earlier drops a drop compares with: the same machine, the same assembly, about the same speed, before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.settings import Settings
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a drop must have in common with the one that is compared.
+
+    Attributes
+    ----------
+    machine, assembly : str
+    speed : float
+        At the release, Hz.
+    tolerance : float
+        Relative difference of speed that counts as the same.
+    before : float
+        s since 1970.
+    """
+
+    machine: str
+    assembly: str
+    speed: float | None
+    tolerance: float
+    before: float
+
+    def fits(self, entry: Entry) -> bool:
+        """Return whether an entry is an earlier drop under these conditions."""
+        if entry.machine != self.machine or entry.assembly != self.assembly or entry.moment >= self.before:
+            return False
+        if self.speed is None or entry.speed is None:
+            return self.speed is None and entry.speed is None
+        return abs(entry.speed - self.speed) <= self.tolerance * self.speed
+
+
+def conditions(entry: Entry, settings: Settings) -> Conditions:
+    """Return the conditions that earlier drops must meet to compare with this one."""
+    return Conditions(entry.machine, entry.assembly, entry.speed, settings.matching.speed, entry.moment)
+
+
+def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
+    """Return what is odd about the time of a drop: none stated, in the future, or before drops that were filed earlier."""
+    if not entry.dropped:
+        return ["the record states no time of the drop: its place in the order is the time of its filing"]
+    found = []
+    if _seconds(entry.filed) and entry.moment > _seconds(entry.filed) + 86400:
+        found.append(
+            f"the time of the drop, {entry.dropped}, lies after its filing ({entry.filed}): the recorder's clock is wrong"
+        )
+    later = [e for e in others if e.id != entry.id and e.dropped and e.moment > entry.moment and e.filed < entry.filed]
+    if later:
+        found.append(
+            f"the time of the drop, {entry.dropped}, lies before that of {len(later)} drop{'s' if len(later) > 1 else ''}"
+            f" filed earlier (the last: {later[-1].dropped}): it was filed late, or the recorder's clock went back;"
+            " if so, remove it and file it with --dropped"
+        )
+    return found
+
+
+def _seconds(text: str) -> float:
+    from datetime import UTC, datetime
+
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError:
+        return 0.0
+    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()

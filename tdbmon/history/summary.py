@@ -1,0 +1,45 @@
+"""The lines that the terminal shows of a comparison."""
+
+from __future__ import annotations
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.verdict import Verdict
+from tdbmon.report.quantity import short, words
+
+
+def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
+    """Return verdict, reasons and differences as lines of text."""
+    entry, wanted = comparison.entry, comparison.conditions
+    speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {wanted.tolerance:.0%}"
+    assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
+    lines = [
+        f"drop {entry.id} ({entry.raw_name}) of {entry.machine}",
+        f"matching: {speed}{assembly}: {len(comparison.matched)} drops before",
+        f"verdict: {verdict.word}",
+        *(f"  {reason}" for reason in verdict.reasons),
+    ]
+    compared = [change for change in comparison.changes if change.difference is not None]
+    if compared:
+        lines.append(f"{'':<50}{'this drop':>14}{'before':>14}   difference (95 %)")
+    lines += [_line(change) for change in compared]
+    life = comparison.life
+    agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
+    lines.append(f"full drops: {life.full_drops} ({agreed}); margin {words(life.margin)}")
+    return lines
+
+
+def difference_of(change: Change) -> Estimate:
+    """Return the difference of a change as an estimate."""
+    found = change.difference
+    if found is None:
+        return Estimate.missing(change.kind.unit, change.why)
+    why = "" if found.low is not None else "one drop before"
+    return Estimate(found.value, found.low, found.high, change.kind.unit, why=why)
+
+
+def _line(change: Change) -> str:
+    found = change.difference
+    before = "–" if found is None else short(Estimate(found.before.median, unit=change.kind.unit))
+    mark = "*" if change.flag else " "
+    return f"{mark} {change.title[:47]:<48}{short(change.estimate):>14}{before:>14}   {words(difference_of(change))}"

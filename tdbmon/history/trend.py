@@ -1,0 +1,59 @@
+"""The course of a feature over the drops: slope and whether it has one (rank tests), and where it changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.change_point import ChangePoint, change_point
+
+_LEAST = 4  # drops: with three, six orders are possible and none is unlikely
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Course of a feature over drops in their order (SI).
+
+    Attributes
+    ----------
+    slope : Estimate
+        A drop; Theil and Sen's median of all slopes between pairs, with its 95 % interval.
+    p : float
+        Probability of as many pairs in one order by chance (Kendall's test against the order of the drops).
+    change : ChangePoint or None
+        Where the level changed, if anywhere; None below six drops.
+    """
+
+    slope: Estimate
+    p: float
+    change: ChangePoint | None
+
+
+def trend_of(series: list[Estimate]) -> Trend | None:
+    """Return the trend of a feature over drops in order; None below four.
+
+    Sources: P. K. Sen, J. Am. Stat. Assoc. 63 (1968) 1379; M. G. Kendall, Biometrika 30 (1938) 81 (exact for few drops
+    without ties).
+    """
+    values = np.array([e.value for e in series if e.value is not None], float)
+    if len(values) < _LEAST:
+        return None
+    from scipy.stats import kendalltau, theilslopes
+
+    order: NDArray[np.float64] = np.arange(len(values), dtype=float)
+    unit = series[0].unit
+    if np.ptp(values) == 0:
+        flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
+        return Trend(flat, 1.0, None)
+    found = theilslopes(values, order, alpha=0.95)
+    low, high = float(found.low_slope), float(found.high_slope)
+    rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
+    if np.isfinite([low, high]).all():
+        slope = Estimate(float(found.slope), low, high, unit, rule)
+    else:
+        slope = Estimate(float(found.slope), unit=unit, method=rule, why="too few drops for an interval")
+    p = float(kendalltau(order, values).pvalue)
+    return Trend(slope, p if np.isfinite(p) else 1.0, change_point(values))

@@ -1,0 +1,110 @@
+"""The verdict on a drop, with its reasons: as before, changed, inspect before the next start, or too few drops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.report.quantity import words
+
+Word = Literal["as before", "changed", "inspect", "too few drops"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What to do.
+
+    Attributes
+    ----------
+    word : str
+    reasons : tuple of str
+        Plain sentences.
+    alarm : bool
+        `--fail-on alarm` fails on it: anything but "as before" and "too few drops".
+    """
+
+    word: Word
+    reasons: tuple[str, ...]
+
+    @property
+    def alarm(self) -> bool:
+        return self.word in ("changed", "inspect")
+
+
+def verdict_of(comparison: Comparison) -> Verdict:
+    """Judge a comparison by the settings of its archive."""
+    inspect = [*_limits(comparison), *_life(comparison)]
+    changed = [_sentence(change) for change in comparison.flagged]
+    least = comparison.settings.compare.least_drops
+    n = len(comparison.matched)
+    few = []
+    if n < least:
+        few.append(
+            f"{n} matching drop{'' if n == 1 else 's'} before; {least} are the least for a verdict: the differences are"
+            " shown, but whether they are usual for this machine is not known yet"
+        )
+    elif comparison.tested == 0:
+        few.append("no quantity is known of this drop and of enough drops before")
+    remarks = list(comparison.remarks)
+    if inspect:
+        return Verdict("inspect", tuple(inspect + changed + few + remarks))
+    if changed:
+        return Verdict("changed", tuple(changed + remarks))
+    if few:
+        return Verdict("too few drops", tuple(few + remarks))
+    all_well = (
+        f"none of {comparison.tested} quantities differs from the {n} matching drops before by more than chance"
+        f" (all together {comparison.settings.compare.significance:.0%})"
+    )
+    return Verdict("as before", (all_well, *remarks))
+
+
+def _limits(comparison: Comparison) -> list[str]:
+    """Limits of the settings that the drop passes."""
+    limits, found = comparison.settings.inspect, []
+    for change in comparison.changes:
+        value = change.estimate.value
+        if value is None:
+            continue
+        if change.kind.name == "gap_um" and change.flag and change.difference is not None:
+            grown = change.difference.value / change.difference.before.centre
+            if grown > limits.gap_growth:
+                found.append(
+                    f"{change.end}: the radius at rest has grown by {grown:.0%}, more than {limits.gap_growth:.0%}"
+                )
+        if change.kind.name == "stress_max_mpa" and value > limits.stress:
+            found.append(
+                f"{change.end}: Hertz stress of {value * 1e-6:.0f} MPa, above the limit of {limits.stress * 1e-6:.0f} MPa"
+            )
+        if change.kind.name == "whirl_backward_s" and value > limits.backward_whirl:
+            found.append(f"{change.end}: backward whirl for {value:.3g} s, longer than {limits.backward_whirl:.3g} s")
+    return found
+
+
+def _life(comparison: Comparison) -> list[str]:
+    life = comparison.life
+    if life.agreed is None or life.margin.value is None or life.margin.value > 0:
+        return []
+    return [
+        f"{life.full_drops} full drops of {life.agreed} agreed"
+        + (f", as much as {life.damage.value:.1f} drops like the first" if life.damage.value is not None else "")
+        + ": the agreed number is used up"
+    ]
+
+
+def _sentence(change: Change) -> str:
+    difference = change.difference
+    if difference is None or change.p_adjusted is None:
+        raise ValueError(f"{change.title}: flagged without a difference")
+    low, high = difference.low, difference.high
+    size = abs(difference.value)
+    if low is not None and high is not None:
+        low, high = (low, high) if difference.value > 0 else (-high, -low)
+    value = words(Estimate(size, low, high, change.kind.unit))
+    way = "above" if difference.value > 0 else "below"
+    return (
+        f"{change.title}: {value} {way} the {difference.before.n} matching drops before"
+        f" (p = {change.p_adjusted:.2g}, corrected); may come from: {change.kind.meaning}"
+    )

@@ -1,0 +1,188 @@
+"""Is the archive sound: every file as it was filed, the catalogue as the files say; and the catalogue made anew from them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tdbsim.errors import InputError
+
+from tdbmon.history import catalogue
+from tdbmon.history.filing import ID_LENGTH, Filing, sha256_of
+from tdbmon.history.place import INCOMING, sweep, writable
+from tdbmon.history.result_file import read_result
+
+if TYPE_CHECKING:
+    from tdbmon.history.archive import Archive
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that is not as it was filed.
+
+    Attributes
+    ----------
+    file : str
+        In the archive.
+    what : str
+        What is wrong, and the cure.
+    harmless : bool
+        Left by a writer that was killed: nothing that the catalogue names is touched.
+    """
+
+    file: str
+    what: str
+    harmless: bool = False
+
+
+def _silent(_: str) -> None:
+    return None
+
+
+def verify(archive: Archive, progress: Callable[[str], None] = _silent) -> list[Fault]:
+    """Check every file of an archive against its SHA-256 and the catalogue against the result files."""
+    folder = archive.folder
+    faults = [Fault(str(p.relative_to(folder)), "left by a writer that was stopped", True) for p in _parts(folder)]
+    try:
+        with catalogue.reading(archive.catalogue) as base:
+            whole = base.execute("PRAGMA integrity_check").fetchone()[0]
+            if whole != "ok":
+                faults.append(Fault(catalogue.NAME, f"damaged ({whole}); rebuild it: tdbmon archive verify --rebuild"))
+            entries = catalogue.entries(base)
+            results = base.execute("SELECT file, file_sha256, machine_sha256, id FROM results").fetchall()
+            known = {row[0]: row[1] for row in results}
+            faults += _raw_faults(folder, entries, progress)
+            for sha256 in sorted({row[2] for row in results}):
+                faults += _checked(folder, f"machines/{sha256}.toml", sha256, "put the machine file back")
+            for file, sha256, _, number in results:
+                progress(file)
+                found = _checked(folder, file, sha256, "add the drop again, and rebuild the catalogue")
+                faults += found or _disagreements(folder, file, catalogue.features(base, [number])[number])
+            named = {entry.raw for entry in entries}
+    except InputError as error:
+        return [*faults, Fault(catalogue.NAME, str(error))]
+    for path in sorted((folder / "results").glob("*/*.nc")):
+        file = str(path.relative_to(folder).as_posix())
+        if file not in known:
+            faults.append(Fault(file, "not in the catalogue: an add was stopped; repeat it, or rebuild", True))
+    for path in sorted((folder / "raw").glob("*/*")):
+        if str(path.relative_to(folder).as_posix()) not in named:
+            file = str(path.relative_to(folder).as_posix())
+            faults.append(Fault(file, "no result belongs to it: an add or a remove was stopped; repeat it", True))
+    return faults
+
+
+def rebuild(archive: Archive, progress: Callable[[str], None] = _silent) -> list[Fault]:
+    """Make the catalogue anew from the result files; what cannot be read is left out and returned.
+
+    The old catalogue is kept beside the new one where it is damaged or of an older version.
+    """
+    folder, place = archive.folder, archive.catalogue
+    faults, read = [], []
+    for path in sorted((folder / "results").glob("*/*.nc")):
+        file = str(path.relative_to(folder).as_posix())
+        progress(file)
+        try:
+            filing = read_result(path)
+        except InputError as error:
+            faults.append(Fault(file, str(error)))
+            continue
+        raw = raw_of(folder, filing)
+        if raw is None:
+            faults.append(Fault(file, f"its raw file {filing.sha256} is missing; add the record again"))
+            continue
+        read.append((filing, raw, file, sha256_of(path)))
+    _set_aside(place)
+    with catalogue.writing(place) as base:
+        sweep(folder)
+        catalogue.clear(base)
+        for filing, raw, file, sha256 in read:
+            catalogue.insert(base, filing, raw, file, sha256)
+    return faults
+
+
+def bring_up_to_date(archive: Archive, create: bool) -> None:
+    """Rebuild a catalogue of an older version from the result files, which are what counts."""
+    place = archive.catalogue
+    version = catalogue.version_of(place)
+    has_results = any((archive.folder / "results").glob("*/*.nc"))
+    if version == catalogue.SCHEMA or version > catalogue.SCHEMA:
+        return
+    if has_results:
+        rebuild(archive)
+    elif create or not place.exists():
+        with catalogue.writing(place):
+            pass
+
+
+def raw_of(folder: Path, filing: Filing) -> str | None:
+    """Return where a result's raw file lies; None where it is missing."""
+    found = sorted((folder / "raw" / filing.sha256[:2]).glob(f"{filing.sha256}*"))
+    return str(found[0].relative_to(folder).as_posix()) if found else None
+
+
+def _set_aside(place: Path) -> None:
+    """Move a catalogue away that is damaged or of an older version."""
+    try:
+        if catalogue.version_of(place) in (0, catalogue.SCHEMA):
+            with catalogue.reading(place) as base:
+                if base.execute("PRAGMA integrity_check").fetchone()[0] == "ok":
+                    return
+    except InputError:
+        pass
+    if place.exists():
+        number = 1
+        while (aside := place.with_name(f"catalogue.old-{number}.sqlite")).exists():
+            number += 1
+        with writable(place.parent):
+            os.replace(place, aside)
+
+
+def _parts(folder: Path) -> list[Path]:
+    return sorted((folder / INCOMING).glob("*"))
+
+
+def _raw_faults(folder: Path, entries: list[catalogue.Entry], progress: Callable[[str], None]) -> list[Fault]:
+    faults = []
+    for entry in entries:
+        progress(entry.raw)
+        faults += _checked(folder, entry.raw, entry.sha256, f"put the record {entry.raw_name} back by adding it again")
+        if entry.id != entry.sha256[:ID_LENGTH]:
+            faults.append(Fault(entry.raw, "the catalogue names it wrongly; rebuild the catalogue"))
+    return faults
+
+
+def _checked(folder: Path, file: str, sha256: str, cure: str) -> list[Fault]:
+    try:
+        if sha256_of(folder / file) == sha256:
+            return []
+    except FileNotFoundError:
+        return [Fault(file, f"missing; {cure}")]
+    except OSError as error:
+        return [Fault(file, f"cannot be read ({error.strerror}); {cure}")]
+    return [Fault(file, f"is not what was filed (its SHA-256 differs); {cure}")]
+
+
+def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:
+    """The catalogue's features of a result that are not those of its file."""
+    filed = {(f.name, f.end): f.estimate.outside for f in read_result(folder / file).features}
+    listed = {(f.name, f.end): f.estimate.outside for f in in_catalogue}
+    for key in sorted(filed.keys() | listed.keys()):
+        if not _equal(filed.get(key), listed.get(key)):
+            name = " ".join(key).strip()
+            return [Fault(file, f"the catalogue disagrees in {name}; rebuild it: tdbmon archive verify --rebuild")]
+    return []
+
+
+def _equal(a: tuple[float | None, ...] | None, b: tuple[float | None, ...] | None) -> bool:
+    if a is None or b is None:
+        return False
+    for x, y in zip(a, b, strict=True):
+        if (x is None) != (y is None):
+            return False
+        if x is not None and y is not None and abs(x - y) > 1e-9 * max(abs(x), abs(y)):
+            return False
+    return True

@@ -1,0 +1,44 @@
+"""The report of one drop against those before it."""
+
+from __future__ import annotations
+
+from tdbmon import __version__
+from tdbmon.history.compare import Comparison
+from tdbmon.history.verdict import Verdict
+from tdbmon.report.document import Document, Section
+from tdbmon.report.quantity import moment
+from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
+
+SYNTHETIC = "The records are synthetic: they were computed, not measured."
+
+
+def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "") -> Document:
+    """Return the report of a comparison as a document; `write_html` and `write_pdf` write it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    verdict : Verdict
+        Of `tdbmon.history.verdict.verdict_of`.
+    note : str, optional
+        Said under the title.  Records that say of themselves that they are synthetic need none.
+    """
+    entry = comparison.entry
+    if not note and (entry.synthetic or any(e.synthetic for e in comparison.matched)):
+        note = SYNTHETIC
+    parts: list[Section | None] = [
+        judgement.section(comparison, verdict),
+        changes.section(comparison),
+        stress_history.section(comparison),
+        trends.section(comparison),
+        life.section(comparison),
+        comparison_methods.section(comparison),
+    ]
+    when = moment(entry.dropped) if entry.dropped else "time not stated"
+    return Document(
+        "Comparison with earlier drops",
+        f"{entry.machine} · {when} · {entry.raw_name}",
+        tuple(part for part in parts if part is not None),
+        note=note,
+        made=f"tdbmon {__version__}",
+    )

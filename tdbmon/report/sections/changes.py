@@ -1,0 +1,61 @@
+"""What differs: every feature against the drops before, as a figure and as a table."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.summary import difference_of
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import short, words
+
+
+def section(comparison: Comparison) -> Section | None:
+    """Return the differences."""
+    compared = [c for c in comparison.changes if c.difference is not None]
+    if not compared:
+        return None
+    from tdbmon.figures.differences import differences
+
+    level = comparison.settings.compare.significance / max(1, comparison.tested)
+    rows = tuple(Row(_cells(change, level), "attention" if change.flag else "plain") for change in compared)
+    blocks: list[Block] = []
+    if any(c.difference is not None and c.difference.error is not None for c in compared):
+        blocks.append(
+            Figure(
+                "differences",
+                "Difference of this drop from those before, in standard errors of a new drop like those before, with its"
+                " 95 % interval. Filled: changed after correction for the number of quantities. A wide interval means few"
+                " drops before, not a large change.",
+                "A forest plot: a line for each quantity, the interval of its difference against zero.",
+                partial(differences, comparison),
+            )
+        )
+    header = ("Quantity", "This drop", "Before (median)", "n", "Difference (95 %)", "Seen from", "p, corrected")
+    blocks.append(Table("Every quantity against the drops before", header, rows))
+    blocks.append(
+        Paragraph(
+            "“Seen from” is the smallest difference that would have been flagged with so many drops and so much scatter: a"
+            " smaller change may be there and is not seen. An interval that leaves out zero is no flag by itself: of"
+            f" {comparison.tested} quantities one in twenty does so by chance."
+        )
+    )
+    missing = [c for c in comparison.changes if c.difference is None]
+    if missing:
+        caption = "Not compared"
+        blocks.append(Table(caption, ("Quantity", "Why"), tuple(Row((c.title, c.why)) for c in missing)))
+    return Section("What differs", tuple(blocks))
+
+
+def _cells(change: Change, level: float) -> tuple[str, ...]:
+    found = change.difference
+    if found is None:
+        raise ValueError(f"{change.title} was not compared")
+    unit = change.kind.unit
+    smallest = found.detectable(level)
+    seen = "–" if smallest is None else short(Estimate(smallest, unit=unit))
+    p = "–" if change.p_adjusted is None else f"{change.p_adjusted:.2g}"
+    before = short(Estimate(found.before.median, unit=unit))
+    difference = words(difference_of(change))
+    return change.title, short(change.estimate), before, f"{found.before.n}", difference, seen, p

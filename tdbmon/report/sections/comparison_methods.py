@@ -1,0 +1,36 @@
+"""How drops were compared, and what the comparison cannot say."""
+
+from __future__ import annotations
+
+from tdbmon.history.compare import Comparison
+from tdbmon.report.document import Paragraph, Section
+
+
+def section(comparison: Comparison) -> Section:
+    """Return methods and limits."""
+    compare = comparison.settings.compare
+    correction = (
+        "Holm's method: the chance of any false flag on a drop like those before is at most"
+        if compare.correction == "holm"
+        else "the method of Benjamini and Hochberg: the expected share of false flags among the flags is at most"
+    )
+    n = len(comparison.matched)
+    honest = f" With {n} drops before there is no control chart: only gross changes can stand out." if n < 5 else ""
+    return Section(
+        "Methods and limits",
+        (
+            Paragraph(
+                "Each value is held against a prediction from the drops before: their mean and standard deviation below 15"
+                " drops, Tukey's biweight location and scale from 15 on, and Student's t with the degrees of freedom that so"
+                " few drops leave. A drop that was off itself when it came is no measure for later ones and is left out of"
+                f" that quantity.{honest} Probabilities are corrected by {correction}"
+                f" {compare.significance:.0%}."
+            ),
+            Paragraph(
+                "What is called the same condition is machine, assembly and speed at the release. Temperature, set-point and"
+                " the angles of rotor, ring and cage at the release are not known; what they change from drop to drop is"
+                " part of the scatter. A cause named beside a difference is what such a change may come from, not what was"
+                " found: tdbmon diagnose looks for that."
+            ),
+        ),
+    )

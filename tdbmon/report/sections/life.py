@@ -1,0 +1,30 @@
+"""What the bearings went through, against what was agreed."""
+
+from __future__ import annotations
+
+from tdbmon.history.compare import Comparison
+from tdbmon.report.document import Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+
+
+def section(comparison: Comparison) -> Section:
+    """Return counts, damage and margin."""
+    life = comparison.life
+    rows = (
+        Row(("Full drops of this assembly, this one included", f"{life.full_drops}")),
+        Row(("Partial drops", f"{life.partial_drops}")),
+        Row(("Agreed between vendor and user", "none stated" if life.agreed is None else f"{life.agreed}")),
+        Row(("Damage, in drops like the first", words(life.damage))),
+        Row(("Margin", words(life.margin)), "attention" if (life.margin.value or 1.0) <= 0 else "plain"),
+    )
+    return Section(
+        "Drops and life",
+        (
+            Table("Drops against the agreed number", ("What", "Value"), rows),
+            Paragraph(
+                "API 617 asks that touchdown bearings stand an agreed number of drops from full speed, at least two;"
+                " ISO 14839-4 leaves the number to vendor and user. The damage counts each drop by the ninth power of its"
+                " greatest Hertz stress: it compares drops of one machine and is no life in hours."
+            ),
+        ),
+    )

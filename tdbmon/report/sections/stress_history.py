@@ -1,0 +1,45 @@
+"""Hertz stress of the drops: box plots an end and a drop, and the table of greatest and mean."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.history.compare import Comparison
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+
+
+def section(comparison: Comparison) -> Section:
+    """Return the stresses, or say that no drop has any."""
+    if not comparison.stress:
+        words = (
+            "No drop of this comparison was filed with forces. A stress needs the simulation fitted to the drop:"
+            " tdbmon archive add --forces."
+        )
+        return Section("Hertz stress", (Paragraph(words),))
+    from tdbmon.figures.stress_boxes import stress_boxes
+
+    drops = [e.id for e in (*comparison.matched, comparison.entry)]
+    with_forces = {drop for rows in comparison.stress.values() for drop, _ in rows}
+    without = [drop for drop in drops if drop not in with_forces]
+    rows = []
+    for drop in drops:
+        cells = []
+        for boxes in comparison.stress.values():
+            box = dict(boxes).get(drop)
+            cells.append("–" if box is None else f"{box.greatest * 1e-6:.0f} / {box.mean * 1e-6:.0f} MPa")
+        if drop in with_forces:
+            rows.append(Row((drop, *cells)))
+    blocks: list[Block] = [
+        Figure(
+            "stress-boxes",
+            "Greatest Hertz stress among the balls while any is loaded, within 0.2 s of the release, from the simulation"
+            " fitted to each drop. Box: quartiles with median; cross: mean; bar: greatest; dots: peaks beyond three"
+            " standard deviations from the mean. This drop in orange.",
+            "Box plots of the stress, a panel for each end and a box for each drop.",
+            partial(stress_boxes, comparison),
+        ),
+        Table("Greatest / mean stress", ("Drop", *comparison.stress), tuple(rows)),
+    ]
+    if without:
+        blocks.append(Paragraph(f"Filed without forces, so that they have no box: {', '.join(without)}."))
+    return Section("Hertz stress", tuple(blocks))

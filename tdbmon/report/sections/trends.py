@@ -1,0 +1,70 @@
+"""The course of the main quantities over the drops."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+
+_SHOWN = 8
+_FIRST = (
+    "gap_um",
+    "stiffness_n_per_m",
+    "v_rms",
+    "rebound_um",
+    "decay_time_s",
+    "lost_speed_hz",
+    "peak_force_n",
+    "friction",
+)
+
+
+def section(comparison: Comparison) -> Section | None:
+    """Return the trends; None where no quantity has four drops."""
+    with_trend = [c for c in comparison.changes if c.trend is not None and c.kind.judged]
+    if not with_trend:
+        return None
+    from tdbmon.figures.trends import trends
+
+    shown = chosen(with_trend)
+    rows = []
+    for change in with_trend:
+        trend = change.trend
+        if trend is None:
+            continue
+        point = "–"
+        if trend.change is not None and trend.change.p <= comparison.settings.compare.significance:
+            drop = change.trend_drops(comparison.entry.id)[trend.change.index]
+            point = f"from {drop} on, p = {trend.change.p:.2g}"
+        rows.append(Row((change.title, words(trend.slope), f"{trend.p:.2g}", point)))
+    return Section(
+        "Trends",
+        (
+            Figure(
+                "trends",
+                "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
+                " orange. Line: the median slope (Theil, Sen), where Kendall's test sees a trend (p ≤ 5 %, not"
+                " corrected). Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
+                " corrected).",
+                "For each quantity, its value against the number of the drop.",
+                partial(trends, comparison, shown),
+            ),
+            Table("Trends a drop", ("Quantity", "Slope (95 %)", "p of a trend", "Change point"), tuple(rows)),
+            Paragraph(
+                "These probabilities are not corrected for the number of quantities: one in twenty is below 0.05 by chance."
+                " They do not enter the verdict."
+            ),
+        ),
+    )
+
+
+def chosen(changes: list[Change]) -> list[Change]:
+    """Return which quantities to draw: what is flagged first, then the usual ones."""
+
+    def rank(change: Change) -> tuple[bool, int]:
+        name = change.kind.name
+        return not change.flag, _FIRST.index(name) if name in _FIRST else len(_FIRST)
+
+    return sorted(changes, key=rank)[:_SHOWN]
