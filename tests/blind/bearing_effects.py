@@ -25,7 +25,7 @@ from tests.blind.hidden import (
         an_end_or_both(rng),
         {
             "static_excess": between(level, 0.04, 0.35),
-            "stribeck_speed_m_per_s": between(float(rng.uniform()), 0.5, 5.0),
+            "stribeck_speed_m_per_s": between(float(rng.uniform()), 1.0, 12.0),
         },
     )
 )

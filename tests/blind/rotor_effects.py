@@ -40,7 +40,7 @@ def unbalance(world: World, h: Hidden) -> World:
     return replace(world, truth=replace(world.truth, unbalance=new))
 
 
-@effect(lambda rng, w, level: ("rotor", {"bow_m": length(w, level, 2e-6, 35e-6), "phase_rad": an_angle(rng)}))
+@effect(lambda rng, w, level: ("rotor", {"bow_m": length(w, level, 1e-6, 35e-6), "phase_rad": an_angle(rng)}))
 def shaft_bow(world: World, h: Hidden) -> World:
     """The unstressed shaft is a parabola, `bow` midway between the touchdown bearings and none at them."""
     return replace(
