@@ -254,6 +254,34 @@ def archive_remove(drop: DropID, archive: ArchiveFolder) -> None:
     command.remove(archive, drop)
 
 
+@archive_app.command("export")
+def archive_export(
+    archive: ArchiveFolder,
+    out: Annotated[Path, typer.Option(metavar="F.csv|F.parquet", help="the table to write")],
+) -> None:
+    """Write the features of all drops as a table for other tools."""
+    from tdbmon.history import command
+
+    command.export(archive, out)
+
+
+@archive_app.command("report")
+def archive_report(
+    archive: ArchiveFolder,
+    report: Reports = None,
+    drop: Annotated[str, typer.Option(metavar="ID", help="report one drop")] = "",
+    machine: Annotated[str, typer.Option(metavar="NAME", help="report one machine; by default the fleet")] = "",
+) -> None:
+    """Report a machine over all its drops, or the fleet, worst first."""
+    writers = [_report_writer(path) for path in report or []]
+    from tdbmon.history import command
+
+    with _progress() as tell:
+        command.report(archive, drop, machine, writers, tell)
+    for path in report or []:
+        typer.echo(f"report: {path}")
+
+
 @app.command()
 def compare(
     archive: ArchiveFolder,

@@ -23,7 +23,7 @@ def differences(comparison: Comparison) -> Figure:
     ]
     note = f"Difference from {len(comparison.matched)} matching drops before · in standard errors of a new drop"
     figure = new_figure(24 + _ROW_MM * len(shown), note)
-    ax = subplots(figure, 1, 1, Margins(67, 4, 9, 12))[0, 0]
+    ax = subplots(figure, 1, 1, Margins(68, 4, 9, 12))[0, 0]
     for row, change in enumerate(shown):
         found = change.difference
         if found is None or found.error is None or found.low is None or found.high is None:
@@ -51,7 +51,9 @@ def differences(comparison: Comparison) -> Figure:
     ax.axvline(0, color=GREY, linewidth=0.8, zorder=1)
     ax.set_xlim(-_REACH, _REACH)
     ax.set_ylim(len(shown) - 0.4, -0.6)
-    ax.set_yticks(range(len(shown)), [f"{c.title} (n = {c.difference.before.n})" for c in shown if c.difference])
+    ax.set_yticks(
+        range(len(shown)), [f"{c.title} (n = {c.difference.before.n})" for c in shown if c.difference], fontsize=6.5
+    )
     ax.grid(axis="y", color=LIGHT)
     ax.set_xlabel("less than before   ←   standard errors   →   more than before")
     return figure

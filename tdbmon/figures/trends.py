@@ -39,7 +39,7 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
 
 
 def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None:
-    factor = OUTSIDE[change.kind.unit]
+    factor, unit = scale_of(change.kind.unit)
     series = [*change.earlier, (current, change.estimate)]
     series = [(drop, e) for drop, e in series if e.value is not None]
     at = np.array([place[drop] for drop, _ in series], float)
@@ -61,7 +61,13 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         ax.plot([edge, at[-1]], [point.after * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.axvline(edge, color=GREY, linewidth=0.5, linestyle=":")
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
-    unit = {"um": "µm", "1": ""}.get(change.kind.unit, change.kind.unit)
     ax.set_ylabel(f"[{unit}]" if unit else "")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
     ax.set_xlim(0.4, len(place) + 0.6)
+
+
+def scale_of(unit: str) -> tuple[float, str]:
+    """Return the factor from SI and the unit in which a feature's numbers are short."""
+    if unit == "N/m":
+        return 1e-6, "MN/m"
+    return OUTSIDE[unit], {"um": "µm", "1": ""}.get(unit, unit)

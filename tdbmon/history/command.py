@@ -140,6 +140,53 @@ def remove(folder: Path, drop: str) -> None:
     typer.echo(f"removed {entry.id} ({entry.raw_name}) with its raw file and results")
 
 
+def export(folder: Path, out: Path) -> None:
+    """Write the features of all drops as a table."""
+    from tdbmon.history.export import export as write
+
+    rows = write(open_archive(folder), out)
+    typer.echo(f"{rows} features: {out}")
+
+
+def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], tell: Tell) -> None:
+    """Report one drop, one machine, or the fleet."""
+    if not writers:
+        raise InputError("no --report file is named; write e.g. --report machine.html")
+    archive = open_archive(folder)
+    names = archive.machines()
+    if drop:
+        document = _drop_document(archive, drop, tell)
+    elif machine or len(names) == 1:
+        from tdbmon.history.machine_history import machine_history
+        from tdbmon.report.machine_report import build_machine_report
+
+        document = build_machine_report(machine_history(archive, machine or names[0], tell))
+    elif names:
+        from tdbmon.history.fleet import fleet
+        from tdbmon.report.fleet_report import build_fleet_report
+
+        document = build_fleet_report(fleet(archive, tell))
+    else:
+        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
+    tell("drawing the figures")
+    for write in writers:
+        write(document)
+
+
+def _drop_document(archive: Archive, drop: str, tell: Tell) -> Any:
+    """The report of a drop, made again from its raw file."""
+    from tdbsim.machine import load_machine
+
+    from tdbmon.analysis.analyse import analyse
+    from tdbmon.record.read import read
+    from tdbmon.report.drop_report import build_report
+
+    entry = archive.entry(drop)
+    record = read(archive.folder / entry.raw)
+    record.attrs["source_file"] = entry.raw_name
+    return build_report(analyse(record, load_machine(archive.machine_file(entry.id)), tell))
+
+
 def compare(
     folder: Path,
     drop: str,

@@ -5,7 +5,7 @@ the standard error s sqrt(1 + 1/n) and, over it, Student's t distribution.  Belo
 deviation with n - 1 degrees of freedom; from 15 on Tukey's biweight location and scale, which odd drops among them do not
 move, with 0.7 (n - 1) (F. Mosteller, J. W. Tukey, Data Analysis and Regression, 1977).  With fewer drops the biweight's t
 is too sure of itself: of normal values, 0.4 % fall below a stated 0.1 % at n = 6, and 0.1 % as stated from 15 on (a test
-counts them).  Where x itself is less certain than those before, what it is worse by is added.  A scatter below `least` is
+counts them).  Where x itself is less certain than any of those before, what it is worse by is added.  A scatter below `least` is
 never believed.
 
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
@@ -114,7 +114,7 @@ def compare_value(value: float, sigma: float, values: Array, sigmas: Array, leas
     difference = value - before.centre
     if before.scatter is None:
         return Difference(before, difference, None, None, None, None)
-    worse = max(0.0, sigma**2 - float(np.mean(sigmas**2)))
+    worse = max(0.0, sigma**2 - float(np.max(sigmas**2)))
     error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n) + worse))
     p = 2 * float(stdtr(before.freedom, -abs(difference) / error))
     half = float(stdtrit(before.freedom, _TAIL)) * error

@@ -68,7 +68,7 @@ class FeatureKind:
 _KINDS = (
     FeatureKind(
         "gap_um",
-        "Radius at rest (gap, ball clearance, deflection)",
+        "Radius at rest",
         "um",
         0.5e-6,
         "up",
@@ -115,17 +115,13 @@ _KINDS = (
     FeatureKind(
         "rebound_um", "Rebound after the first contact", "um", 2e-6, "either", "damping of bearing and support"
     ),
-    FeatureKind("restitution", "Velocity after over before the first contact", "1", 0.01, "either", "damping"),
+    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "either", "damping"),
     FeatureKind("contacts", "Contacts before settling", "1", 0.5, "up", "damping, gap or friction"),
     FeatureKind("deepest_um", "Deepest excursion", "um", 1e-6, "up", "stiffness of bearing and support, whirl"),
     FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "up", "friction between journal and ring"),
-    FeatureKind("whirl_full_s", "Longest whirl round the clearance", "s", 1e-3, "up", "friction, unbalance"),
-    FeatureKind(
-        "v_peak", "Rotor-centre velocity, peak (no dimension)", "1", 0.01, "up", "severity of the drop", relative=True
-    ),
-    FeatureKind(
-        "v_rms", "Rotor-centre velocity, rms (no dimension)", "1", 0.01, "up", "severity of the drop", relative=True
-    ),
+    FeatureKind("whirl_full_s", "Longest whirl right round", "s", 1e-3, "up", "friction, unbalance"),
+    FeatureKind("v_peak", "Rotor-centre velocity V, peak", "1", 0.01, "up", "severity of the drop", relative=True),
+    FeatureKind("v_rms", "Rotor-centre velocity V, rms", "1", 0.01, "up", "severity of the drop", relative=True),
     FeatureKind(
         "peak_force_n",
         "Greatest force on the ring",
@@ -209,7 +205,7 @@ _KINDS = (
     ),
     FeatureKind(
         "lost_speed_hz",
-        "Speed lost to contacts and ring spin-up",
+        "Speed lost to contacts, ring spin-up",
         "Hz",
         0.02,
         "either",
@@ -218,7 +214,7 @@ _KINDS = (
     FeatureKind("standstill_time_s", "Standstill after the release", "s", 0.005, "down", "drag", relative=True),
     FeatureKind("swing_1_hz", "Swing in the clearance, parallel", "Hz", 0.02, "down", "gap"),
     FeatureKind("swing_2_hz", "Swing in the clearance, conical", "Hz", 0.02, "down", "gap"),
-    FeatureKind("settled_s", "Settled on both rings after the release", "s", 5e-3, "up", "damping, friction"),
+    FeatureKind("settled_s", "Settled on both rings after", "s", 5e-3, "up", "damping, friction"),
     FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "either", "how the drop was made", judged=False),
 )
 

@@ -8,7 +8,7 @@ from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.quantity import moment
 
-_WORDS: dict[str, tuple[str, Tone]] = {
+WORDS: dict[str, tuple[str, Tone]] = {
     "as before": ("As before.", "good"),
     "changed": ("Changed against the drops before.", "attention"),
     "inspect": ("Inspect the touchdown bearings before the next start.", "attention"),
@@ -18,7 +18,7 @@ _WORDS: dict[str, tuple[str, Tone]] = {
 
 def section(comparison: Comparison, verdict: Verdict) -> Section:
     """Return the verdict."""
-    words, tone = _WORDS[verdict.word]
+    words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
     speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {wanted.tolerance:.0%} off"
     blocks: list[Block] = [Finding(words, tone), *(Paragraph(_capital(reason) + ".") for reason in verdict.reasons)]

@@ -1,0 +1,77 @@
+"""Small multiples of a fleet: the radius at rest of each machine over its drops, worst machine first."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tdbmon.figures.style import BLUE, GREY, LIGHT, VERMILION, Margins, legend_below, new_figure, say, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.history.fleet import Member
+
+_COLUMNS = 4
+_ROW_MM = 34
+_SHOWN = 24
+_EDGE = {
+    "inspect": (VERMILION, 2.0),
+    "changed": (VERMILION, 1.2),
+    "too few drops": (GREY, 0.6),
+    "as before": (LIGHT, 0.8),
+}
+_STYLES = ((BLUE, "o"), (VERMILION, "s"))
+
+
+@styled
+def fleet(members: list[Member]) -> Figure:
+    """Draw the change of the radius at rest of each machine since the first of its matching drops."""
+    shown = members[:_SHOWN]
+    rows = math.ceil(len(shown) / _COLUMNS)
+    more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
+    figure = new_figure(26 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
+    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 12, 18, across=4, down=11), sharey=False)
+    reach = _reach(shown)
+    for i, (ax, member) in enumerate(zip(axes.flat, shown, strict=False)):
+        colour, width = _EDGE[member.verdict.word]
+        for spine in ax.spines.values():
+            spine.set(color=colour, linewidth=width)
+        ax.set_title(f"{_short(member.machine)} · {member.verdict.word}", fontsize=6.5)
+        gaps = {end: series for end, series in member.gaps().items() if series}
+        if not gaps:
+            say(ax, "no radius at rest")
+        for (end, series), (line, marker) in zip(gaps.items(), _STYLES, strict=False):
+            values = np.array([e.value for e in series], float) * 1e6
+            at = np.arange(1, len(values) + 1)
+            ax.plot(at, values - values[0], marker, color=line, markersize=2.5, linestyle="-", linewidth=0.6, label=end)
+            for x, e in zip(at, series, strict=True):
+                if e.low is not None and e.high is not None:
+                    ends = np.array([e.low, e.high]) * 1e6 - values[0]
+                    ax.plot([x, x], ends, color=line, linewidth=0.5, alpha=0.6)
+        ax.set_ylim(-reach, reach)
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
+        if i % _COLUMNS:
+            ax.set_yticklabels([])
+        else:
+            ax.set_ylabel("[µm]")
+    for ax in axes.flat[len(shown) :]:
+        ax.set_visible(False)
+    legend_below(figure, 4)
+    return figure
+
+
+def _reach(members: list[Member]) -> float:
+    """Half-height of all panels, µm."""
+    found = [5.0]
+    for member in members:
+        for series in member.gaps().values():
+            found += [abs((e.value or 0) - (series[0].value or 0)) * 1e6 for e in series]
+            found += [((e.high or 0) - (e.low or 0)) / 2 * 1e6 for e in series if e.low is not None]
+    return 1.2 * max(found)
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 24 else name[:23] + "…"

@@ -1,0 +1,73 @@
+"""The main quantities of a machine over all its drops, a colour for each class of speed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    styled,
+    subplots,
+)
+from tdbmon.figures.trends import scale_of
+from tdbmon.history.feature import KINDS
+
+if TYPE_CHECKING:
+    from tdbmon.history.machine_history import MachineHistory
+
+_SHOWN = 8
+_FIRST = ("gap_um", "fall_time_ms", "rebound_um", "v_rms", "stress_max_mpa", "stiffness_n_per_m", "decay_time_s")
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+_MARKERS = "osD^vPX"
+
+
+@styled
+def machine_courses(history: MachineHistory) -> Figure:
+    """Draw the usual quantities over all drops of a machine."""
+    found = [c for c in history.courses if c.name in _FIRST]
+    shown = sorted(found, key=lambda c: _FIRST.index(c.name))[:_SHOWN]
+    rows = max(1, math.ceil(len(shown) / 2))
+    figure = new_figure(28 + 42 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
+    axes = subplots(figure, rows, 2, Margins(17, 3, 13, 17, across=18, down=13))
+    place = {entry.id: i for i, entry in enumerate(history.entries, start=1)}
+    speed_class = dict(zip((e.id for e in history.entries), history.classes, strict=True))
+    for ax, course in zip(axes.flat, shown, strict=False):
+        factor, unit = scale_of(KINDS[course.name].unit)
+        for number in sorted(set(history.classes)):
+            own = [(place[e.id], s, e.speed) for e, s in course.values if speed_class[e.id] == number]
+            if not own:
+                continue
+            colour, marker = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
+            speeds = [speed for _, _, speed in own if speed is not None]
+            label = f"{np.median(speeds):.4g} Hz" if speeds else "speed unknown"
+            ax.plot(
+                [x for x, _, _ in own], [(s.value or 0) * factor for _, s, _ in own], marker, color=colour, markersize=3.5,
+                label=label, zorder=3,
+            )  # fmt: skip
+            for x, s, _ in own:
+                if s.low is not None and s.high is not None:
+                    ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
+        ax.set_title(f"{KINDS[course.name].title}{', ' + course.end if course.end else ''}", fontsize=7)
+        ax.set_ylabel(f"[{unit}]" if unit else "")
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
+        ax.set_xlim(0.4, len(place) + 0.6)
+    for ax in axes.flat[len(shown) :]:
+        ax.set_visible(False)
+    for ax in axes[-1]:
+        ax.set_xlabel("drop")
+    legend_below(figure, 5)
+    return figure

@@ -1,0 +1,53 @@
+"""A trend over drops of several speeds: one slope for all, a level of its own for each speed.
+
+Mixed model (N. M. Laird, J. H. Ware, Biometrics 38 (1982) 963) with the number of the drop as fixed effect and the class of
+speed as random intercept, by restricted maximum likelihood.  It needs at least two classes of three drops each and eight in all.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+
+import numpy as np
+
+from tdbmon.estimate import Estimate
+
+_LEAST, _IN_CLASS, _CLASSES = 8, 3, 2
+
+
+def mixed_trend(series: list[Estimate], order: list[int], classes: list[int], unit: str) -> Estimate:
+    """Return the slope a drop with its 95 % interval (Wald), SI.
+
+    Parameters
+    ----------
+    series : list of Estimate
+        The feature, drop by drop; the missing ones are left out.
+    order : list of int
+        Number of each drop in the machine's life.
+    classes : list of int
+        Class of speed of each drop.
+    unit : str
+        Of the feature.
+    """
+    rows = [(e.value, o, c) for e, o, c in zip(series, order, classes, strict=True) if e.value is not None]
+    counts = Counter(c for _, _, c in rows)
+    rows = [row for row in rows if counts[row[2]] >= _IN_CLASS]
+    if len(rows) < _LEAST or len({c for _, _, c in rows}) < _CLASSES:
+        return Estimate.missing(unit, f"needs {_CLASSES} speeds of {_IN_CLASS} drops each, {_LEAST} in all")
+    values, at, groups = (np.array(column, float) for column in zip(*rows, strict=True))
+    spread = float(np.std(values))
+    if spread == 0:
+        return Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
+    from statsmodels.regression.mixed_linear_model import MixedLM
+
+    with warnings.catch_warnings():
+        # it says so where the speeds' levels do not differ: then the random part is nought, and the slope stands
+        warnings.simplefilter("ignore")
+        design = np.column_stack([np.ones_like(at), at - at.mean()])
+        found = MixedLM(values / spread, design, groups).fit(reml=True)
+    slope, error = float(found.fe_params[1]) * spread, float(found.bse_fe[1]) * spread
+    if not np.isfinite([slope, error]).all():
+        return Estimate.missing(unit, "the mixed model does not converge")
+    rule = f"mixed model over {len(counts)} speeds (restricted maximum likelihood), a drop"
+    return Estimate.from_sigma(slope, error, unit, rule)

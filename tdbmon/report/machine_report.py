@@ -1,0 +1,90 @@
+"""The report of a machine over all its drops."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon import __version__
+from tdbmon.history.feature import KINDS
+from tdbmon.history.machine_history import MachineHistory
+from tdbmon.report.compare_report import SYNTHETIC
+from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
+from tdbmon.report.document import Verdict as Finding
+from tdbmon.report.quantity import moment, words
+from tdbmon.report.sections import comparison_methods, life, stress_history
+from tdbmon.report.sections.judgement import WORDS
+
+_TONE: dict[str, Tone] = {word: tone for word, (_, tone) in WORDS.items()}
+
+
+def build_machine_report(history: MachineHistory, note: str = "") -> Document:
+    """Return the report of a machine as a document."""
+    last = history.last
+    if not note and any(e.synthetic for e in history.entries):
+        note = SYNTHETIC
+    parts = [
+        _summary(history),
+        _courses(history),
+        stress_history.section(last.comparison),
+        life.section(last.comparison),
+        comparison_methods.section(last.comparison),
+    ]
+    return Document(
+        "Machine report",
+        f"{history.machine} · {len(history.entries)} drops",
+        tuple(parts),
+        note=note,
+        made=f"tdbmon {__version__}",
+    )
+
+
+def _summary(history: MachineHistory) -> Section:
+    last = history.last
+    sentence, tone = WORDS[last.verdict.word]
+    blocks: list[Block] = [Finding(f"The latest drop: {sentence[0].lower()}{sentence[1:]}", tone)]
+    blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in last.verdict.reasons]
+    rows = []
+    for judged in history.judged:
+        entry, changed = judged.comparison.entry, judged.comparison.flagged
+        when = moment(entry.dropped) if entry.dropped else "–"
+        speed = "–" if entry.speed is None else f"{entry.speed:.4g} Hz"
+        what = "; ".join(c.title for c in changed[:3]) + (f"; {len(changed) - 3} more" if len(changed) > 3 else "")
+        word = judged.verdict.word
+        rows.append(Row((entry.id, entry.raw_name, when, speed, word, what or "–"), _TONE[word]))
+    header = ("Drop", "Record", "Time", "Speed", "Verdict", "Changed")
+    older = len(history.entries) - len(history.judged)
+    caption = "Every drop against those before it" + (f" ({older} older ones not judged)" if older else "")
+    return Section("Summary", (*blocks, Table(caption, header, tuple(rows))))
+
+
+def _courses(history: MachineHistory) -> Section:
+    from tdbmon.figures.machine_courses import machine_courses
+
+    rows = tuple(
+        Row((_title(c.name, c.end), f"{len(c.values)}", words(c.slope)), _slope_tone(c.slope.low, c.slope.high))
+        for c in history.courses
+        if c.slope.known
+    )
+    blocks: list[Block] = [
+        Figure(
+            "machine-courses",
+            "The main quantities over all drops in their order, with 95 % intervals as far as they are known; a colour for"
+            " each class of speed.",
+            "For each quantity, its value against the number of the drop.",
+            partial(machine_courses, history),
+        )
+    ]
+    if rows:
+        blocks.append(Table("Trends over all speeds (mixed model)", ("Quantity", "Drops", "Slope a drop (95 %)"), rows))
+    else:
+        why = next((c.slope.why for c in history.courses), "no quantity is known")
+        blocks.append(Paragraph(f"A trend over all speeds together is not estimated: it {why}."))
+    return Section("Course over the drops", tuple(blocks))
+
+
+def _slope_tone(low: float | None, high: float | None) -> Tone:
+    return "attention" if low is not None and high is not None and low * high > 0 else "plain"
+
+
+def _title(name: str, end: str) -> str:
+    return f"{KINDS[name].title}, {end}" if end else KINDS[name].title
