@@ -47,7 +47,7 @@ def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
         If there are fewer than two magnetic bearings, or all stand in one plane.
     """
     at, magnets = arrays.at_magnet, arrays.magnet
-    if len(magnets) < 2 or np.linalg.matrix_rank(at[:, :_RIGID]) < 2:
+    if len(magnets) < 2 or np.linalg.det(at[:, :_RIGID].T @ at[:, :_RIGID]) < 1e-12 * np.sum(at[:, :_RIGID] ** 2) ** 2:
         raise InputError("two [[magnetic_bearing]] at different positions are needed to hold the rotor before a drop")
     # the forces that balance weight and cross-coupling, shared by magnets in proportion to their stiffness
     weighted = at[:, :_RIGID] * magnets[:, MAGNET_STIFFNESS, None]
@@ -55,12 +55,14 @@ def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
     n = len(arrays.square)
 
     # rigid: force balance; elastic: deflection; ends: where the shaft shall be - linear in (mean, static force)
-    stiffness = np.block([[np.diag(arrays.square), arrays.circulatory], [-arrays.circulatory, np.diag(arrays.square)]])
-    load = np.concatenate([np.zeros(n), arrays.weight])
-    push = np.block([[at.T @ share, np.zeros((n, _RIGID))], [np.zeros((n, _RIGID)), at.T @ share]])
-    where = np.block([[arrays.at_end, np.zeros((2, n))], [np.zeros((2, n)), arrays.at_end]])
-    matrix = np.block([[stiffness, -push], [where, np.zeros((4, 2 * _RIGID))]])
-    solution = np.linalg.solve(matrix, np.concatenate([load, set_point[:, 0], set_point[:, 1]]))
+    matrix, load = np.zeros((2 * n + 4, 2 * n + 4)), np.zeros(2 * n + 4)
+    elastic = np.arange(2 * n)
+    matrix[elastic, elastic] = np.tile(arrays.square, 2)
+    matrix[:n, n : 2 * n], matrix[n : 2 * n, :n] = arrays.circulatory, -arrays.circulatory
+    matrix[:n, 2 * n : 2 * n + 2] = matrix[n : 2 * n, 2 * n + 2 :] = -at.T @ share
+    matrix[2 * n : 2 * n + 2, :n] = matrix[2 * n + 2 :, n : 2 * n] = arrays.at_end
+    load[n : 2 * n], load[2 * n : 2 * n + 2], load[2 * n + 2 :] = arrays.weight, set_point[:, 0], set_point[:, 1]
+    solution: Array = np.linalg.solve(matrix, load)
     mean_x, mean_y = solution[:n], solution[n : 2 * n]
     magnets[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
     magnets[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]
@@ -78,6 +80,9 @@ def add_whirl_force(arrays: Arrays, omega: float, whirl: NDArray[np.complex128])
 def check_stable(arrays: Arrays, omega: float) -> None:
     """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
     at, magnets = arrays.at_magnet, arrays.magnet
+    springs = magnets[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
+    if not arrays.circulatory.any() and springs.min(initial=0.0) >= 0.0 and arrays.damping.min() >= 0.0:
+        return  # gyroscopics do no work: without cross-coupling nothing feeds the whirl
     n = len(arrays.square)
     stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at) - 1j * arrays.circulatory
     damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at) - 1j * omega * arrays.gyro
