@@ -62,7 +62,7 @@ def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
     matrix[:n, 2 * n : 2 * n + 2] = matrix[n : 2 * n, 2 * n + 2 :] = -at.T @ share
     matrix[2 * n : 2 * n + 2, :n] = matrix[2 * n + 2 :, n : 2 * n] = arrays.at_end
     load[n : 2 * n], load[2 * n : 2 * n + 2], load[2 * n + 2 :] = arrays.weight, set_point[:, 0], set_point[:, 1]
-    solution: Array = np.linalg.solve(matrix, load)
+    solution = np.asarray(np.linalg.solve(matrix, load), dtype=np.float64)
     mean_x, mean_y = solution[:n], solution[n : 2 * n]
     magnets[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
     magnets[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]

@@ -353,6 +353,17 @@ def test_splitting_against_an_independent_integration(machine, independent):
     assert np.abs(at_ends(fine).T - independent).max() < 1e-7
 
 
+def test_touch_down_anywhere_in_a_step(machine):
+    """Where in a step the first contacts begin and end costs no accuracy: 1 nm through them, wherever they fall."""
+    model = build_model(machine)
+    for k in range(10):
+        plan = DropPlan(150.0, 0.01, shaft_angle=0.6 * k, set_point=((0.0, k * 1e-6), (0.0, 0.0)))
+        exact = run(model, replace(plan, method="dormand_prince", tolerance=1e-11))
+        caught = run(model, plan)
+        assert caught.peak_normal.min() > 100
+        assert np.abs(at_ends(caught) - at_ends(exact)).max() < 1e-9
+
+
 def test_neighbouring_trajectories_part(machine):
     """A picometre grows by contacts, and by no more than thousandfold within 0.1 s: trajectories compare early only."""
     model = build_model(machine)
