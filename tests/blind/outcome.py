@@ -44,10 +44,10 @@ def diagnose_case(
     strangeness: float | None = None,
     drops: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Outcome:
-    """Make a case, diagnose it and keep the outcome in a folder; one that is there already is read instead."""
+    """Make a case, diagnose it and keep the outcome in a folder; one that is there and did not fail is read instead."""
     path = folder / f"case_{seed:07d}.json"
-    if path.exists():
-        return load(path)
+    if path.exists() and not (kept := load(path)).error:
+        return kept
     case = draw_case(seed, kind=kind, effect=effect, strangeness=strangeness)
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)

@@ -80,13 +80,15 @@ def page(outcomes: Sequence[Outcome], command: str) -> str:
 def _section(outcomes: Sequence[Outcome]) -> list[str]:
     judged = [(o, o.judgement) for o in outcomes if o.judgement is not None]
     failed = [o for o in outcomes if o.judgement is None]
-    wall, processor = ([getattr(o, name) for o, _ in judged] or [math.nan] for name in ("seconds", "processor_seconds"))
-    lines = [
-        f"{len(outcomes)} cases, seeds {min(o.seed for o in outcomes)} to {max(o.seed for o in outcomes)}; the command failed on"
-        f" {len(failed)}. A diagnosis took {np.median(wall):.0f} s (longest {np.max(wall):.0f} s), of processor time"
-        f" {np.median(processor):.0f} s (longest {np.max(processor):.0f} s).",
-        "",
-    ]
+    first, last = min(o.seed for o in outcomes), max(o.seed for o in outcomes)
+    took = ""
+    if judged:
+        wall, processor = ([getattr(o, name) for o, _ in judged] for name in ("seconds", "processor_seconds"))
+        took = (
+            f" A diagnosis took {np.median(wall):.0f} s (longest {max(wall):.0f} s), of processor time"
+            f" {np.median(processor):.0f} s (longest {max(processor):.0f} s)."
+        )
+    lines = [f"{len(outcomes)} cases, seeds {first} to {last}; the command failed on {len(failed)}.{took}", ""]
     lines += [f"- seed {o.seed}: {o.error}" for o in failed] + ([""] if failed else [])
     lines += _kinds(judged) + _confusion(judged) + _detection(judged) + _sizes(judged)
     return lines + _probabilities([stated for _, j in judged for stated in j.stated]) + _gains(judged)
