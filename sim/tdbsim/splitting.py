@@ -85,7 +85,6 @@ from tdbsim.rhs import (
     STRUCK,
     WINDAGE,
     YIELDED,
-    balls_on_ring,
 )
 from tdbsim.support import linear_spring
 
@@ -123,6 +122,7 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
     nq = 2 * n + 15
     ledger = 2 * nq
     square, gyro, weight, at_end, unbalance = m.square, m.gyro, m.weight, m.at_end, m.unbalance
+    circulatory = m.circulatory
     columns, effect, spin_columns = m.end, m.effect, m.spin
     ball_cosine, ball_sine, ball_oversize = m.ball_cosine, m.ball_sine, m.ball_oversize
     swing_tables = np.zeros((len(PARTS), 4, 4, 2 * n))
@@ -252,18 +252,29 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
                         nx, ny, depth = touch(ex, ey, gap)
                     ex, ey = place[i] - place[i + 2], place[i + 1] - place[i + 3]
                     bx, by = 0.0, 0.0
-                    if columns[end, HAS_WAVES] > 0.0:
-                        bx, by = balls_on_ring(m, end, ex, ey, angle[1 + end])
-                    elif ex * ex + ey * ey > free[end] * free[end]:
+                    wavy = columns[end, HAS_WAVES] > 0.0
+                    if wavy or ex * ex + ey * ey > free[end] * free[end]:
                         along = ex * cage_cosine[end] + ey * cage_sine[end]
                         across = ey * cage_cosine[end] - ex * cage_sine[end]
                         ball_stiffness, half_clearance = columns[end, BALL_STIFFNESS], columns[end, HALF_CLEARANCE]
                         push_along, push_across = 0.0, 0.0
-                        for j in range(counts[end]):
-                            press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
-                            load = ball_load(press + ball_oversize[end, j], ball_stiffness)
-                            push_along -= load * ball_cosine[end, j]
-                            push_across -= load * ball_sine[end, j]
+                        if wavy:
+                            spacing, turned = 2.0 * math.pi / counts[end], angle[1 + end]
+                            cage = columns[end, CAGE_ANGLE] + columns[end, CAGE_RATIO] * (
+                                turned - columns[end, RING_ANGLE]
+                            )
+                            for j in range(counts[end]):
+                                press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
+                                press += hooks.ball(cage + j * spacing, turned, effect[end])
+                                load = ball_load(press + ball_oversize[end, j], ball_stiffness)
+                                push_along -= load * ball_cosine[end, j]
+                                push_across -= load * ball_sine[end, j]
+                        else:
+                            for j in range(counts[end]):
+                                press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
+                                load = ball_load(press + ball_oversize[end, j], ball_stiffness)
+                                push_along -= load * ball_cosine[end, j]
+                                push_across -= load * ball_sine[end, j]
                         bx = push_along * cage_cosine[end] - push_across * cage_sine[end]
                         by = push_along * cage_sine[end] + push_across * cage_cosine[end]
                     turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
@@ -366,9 +377,12 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
                         push[n + k] += tau * square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
                 if spin_columns[HAS_CIRCULATORY] > 0.0:
                     for k in range(n):
+                        total_a, total_b = 0.0, 0.0
                         for j in range(n):
-                            push[k] -= tau * m.circulatory[k, j] * q[n + j]
-                            push[n + k] += tau * m.circulatory[k, j] * q[j]
+                            total_a += circulatory[k, j] * q[j]
+                            total_b += circulatory[k, j] * q[n + j]
+                        push[k] -= tau * total_b
+                        push[n + k] += tau * total_a
                 if spin_columns[HAS_HOLDING] > 0.0:
                     share = tau * hooks.holding(now, effect[ROTOR_ROW])
                     for j in range(len(m.magnet)):
