@@ -112,14 +112,20 @@ def _size(name: str, parameters: dict[str, float], cause: dict[str, Any]) -> Siz
     stem = SIZE[name]
     if name == "probe_crosstalk" and parameters["into"] == 0:
         return None  # the catalogue's crosstalk goes the other way
-    true = next(value for key, value in parameters.items() if key == stem or key.startswith(stem + "_"))
-    for key, found in (cause.get("parameters") or {}).items():
-        if key != stem and not key.startswith(stem + "_"):
-            continue
-        if not isinstance(found, dict) or found.get("low") is None or found.get("value") is None:
-            return None
-        scale = TO_SI.get(str(found.get("unit", "")).replace("µ", "u"))
-        if scale is None:
-            return None
-        return Size(name, true, scale * found["value"], scale * found["low"], scale * found["high"])
-    return None
+    true = parameters[_named(stem, parameters)]
+    found_all = cause.get("parameters") or {}
+    key = _named(stem, found_all)
+    found = found_all.get(key)
+    if not isinstance(found, dict) or found.get("low") is None or found.get("value") is None:
+        return None
+    scale = TO_SI.get(str(found.get("unit", "")).replace("µ", "u"))
+    if scale is None:
+        return None
+    if name == "support_anisotropy" and found["value"] > 1 > true:
+        true = 1 / true  # stiffer across is softer along
+    return Size(name, true, scale * found["value"], scale * found["low"], scale * found["high"])
+
+
+def _named(stem: str, parameters: dict[str, Any]) -> str:
+    """The parameter of a name, with whatever unit behind it; the shortest, since "first_phase_deg" is not "first_um"."""
+    return min((key for key in parameters if key == stem or key.startswith(stem + "_")), key=len, default="")

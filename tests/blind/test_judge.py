@@ -86,6 +86,17 @@ def test_sizes_are_compared_in_si() -> None:
     assert not judge(answer(oval_clearance="DE"), away).sizes[0].inside
 
 
+def test_the_parameter_of_a_size_is_not_its_phase() -> None:
+    hidden = {"hidden": {"probe_runout": {"where": "DE", "parameters": {"first_phase_rad": 1.0, "first_m": 9e-6}}}}
+    phase = {"value": 20.0, "low": 10.0, "high": 30.0, "unit": "deg"}
+    size = {"value": 9.5, "low": 9.1, "high": 9.9, "unit": "um"}
+    said = result("named", probe_runout="DE")
+    said["causes"][0]["parameters"] = {"first_phase_deg": phase, "first_um": size}
+    (found,) = judge(hidden, said).sizes
+    assert (found.true, found.value) == pytest.approx((9e-6, 9.5e-6))
+    assert not found.inside
+
+
 def test_wilson_holds_the_truth_as_often_as_it_says() -> None:
     rng = np.random.default_rng(1)
     for count, true in ((20, 0.9), (100, 0.5), (60, 0.05)):
