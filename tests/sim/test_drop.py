@@ -11,6 +11,7 @@ import pytest
 from plain_drop import PlainDrop
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
 from tdbsim.errors import InputError
@@ -467,6 +468,17 @@ def test_no_gap(machine):
 def test_no_magnets(machine):
     with pytest.raises(InputError, match="magnetic_bearing"):
         simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
+
+
+@pytest.mark.parametrize("feeds", ["cross-coupling", "magnets push away", "magnets drive"])
+def test_whirl_that_grows_before_the_release(machine, feeds):
+    model = build_model(machine)
+    if feeds == "cross-coupling":
+        model.arrays.circulatory[:2, :2] = 1e7 * np.eye(2)
+    else:
+        model.arrays.magnet[:, MAGNET_STIFFNESS if feeds == "magnets push away" else MAGNET_DAMPING] *= -1
+    with pytest.raises(InputError, match="not stable at 150 Hz"):
+        run(model, DropPlan(150.0, 0.01))
 
 
 def test_steps_that_cannot_converge(machine):
