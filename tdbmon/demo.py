@@ -6,14 +6,22 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.atomic import write_bytes, write_text
+from tdbmon.history.archive import open_archive
+from tdbmon.history.batch import add_all
+from tdbmon.history.contract import comparison_json
+from tdbmon.history.machine_history import machine_history
+from tdbmon.history.study import Order
 from tdbmon.record.read import read
+from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.drop_report import build_report
 from tdbmon.report.html import write_html
+from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_first_page, write_pdf
 from tdbmon.shipped import shipped
 
@@ -38,4 +46,33 @@ def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
         write_text(out / f"{name}.json", json.dumps(analysis_json(result), indent=1, allow_nan=False) + "\n")
         write_bytes(out / f"{name}.png", render_first_page(document))
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json")
+    lines += _years(out, progress)
     return [SYNTHETIC, *lines, f"open {out / 'drop_100.html'} in a browser"]
+
+
+def _years(out: Path, progress: Callable[[str], None]) -> list[str]:
+    """File ten drops of one machine, compare each with those before it, and report the last and the machine."""
+    folder = shipped("years")
+    archive = open_archive(out / "archive", create=True)
+    orders = [Order(folder / "machine.toml", record) for record in sorted(folder.glob("*.nc"))]
+    for done, outcome in enumerate(add_all(archive, orders, progress=progress), start=1):
+        if outcome.failed:
+            raise InputError(outcome.why)
+        progress(f"archive: {done} of {len(orders)} drops filed")
+    history = machine_history(archive, archive.machines()[0], progress)
+    lines = [f"archive: {len(history.entries)} drops of {history.machine} in {archive.folder}"]
+    for judged in history.judged:
+        changed = ", ".join(change.title for change in judged.comparison.flagged)
+        lines.append(f"  {judged.comparison.entry.raw_name}: {judged.verdict.word}{': ' + changed if changed else ''}")
+    progress("archive: drawing the figures and writing the reports")
+    last = history.last
+    for name, document in (
+        ("comparison", build_compare_report(last.comparison, last.verdict, note=SYNTHETIC)),
+        ("machine", build_machine_report(history, note=SYNTHETIC)),
+    ):
+        write_html(document, out / f"{name}.html")
+        write_pdf(document, out / f"{name}.pdf")
+        lines.append(f"{name}: {out / name}.html  {out / name}.pdf")
+    content = comparison_json(last.comparison, last.verdict)
+    write_text(out / "comparison.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    return lines

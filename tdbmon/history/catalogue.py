@@ -250,6 +250,12 @@ def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Stre
     return {result: tuple(found) for result, found in rows.items()}
 
 
+def maker(base: sqlite3.Connection, result: int) -> tuple[str, str]:
+    """Return the version of the program and the SHA-256 of the machine file that made a result."""
+    row = base.execute("SELECT version, machine_sha256 FROM results WHERE id = ?", (result,)).fetchone()
+    return str(row[0]), str(row[1])
+
+
 def version_key(version: str) -> tuple[int, ...]:
     """Return the numbers of a program version, in which versions are ordered."""
     return tuple(int(part) for part in re.findall(r"\d+", version))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -115,6 +116,8 @@ class Drop:
     entry: Entry
     features: tuple[Feature, ...]
     stress: tuple[StressBox, ...]
+    version: str
+    machine_sha256: str
 
 
 def filed_drop(archive: Archive, drop: str) -> Drop:
@@ -122,7 +125,9 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
     entry = archive.entry(drop)
     with catalogue.reading(archive.catalogue) as base:
         found = catalogue.features(base, [entry.result])[entry.result]
-        return Drop(entry, found, catalogue.stress(base, [entry.result]).get(entry.result, ()))
+        boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
+        version, machine = catalogue.maker(base, entry.result)
+    return Drop(entry, found, boxes, version, machine)
 
 
 def compare(archive: Archive, drop: Drop) -> Comparison:
@@ -146,7 +151,13 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         matched = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in of_machine])
+        other = _otherwise_made(base, drop, matched)
     remarks = clock_remarks(drop.entry, of_machine)
+    if other:
+        remarks.append(
+            f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
+            " values may differ for that reason; add them again to have them analysed alike"
+        )
     if drop.entry.failed_checks:
         remarks.append(f"checks of the record that failed: {', '.join(drop.entry.failed_checks)}")
     changes, tested = _changes(drop, matched, before, settings)
@@ -167,6 +178,12 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         remarks=tuple(remarks),
         settings=settings,
     )
+
+
+def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:
+    """How many drops were analysed by another version or with another machine file."""
+    mine = (drop.version, drop.machine_sha256)
+    return sum(catalogue.maker(base, entry.result) != mine for entry in matched)
 
 
 def _changes(

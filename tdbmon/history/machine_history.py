@@ -9,7 +9,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.compare import Comparison, Drop, compare
+from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.feature import KINDS
 from tdbmon.history.mixed_trend import mixed_trend
 from tdbmon.history.speed_class import speed_classes
@@ -78,11 +78,10 @@ def machine_history(archive: Archive, machine: str, progress: Callable[[str], No
     settings = archive.settings(machine)
     with catalogue.reading(archive.catalogue) as base:
         features = catalogue.features(base, [e.result for e in entries])
-        boxes = catalogue.stress(base, [e.result for e in entries])
     judged = []
     for i, entry in enumerate(entries[-_MOST:], start=1):
         progress(f"comparing drop {i} of {min(len(entries), _MOST)}")
-        found = compare(archive, Drop(entry, features[entry.result], boxes.get(entry.result, ())))
+        found = compare(archive, filed_drop(archive, entry.id))
         judged.append(Judged(found, verdict_of(found)))
     classes = speed_classes([e.speed for e in entries], settings.matching.speed)
     ends = sorted({f.end for e in entries for f in features[e.result]})

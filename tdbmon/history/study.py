@@ -6,8 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tdbmon.history.filing import Filing, StressBox, sha256_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from tdbsim.machine import Machine
+
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -35,31 +42,52 @@ def _silent(_: str) -> None:
     return None
 
 
-def study(order: Order, progress: Callable[[str], None] = _silent) -> Filing:
-    """Analyse a record for the archive.
+def study(order: Order, progress: Progress = _silent) -> Filing:
+    """Read and analyse a record for the archive.
 
     Raises
     ------
     InputError
-        If the machine or the record cannot be used, or the record names another machine.
+        If the machine or the record cannot be used, or the record changes while it is read.
     """
     from tdbsim.errors import InputError
     from tdbsim.machine import load_machine
 
-    from tdbmon import __version__
-    from tdbmon.analysis.analyse import analyse
-    from tdbmon.analysis.contract import analysis_json
-    from tdbmon.history.extract import features_of
     from tdbmon.record.read import read
 
     machine = load_machine(order.machine)
     raw = sha256_of(order.record)
     record = read(order.record)
+    if record.attrs["sha256"] != raw or sha256_of(order.record) != raw:
+        raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
+    return study_record(
+        record, machine, sha256_of(order.machine), order.forces, order.assembly, order.dropped, progress
+    )
+
+
+def study_record(
+    record: xr.Dataset,
+    machine: Machine,
+    machine_sha256: str,
+    forces: bool = False,
+    assembly: str = "",
+    dropped: str = "",
+    progress: Progress = _silent,
+) -> Filing:
+    """Analyse a record that was read from a file (raises `InputError` where it holds no orbit of the machine)."""
+    from tdbsim.errors import InputError
+
+    from tdbmon import __version__
+    from tdbmon.analysis.analyse import analyse
+    from tdbmon.analysis.contract import analysis_json
+    from tdbmon.history.extract import features_of
+
+    name = str(record.attrs.get("source_file", "record"))
     result = analyse(record, machine, progress)
     if result.planes is None:
-        raise InputError(f"{order.record}: holds no orbit of machine '{machine.name}'; an archive files whole drops")
+        raise InputError(f"{name}: holds no orbit of machine '{machine.name}'; an archive files whole drops")
     fitted = None
-    if order.forces:
+    if forces:
         from tdbmon.identify.fitted import fit_drop
 
         fitted = fit_drop(machine, record, progress)
@@ -74,21 +102,25 @@ def study(order: Order, progress: Callable[[str], None] = _silent) -> Filing:
             if s.greatest.value is not None:
                 boxes.append(StressBox(end, s.greatest.value, s.mean, s.median, s.q1, s.q3, s.outliers))
         content["calibration"] = calibration_json(fitted.calibration)
-    if sha256_of(order.record) != raw:
-        raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
     return Filing(
-        sha256=raw,
-        raw_name=order.record.name,
+        sha256=str(record.attrs["sha256"]),
+        raw_name=name,
         machine=machine.name,
-        machine_sha256=sha256_of(order.machine),
-        dropped=order.dropped or str(record.attrs.get("drop_time") or ""),
+        machine_sha256=machine_sha256,
+        dropped=dropped or str(record.attrs.get("drop_time") or ""),
         filed=datetime.now(UTC).isoformat(timespec="seconds"),
-        assembly=order.assembly,
-        synthetic=bool(record.attrs.get("synthetic")),
+        assembly=assembly,
+        synthetic=_says_synthetic(record),
         version=__version__,
-        forces=order.forces,
+        forces=forces,
         features=features_of(result, fitted),
         stress=tuple(boxes),
         failed_checks=tuple(f"{c.check} {c.channel}".strip() for c in result.checks if not c.passed),
         analysis=content,
     )
+
+
+def _says_synthetic(record: xr.Dataset) -> bool:
+    """A record that was computed says so, in an attribute of its own or in its title."""
+    title = str(record.attrs.get("title", "")).lower()
+    return bool(record.attrs.get("synthetic")) or title.startswith(("simulated", "synthetic"))

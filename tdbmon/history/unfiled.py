@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tdbsim.errors import InputError
+import xarray as xr
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.machine import load_machine
 
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Drop, filed_drop
 from tdbmon.history.filing import Filing, sha256_of
-from tdbmon.history.study import Order, study
+from tdbmon.history.study import study_record
 
 
 def drop_to_compare(
@@ -27,7 +28,8 @@ def drop_to_compare(
     drop : str
         Identifier or file; empty for the last drop.
     machine : Path or None
-        Machine file for a record; by default the one of the archive's last drop, where it has but one machine.
+        Machine file for a record; by default the one of the archive's last drop, where it has but one machine.  A
+        record counts to the assembly of the machine's last drop.
     forces : bool
         Fit the simulation to a record.
 
@@ -46,22 +48,36 @@ def drop_to_compare(
         if path.suffix or len(path.parts) > 1:
             raise InputError(f"{drop}: no such file; give a record, or the identifier of a filed drop")
         return filed_drop(archive, drop)
-    sha256 = sha256_of(path)
-    if any(entry.sha256 == sha256 for entry in archive.entries()):
-        return filed_drop(archive, sha256[:12])
-    if machine is not None:
-        return as_drop(study(Order(machine, path, forces), progress))
-    names = archive.machines()
-    if len(names) != 1:
+    from tdbmon.record.read import read
+
+    return record_to_compare(archive, read(path), machine, forces, progress)
+
+
+def record_to_compare(
+    archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Callable[[str], None]
+) -> Drop:
+    """Return a record as a drop to compare; what is filed of it where it is filed (raises as `drop_to_compare`)."""
+    entries = archive.entries()
+    same = [entry for entry in entries if entry.sha256 == record.attrs.get("sha256")]
+    if same:
+        return filed_drop(archive, same[0].id)
+    if machine is None:
+        names = archive.machines()
+        if len(names) != 1:
+            raise InputError(
+                f"{record.attrs.get('source_file', 'record')}: the archive holds {len(names)} machines;"
+                " say whose drop it is with --machine machine.toml"
+            )
+        machine = archive.machine_file(entries[-1].id)
+    plan = load_machine(machine)
+    of_machine = [entry for entry in entries if entry.machine == plan.name]
+    if not of_machine:
+        known = archive.machines()
         raise InputError(
-            f"{drop}: the archive holds {len(names)} machines; say whose drop it is with --machine machine.toml"
+            f"{machine}: the archive holds no drops of machine '{plan.name}'{did_you_mean(plan.name, known)}"
         )
-    last = archive.entries()[-1]
-    with tempfile.TemporaryDirectory() as folder:
-        # the owner's edits of a machine file go through here too: the archive's copy is never touched
-        copy = Path(folder) / "machine.toml"
-        copy.write_bytes(archive.machine_file(last.id).read_bytes())
-        return as_drop(study(Order(copy, path, forces, last.assembly), progress))
+    assembly = of_machine[-1].assembly
+    return as_drop(study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress))
 
 
 def as_drop(filing: Filing) -> Drop:
@@ -81,4 +97,4 @@ def as_drop(filing: Filing) -> Drop:
         failed_checks=filing.failed_checks,
         result=0,
     )
-    return Drop(entry, filing.features, filing.stress)
+    return Drop(entry, filing.features, filing.stress, filing.version, filing.machine_sha256)

@@ -11,6 +11,8 @@ from tdbmon.report.quantity import words
 
 Word = Literal["as before", "changed", "inspect", "too few drops"]
 
+_SUSPICIOUS = 0.4  # of all quantities: wear changes a few
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -37,6 +39,11 @@ def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
     inspect = [*_limits(comparison), *_life(comparison)]
     changed = [_sentence(change) for change in comparison.flagged]
+    if len(changed) > _SUSPICIOUS * comparison.tested:
+        changed.append(
+            f"{len(changed)} of {comparison.tested} quantities differ at once: make sure that this is a drop of this machine,"
+            " with the same probes and assembly"
+        )
     least = comparison.settings.compare.least_drops
     n = len(comparison.matched)
     few = []

@@ -1,0 +1,170 @@
+"""`ds.tdb`: analysis of a record in a notebook, by the same functions as the command line.
+
+import tdbmon.accessor
+from tdbmon.record.read import read
+
+record = read("drop.nc")
+record.tdb.analyse("machine.toml")                    # shows itself as a table
+record.tdb.compare("archive", machine="machine.toml")
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine, load_machine
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.history.compare import Comparison
+from tdbmon.history.verdict import Verdict
+from tdbmon.report.document import Document
+from tdbmon.report.quantity import words
+
+
+@dataclass(frozen=True)
+class AnalysisView:
+    """An analysis that a notebook shows as a table; `result` is the analysis itself."""
+
+    result: Analysis
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """What `tdbmon analyse --json` writes."""
+        from tdbmon.analysis.contract import analysis_json
+
+        return analysis_json(self.result)
+
+    @property
+    def report(self) -> Document:
+        """The report; `tdbmon.report.html.write_html` and `tdbmon.report.pdf.write_pdf` write it."""
+        from tdbmon.report.drop_report import build_report
+
+        return build_report(self.result)
+
+    def __repr__(self) -> str:
+        from tdbmon.analysis.summary import summary_lines
+
+        return "\n".join(summary_lines(self.result))
+
+    def _repr_html_(self) -> str:
+        from tdbmon.report.sections.findings import end_findings, rotor_findings
+
+        found = [
+            *rotor_findings(self.result),
+            *(f for e in self.result.ends.values() for f in end_findings(self.result, e)),
+        ]
+        rows = [(f.name, f.end, words(f.estimate, f.unit)) for f in found if f.estimate.known]
+        missing = sum(not f.estimate.known for f in found)
+        caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
+        return _table(caption, ("Quantity", "End", "Value"), rows)
+
+
+@dataclass(frozen=True)
+class ComparisonView:
+    """A comparison that a notebook shows as a table, with its verdict."""
+
+    result: Comparison
+    verdict: Verdict
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """What `tdbmon compare --json` writes."""
+        from tdbmon.history.contract import comparison_json
+
+        return comparison_json(self.result, self.verdict)
+
+    @property
+    def report(self) -> Document:
+        """The report; `tdbmon.report.html.write_html` and `tdbmon.report.pdf.write_pdf` write it."""
+        from tdbmon.report.compare_report import build_compare_report
+
+        return build_compare_report(self.result, self.verdict)
+
+    def __repr__(self) -> str:
+        from tdbmon.history.summary import comparison_lines
+
+        return "\n".join(comparison_lines(self.result, self.verdict))
+
+    def _repr_html_(self) -> str:
+        from tdbmon.history.summary import difference_of
+
+        rows = [
+            ("changed" if c.flag else "", c.title, words(c.estimate), words(difference_of(c)))
+            for c in self.result.changes
+            if c.difference is not None
+        ]
+        caption = f"{self.verdict.word}: {'; '.join(self.verdict.reasons)}"
+        return _table(caption, ("", "Quantity", "This drop", "Difference (95 %)"), rows)
+
+
+@xr.register_dataset_accessor("tdb")
+class TouchdownAccessor:
+    """Analysis and comparison of a record; the methods are those of the command line."""
+
+    def __init__(self, record: xr.Dataset) -> None:
+        self._record = record
+
+    def analyse(self, machine: Machine | str | Path) -> AnalysisView:
+        """Return what `tdbmon analyse` finds.
+
+        Parameters
+        ----------
+        machine : Machine, str or Path
+            The machine or its file.
+
+        Raises
+        ------
+        InputError
+            As `tdbmon.analysis.analyse.analyse`.
+        """
+        from tdbmon.analysis.analyse import analyse
+
+        plan = machine if isinstance(machine, Machine) else load_machine(machine)
+        return AnalysisView(analyse(self._record, plan))
+
+    def compare(self, archive: str | Path, machine: str | Path | None = None, forces: bool = False) -> ComparisonView:
+        """Return what `tdbmon compare` says of this record, which is not filed by it.
+
+        Parameters
+        ----------
+        archive : str or Path
+            The archive's folder.
+        machine : str or Path, optional
+            The machine's file; by default that of the archive's last drop, where it holds one machine.
+        forces : bool
+            Fit the simulation too.
+
+        Raises
+        ------
+        InputError
+            If the dataset was not read by `tdbmon.record.read`, or as `tdbmon.history.unfiled.drop_to_compare`.
+        """
+        from tdbmon.history.archive import open_archive
+        from tdbmon.history.compare import compare
+        from tdbmon.history.unfiled import record_to_compare
+        from tdbmon.history.verdict import verdict_of
+
+        if "sha256" not in self._record.attrs:
+            raise InputError("this dataset has no SHA-256 of a file; read it with tdbmon.record.read.read")
+        opened = open_archive(Path(archive))
+        place = None if machine is None else Path(machine)
+        result = compare(opened, record_to_compare(opened, self._record, place, forces, lambda _: None))
+        return ComparisonView(result, verdict_of(result))
+
+
+def _table(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """An HTML table; whatever names come from files stay text."""
+    from markupsafe import Markup
+
+    cell, head = Markup("<td style='text-align:left'>{}</td>"), Markup("<th style='text-align:left'>{}</th>")
+    lines = [Markup("<tr>{}</tr>").format(Markup("").join(cell.format(c) for c in row)) for row in rows]
+    return str(
+        Markup("<table><caption>{}</caption><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(
+            caption, Markup("").join(head.format(h) for h in header), Markup("").join(lines)
+        )
+    )
