@@ -137,15 +137,7 @@ SAME = {
 }
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.xfail(reason="the simulator's bow acts in levitation only"))
-        if name == "shaft_bow"
-        else name
-        for name in SAME
-    ],
-)
+@pytest.mark.parametrize("name", SAME)
 def test_an_effect_is_the_simulators(name: str, tmp_path: Path) -> None:
     where, parameters, text = SAME[name]
     case = draw_case(1, kind="none", strangeness=0.0)

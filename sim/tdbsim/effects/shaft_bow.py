@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from tdbsim.columns import HAS_BOW
 from tdbsim.effect import Effect, Place, parameter
 from tdbsim.signature import before_release, order_phasor
 
@@ -40,6 +41,8 @@ class ShaftBow(Effect):
         deflection = self.bow * 4 * share * (1 - share)
         slope = self.bow * 4 * (1 - 2 * share) / (second - first)
         bent = draft.modes.vectors.T @ (model.plane_mass @ np.column_stack([deflection, slope]).ravel())
+        if not self.is_off:
+            draft.arrays.spin[HAS_BOW] = 1.0
         draft.arrays.bow[0] += bent * math.cos(self.phase)
         draft.arrays.bow[1] += bent * math.sin(self.phase)
 
