@@ -25,7 +25,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.place import put, sweep, writable
-from tdbmon.history.result_file import read_result, write_result
+from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
 
 Filed = Literal["filed", "analysed again", "already filed"]
@@ -140,7 +140,7 @@ class Archive:
                     return "already filed"
             self._copy(raw, raw_place, filing.sha256)
             self._copy(machine, machine_place, filing.machine_sha256)
-            put(self.folder, self.folder / result_place, lambda part: write_result(filing, part))
+            put(self.folder, self.folder / result_place, lambda part: _write(part, result_bytes(filing)))
             catalogue.insert(base, filing, raw_place, result_place, sha256_of(self.folder / result_place))
         return "analysed again" if before else "filed"
 
@@ -231,6 +231,10 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
 
     bring_up_to_date(archive, create)
     return archive
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
 
 
 def _numbers(filing: Filing) -> dict[tuple[str, str], float]:

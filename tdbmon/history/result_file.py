@@ -23,11 +23,15 @@ _TEXTS = ("sha256", "raw_name", "machine", "machine_sha256", "dropped", "filed",
 _BOX = ("greatest", "mean", "median", "q1", "q3")
 
 
-def write_result(filing: Filing, path: Path) -> None:
-    """Write the results of a drop; the caller sees to it that the file appears whole."""
+def result_bytes(filing: Filing) -> bytes:
+    """Return the netCDF file of a drop's results.
+
+    It is made in memory: where the disk is full the library's own writing fails without a clear reason.
+    """
     import netCDF4
 
-    with netCDF4.Dataset(path, "w") as file:
+    file = netCDF4.Dataset("result.nc", "w", memory=1 << 16)
+    try:
         file.setncatts(
             {
                 "Conventions": "CF-1.11",
@@ -61,6 +65,9 @@ def write_result(filing: Filing, path: Path) -> None:
             column.coordinates = "feature feature_end"
             column[:] = np.array([np.nan if row[i] is None else row[i] for row in outside], float)
         _write_stress(file, filing.stress)
+    finally:
+        content = file.close()
+    return bytes(content)
 
 
 def read_result(path: Path) -> Filing:

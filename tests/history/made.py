@@ -1,0 +1,95 @@
+"""Filings and files made up of numbers: what the archive does must not depend on an analysis."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.archive import Archive
+from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.filing import Filing, StressBox
+
+ENDS = ("NDE", "DE")
+_ROTOR = {"initial_hz", "decay_time_s", "lost_speed_hz", "swing_1_hz"}
+
+
+def filing(
+    raw: Path,
+    machine: Path,
+    *,
+    name: str = "made up",
+    dropped: str = "",
+    values: dict[tuple[str, str], float] | None = None,
+    speed: float = 100.0,
+    seed: int = 0,
+    stress: float | None = None,
+    version: str = "0.1.0",
+    assembly: str = "",
+    few: bool = False,
+) -> Filing:
+    """Return a filing of a raw file, its features drawn around one; `values` (SI) sets some; `few` keeps but six."""
+    rng = np.random.default_rng(seed)
+    features = [_feature("initial_hz", "", speed)]
+    for kind in KINDS.values():
+        for end in ("",) if kind.name in _ROTOR else ENDS:
+            if kind.name != "initial_hz":
+                features.append(_feature(kind.name, end, float(rng.normal(1.0, 0.01))))
+    given = values or {}
+    features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
+    boxes = (
+        ()
+        if stress is None
+        else tuple(
+            StressBox(end, stress, 0.3 * stress, 0.28 * stress, 0.2 * stress, 0.4 * stress, (0.9 * stress,))
+            for end in ENDS
+        )
+    )
+    return Filing(
+        sha256=hashlib.sha256(raw.read_bytes()).hexdigest(),
+        raw_name=raw.name,
+        machine=name,
+        machine_sha256=hashlib.sha256(machine.read_bytes()).hexdigest(),
+        dropped=dropped,
+        filed="2026-01-01T00:00:00+00:00",
+        assembly=assembly,
+        synthetic=True,
+        version=version,
+        forces=stress is not None,
+        features=tuple(features[:6] if few else features),
+        stress=boxes,
+        failed_checks=(),
+        analysis={"made": "up"},
+    )
+
+
+def files(folder: Path, seed: int, size: int = 4000) -> tuple[Path, Path]:
+    """Write a raw file of noise and a machine file; return both."""
+    folder.mkdir(parents=True, exist_ok=True)
+    raw, machine = folder / f"drop_{seed}.nc", folder / "machine.toml"
+    raw.write_bytes(np.random.default_rng(seed).bytes(size))
+    machine.write_text('name = "made up"\n')
+    return raw, machine
+
+
+def fill(archive: Archive, folder: Path, count: int, **changes: object) -> list[Filing]:
+    """File some drops, a day apart."""
+    made = []
+    for i in range(count):
+        raw, machine = files(folder, i)
+        one = filing(raw, machine, dropped=f"2020-01-{i + 1:02d}T00:00:00Z", seed=i, **changes)  # type: ignore[arg-type]
+        assert archive.add(one, raw, machine) == "filed"
+        made.append(one)
+    return made
+
+
+def newer(old: Filing, version: str) -> Filing:
+    """Return the same drop as a newer version of the program would file it."""
+    return replace(old, version=version, filed="2026-06-01T00:00:00+00:00")
+
+
+def _feature(name: str, end: str, value: float) -> Feature:
+    return Feature(name, end, Estimate.from_sigma(value, 0.01 * abs(value), KINDS[name].unit, "made up"))
