@@ -10,7 +10,7 @@ from typing import Any
 OUTSIDE = {
     "um": 1e6, "mm": 1e3, "m": 1.0, "s": 1.0, "ms": 1e3, "Hz": 1.0, "N": 1.0, "N/m": 1.0, "N s/m": 1.0, "kg": 1.0,
     "mm/s": 1e3, "MPa": 1e-6, "N m": 1.0, "1": 1.0, "deg": 180 / math.pi, "%": 100.0, "1/s": 1.0,
-    "g mm": 1e6, "1/m": 1.0, "Hz/s": 1.0, "s/m": 1.0,
+    "g mm": 1e6, "1/m": 1.0, "Hz/s": 1.0, "s/m": 1.0, "us": 1e6, "nm/J": 1e9, "m/s": 1.0, "N/m^3": 1.0,
 }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.free_effect import acts_on_sensors
+from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
 from tdbmon.identify.prediction import predict, residuals
 from tdbmon.identify.problem import Problem, huber, spread
@@ -53,19 +54,20 @@ class Score:
     start: Start
 
 
-def scores(problem: Problem, point: Array, horizon: float, suspects: Sequence[Suspect]) -> list[Score]:
+def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Suspect]) -> list[Score]:
     """Return the suspects' scores at a fitted point, the greatest first.
 
     Parameters
     ----------
     problem : Problem
-    point : array
-        Fitted to the horizon.
+    fitted : Fit
+        To the horizon.
     horizon : float
         s after the release.
     suspects : sequence of Suspect
     """
-    linear = problem.linearised(point, horizon)
+    point = fitted.point
+    linear = list(zip(fitted.residuals, fitted.slopes, strict=True))
     weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
     rows = [len(r) for r, _ in linear]
     design = np.zeros((sum(rows) + len(point), len(point)))
@@ -123,8 +125,14 @@ def _trial_keys(suspect: Suspect) -> list[tuple[float, ...]]:
     return [
         (float(s), share, float(quarter), float(count))
         for s, (_, angle) in enumerate(suspect.sizes)
-        for share, quarter, count in product(_SHARES, (0, 1) if angle else (0,), counts)
+        for share, quarter, count in product(_shares(suspect), (0, 1) if angle else (0,), counts)
     ]
+
+
+def _shares(suspect: Suspect) -> tuple[float, ...]:
+    """Return the shares of the typical size that are tried: one, where there are many trials already."""
+    many = suspect.counted is not None or any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
+    return _SHARES[:1] if many else _SHARES
 
 
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
@@ -183,7 +191,7 @@ def _changes(
 def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:
     """Return the best that a suspect's trials promise, None where no trial could be simulated."""
     best: Score | None = None
-    for share in _SHARES:
+    for share in _shares(suspect):
         found = _at_share(bench, suspect, trials, share)
         if found is not None and (best is None or found.gain > best.gain):
             best = found

@@ -12,7 +12,7 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 
-_HIGHEST_ORDER = 12  # of waves and lobes that are tried
+_HIGHEST_ORDER = 8  # of waves and lobes that are tried
 
 
 @dataclass(frozen=True, eq=False)

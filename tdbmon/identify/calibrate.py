@@ -94,12 +94,13 @@ def fit_drops(
         check_start(problem, usable[0])
         for k, horizon in enumerate(usable):
             progress(f"fitting the first {horizon * 1e3:g} ms")
-            point = fit(problem, point, horizon)
+            found = fit(problem, point, horizon)
             if k < 2:
-                point = fit(problem, turn_cages(problem, point, horizon), horizon)
+                found = fit(problem, turn_cages(problem, found, horizon), horizon, slopes=found.slopes)
             if k == min(1, len(usable) - 1):
                 progress(f"trying other starts to {horizon * 1e3:g} ms")
-                point = fit(problem, best_start(problem, point, horizon), horizon)
+                found = best_start(problem, found, horizon)
+            point = found.point
             if k >= 1:
                 passed.append(point)
         covariance = covariance_of(problem, point, usable[-1]) + _drift(passed[:-1], point)

@@ -1,57 +1,190 @@
-"""A problem's minimum to a horizon, how well a point fits, and what is not known of it."""
+"""A problem's minimum to a horizon, how well a point fits, and what is not known of it.
+
+Damped Gauss-Newton steps within bounds (K. Levenberg 1944; D. W. Marquardt, J. SIAM 11 (1963) 431).  Slopes cost a
+simulation a parameter, a step only one: so slopes are kept for several steps and corrected by what each step shows
+(C. G. Broyden, Math. Comp. 19 (1965) 577), and taken anew where the steps no longer gain.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.errors import InputError
 
-from tdbmon.identify.levenberg import minimise
 from tdbmon.identify.prediction import window
 from tdbmon.identify.problem import Problem, huber, spread
 
 Array = NDArray[np.float64]
 
-STEPS = 10  # linearisations at most
-ENOUGH = 1e-3  # relative gain that ends it
+LINEARISATIONS = 5  # at most
+ENOUGH = 1e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
+_CHORDS = 6  # steps at most with the same slopes
+_STALE_TRIES, _FRESH_TRIES = 3, 8  # dampings tried with old and with new slopes
 _BLOCK_S = 0.01  # s; what is left follows itself in time about as long as a bounce lasts
 
 
-def fit(problem: Problem, point: Array, horizon: float, steps: int = STEPS, enough: float = ENOUGH) -> Array:
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where a search ended.
+
+    Attributes
+    ----------
+    point : (n,) array
+    residuals, slopes : tuple of array
+        Of each drop: (m,), and (m, columns of the drop), the latter near enough for another step.
+    misfit : float
+        Robust sum of squares in units of the noise, with what is known beforehand, so that fits compare.
+    """
+
+    point: Array
+    residuals: tuple[Array, ...]
+    slopes: tuple[Array, ...]
+    misfit: float
+
+
+def fit(
+    problem: Problem,
+    point: Array,
+    horizon: float,
+    linearisations: int = LINEARISATIONS,
+    enough: float = ENOUGH,
+    slopes: Sequence[Array] | None = None,
+) -> Fit:
     """Return the minimum of a problem to a horizon, from a point.
 
     Each drop's residuals count in units of their own robust spread, set anew at every step: while the fit is far off,
     a drop that fits worse than the others does not pull them along.
+
+    Parameters
+    ----------
+    problem : Problem
+    point : (n,) array
+    horizon : float
+        s after the release.
+    linearisations : int
+        How often slopes may be taken; 0 where `slopes` must do.
+    enough : float
+        Relative gain of a step, below which slopes are taken anew, or the search ends.
+    slopes : sequence of array, optional
+        Known from near the point.
 
     Raises
     ------
     InputError
         If the point cannot be simulated.
     """
-    weights: list[Array] = []
+    point = np.clip(point, problem.low, problem.high)
+    known = slopes is not None
+    residuals, current = _residuals(problem, point, horizon), list(slopes or ())
+    while True:
+        if not known:
+            linear = problem.linearised(point, horizon)
+            residuals, current = [r for r, _ in linear], [j for _, j in linear]
+            linearisations -= 1
+        tries = _STALE_TRIES if known else _FRESH_TRIES
+        point, residuals, current, gained = _chords(problem, point, residuals, current, horizon, enough, tries)
+        if linearisations <= 0 or (not known and gained < enough):
+            break
+        known = False
+    return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
 
-    def cost(at: Array) -> float:
-        residuals = problem.all_residuals(at, horizon)
-        return math.inf if residuals is None else total(residuals, at)
 
-    def total(residuals: Sequence[Array], at: Array) -> float:
-        data = sum(float(w @ r**2) for w, r in zip(weights, residuals, strict=True))
-        return 0.5 * (data + float(problem.prior @ at**2))
+def _chords(
+    problem: Problem,
+    point: Array,
+    residuals: list[Array],
+    slopes: list[Array],
+    horizon: float,
+    enough: float,
+    tries: int,
+) -> tuple[Array, list[Array], list[Array], float]:
+    """Return point, residuals and slopes after some steps with the same slopes, and the relative gain of all."""
+    damping, kept = 1e-3, 1.0
+    for _ in range(_CHORDS):
+        weights = [huber(r, spread(r)) for r in residuals]
+        value = _cost(problem, weights, residuals, point)
+        curvature, slope = _normal(problem, weights, residuals, slopes, point)
+        for _ in range(tries):
+            trial = _step(point, curvature, slope, damping, problem.low, problem.high)
+            reached = problem.all_residuals(trial, horizon)
+            cost = math.inf if reached is None else _cost(problem, weights, reached, trial)
+            if cost < value:
+                break
+            damping *= 6
+        if reached is None or not cost < value:
+            break
+        slopes = _corrected(problem, slopes, residuals, reached, trial - point)
+        point, residuals, kept = trial, reached, kept * cost / value
+        damping = max(damping / 5, 1e-7)
+        if 1 - cost / value < enough:
+            break
+    return point, residuals, slopes, 1 - kept
 
-    def linearise(at: Array) -> tuple[float, Array, Array]:
-        found = problem.linearised(at, horizon)
-        weights[:] = [huber(r, spread(r)) for r, _ in found]
-        curvature, slope = np.diag(problem.prior), problem.prior * at
-        for drop, (r, jacobian) in enumerate(found):
-            where = problem.columns(drop)
-            weighted = jacobian * weights[drop][:, None]
-            curvature[np.ix_(where, where)] += jacobian.T @ weighted
-            slope[where] += weighted.T @ r
-        return total([r for r, _ in found], at), curvature, slope
 
-    return minimise(cost, linearise, point, problem.low, problem.high, steps, enough).point
+def _residuals(problem: Problem, point: Array, horizon: float) -> list[Array]:
+    found = problem.all_residuals(point, horizon)
+    if found is None:
+        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
+    return found
+
+
+def _cost(problem: Problem, weights: Sequence[Array], residuals: Sequence[Array], point: Array) -> float:
+    data = sum(float(w @ r**2) for w, r in zip(weights, residuals, strict=True))
+    return data + float(problem.prior @ point**2)
+
+
+def _normal(
+    problem: Problem, weights: Sequence[Array], residuals: Sequence[Array], slopes: Sequence[Array], point: Array
+) -> tuple[Array, Array]:
+    """Return J^T W J and J^T W r with what is known beforehand."""
+    curvature, slope = np.diag(problem.prior), problem.prior * point
+    for drop, (r, jacobian) in enumerate(zip(residuals, slopes, strict=True)):
+        where = problem.columns(drop)
+        weighted = jacobian * weights[drop][:, None]
+        curvature[np.ix_(where, where)] += jacobian.T @ weighted
+        slope[where] += weighted.T @ r
+    return curvature, slope
+
+
+def _corrected(
+    problem: Problem, slopes: Sequence[Array], before: Sequence[Array], after: Sequence[Array], step: Array
+) -> list[Array]:
+    """Return slopes that explain the last step, and change as little as that takes (Broyden's good update)."""
+    out = []
+    for drop, (jacobian, r, moved) in enumerate(zip(slopes, before, after, strict=True)):
+        along = step[problem.columns(drop)]
+        miss = moved - r - jacobian @ along
+        out.append(jacobian + np.outer(miss, along / max(float(along @ along), 1e-30)))
+    return out
+
+
+def _step(point: Array, curvature: Array, slope: Array, damping: float, low: Array, high: Array) -> Array:
+    """Return the damped step, coordinates that would leave their bounds put there and the others solved again."""
+    free = np.ones(len(point), dtype=bool)
+    change = np.zeros(len(point))
+    for _ in range(len(point)):
+        matrix = curvature[np.ix_(free, free)]
+        scale = np.diag(curvature)[free] + 1e-6 * np.mean(np.diag(curvature))
+        right = -(slope + curvature @ np.where(free, 0.0, change))[free]
+        change[free] = np.linalg.solve(matrix + damping * np.diag(scale), right)
+        trial = point + change
+        out = free & ((trial < low) | (trial > high))
+        if not out.any():
+            break
+        change[out] = np.clip(trial[out], low[out], high[out]) - point[out]
+        free &= ~out
+        if not free.any():
+            break
+    return np.clip(point + change, low, high)
+
+
+def misfit_of(problem: Problem, residuals: Sequence[Array], point: Array) -> float:
+    """Return the robust misfit of residuals at a point in fixed units, so that points compare."""
+    return sum(float(huber(r, 1.0) @ r**2) for r in residuals) + float(problem.prior @ point**2)
 
 
 def misfit(problem: Problem, point: Array, horizon: float) -> float:
@@ -59,7 +192,7 @@ def misfit(problem: Problem, point: Array, horizon: float) -> float:
     residuals = problem.all_residuals(point, horizon)
     if residuals is None:
         return math.inf
-    return sum(float(huber(r, 1.0) @ r**2) for r in residuals) + float(problem.prior @ point**2)
+    return misfit_of(problem, residuals, point)
 
 
 def covariance_of(problem: Problem, point: Array, horizon: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
@@ -132,8 +132,13 @@ class Problem:
         except InputError:
             return None
 
-    def slopes(self, point: Array, drop: int, horizon: float) -> tuple[Array, Array]:
-        """Return a drop's residuals (m,) and their slopes (m, columns) by differences."""
+    def slopes(
+        self, point: Array, drop: int, horizon: float, among: Collection[str] | None = None
+    ) -> tuple[Array, Array]:
+        """Return a drop's residuals (m,) and their slopes (m, columns) by differences.
+
+        Of all columns, or of those whose parameters are named in `among`, the others left zero.
+        """
         measured, machine = self.drops[drop], self.model.machine
         shared, own = self.values(point, drop)
         model, effects = self.setting(shared, own, drop)
@@ -143,6 +148,9 @@ class Problem:
         jacobian = np.zeros((len(base), len(where)))
         acting_names = {each.name for each in self.free}
         for k, (column, parameter) in enumerate(zip(where, (*self.shared, *self.own[drop]), strict=True)):
+            stays = self.low[column] == self.high[column]
+            if stays or (among is not None and parameter.name not in among):
+                continue
             step = parameter.nudge if point[column] + parameter.nudge <= self.high[column] else -parameter.nudge
             near = point.copy()
             near[column] += step

@@ -1,0 +1,304 @@
+"""Models that compete for the drops: the plain one, and those that a suspect or two extend.
+
+The horizon grows from the free fall past the first contacts.  As soon as the best model fails, the suspects with the
+best scores are fitted to as far as it came, and go on with it; those that fall behind drop out.  So the competition
+takes place where the model begins to fail, before wrong values have made up for what it lacks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.least_squares import Fit, fit, misfit_of
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.starts import best_start, turn_cages
+
+Progress = Callable[[str], None]
+
+# s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
+HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
+MOST_CAUSES = 3
+_CONTACT_S = 0.009  # s; before it the cages' angles do nothing
+_SLOPES = 2  # times that slopes are taken for the plain model at a horizon
+_INVITED = 6  # suspects fitted at a horizon with the slopes of the model that they extend
+_ADMITTED = 3  # of them, fitted with their own
+_SAME_KIND = 2  # of those invited, of one effect at one place with other words or orders
+_KEPT = 3  # contenders that go on to the next horizon
+_NOISE = 1.08  # misfit a residual, from which on a model counts as failing
+_BEHIND = 1.5  # times the best ratio: who leaves more does not go on
+_LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
+_NEARLY = 2.0  # misfit a residual, up to which another start may mend it
+_SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
+_SHARE = 0.02  # of all that is left, which a further cause must promise
+
+
+@dataclass(frozen=True, eq=False)
+class Contender:
+    """A model with causes, fitted to a horizon.
+
+    Attributes
+    ----------
+    causes : tuple of Suspect
+        None for the plain model.
+    problem : Problem
+    fit : Fit
+    horizon : float
+        s after the release.
+    """
+
+    causes: tuple[Suspect, ...]
+    problem: Problem
+    fit: Fit
+    horizon: float
+
+    @property
+    def misfit(self) -> float:
+        """Robust sum of squares in units of the noise, with what is known beforehand."""
+        return self.fit.misfit
+
+    @property
+    def residuals(self) -> int:
+        """How many there are."""
+        return sum(len(r) for r in self.fit.residuals)
+
+    @property
+    def ratio(self) -> float:
+        """Misfit a residual: 1 where only noise is left."""
+        return self.misfit / self.residuals
+
+    @property
+    def freedom(self) -> float:
+        """Parameters that its causes add; a whole number among n counts as one."""
+        return freedom(self.problem)
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion: G. Schwarz, Ann. Statist. 6 (1978) 461."""
+        return self.misfit + self.freedom * math.log(self.residuals)
+
+    @property
+    def name(self) -> str:
+        """Its causes, or that it has none."""
+        return " + ".join(cause.name for cause in self.causes) or "plain model"
+
+    @property
+    def fails(self) -> bool:
+        """True where more than noise is left."""
+        return self.ratio > _NOISE
+
+
+def freedom(problem: Problem) -> float:
+    """Return how many parameters the free effects of a problem have; a whole number among n counts as one."""
+    own = sum(len(each.own(0)) + (1 if each.each_held else 0) for each in problem.free)
+    return sum(len(each.shared) for each in problem.free) + own * len(problem.drops)
+
+
+def contest(
+    problem: Problem, suspects: Sequence[Suspect], horizons: Sequence[float], progress: Progress
+) -> list[Contender]:
+    """Return the contenders at the last horizon, the best first; the plain model is always among them.
+
+    Raises
+    ------
+    InputError
+        If the plain model cannot be simulated.
+    """
+    plain = Contender((), problem, fit(problem, problem.start, horizons[0], _SLOPES), horizons[0])
+    field: list[Contender] = []
+    lost = 0
+    for horizon in horizons:
+        last = horizon == horizons[-1]
+        progress(f"fitting the first {horizon * 1e3:g} ms")
+        hopeless = plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field)
+        if last or not hopeless:
+            plain = settled(plain, horizon, _SLOPES)
+        field = _refitted(field, horizon)
+        plain, field = _compared(plain, field, horizon, suspects, last, progress)
+        best = min([plain, *field], key=lambda each: each.misfit / each.residuals)
+        field = _kept(field)
+        # where nothing explains the first contacts, nothing will explain the later ones
+        lost = lost + 1 if best.ratio > _LOST else 0
+        if lost >= _LOST_HORIZONS:
+            plain = settled(plain, horizon, 1) if plain.horizon < horizon else plain
+            break
+    return sorted([plain, *field], key=lambda each: each.bic)
+
+
+def _compared(
+    plain: Contender,
+    field: list[Contender],
+    horizon: float,
+    suspects: Sequence[Suspect],
+    last: bool,
+    progress: Progress,
+) -> tuple[Contender, list[Contender]]:
+    """Return the plain model and the others, after more suspects were asked to explain what the best model leaves."""
+    best = _leader(plain, field, horizon)
+    while len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)):
+        progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
+        field = field + _invited(best, horizon, suspects, field)
+        after = _leader(plain, field, horizon)
+        for freed in _freed(after, horizon):
+            if freed.causes:
+                field.append(freed)
+            elif freed.misfit < plain.misfit or plain.horizon < horizon:
+                plain = freed
+        after = _leader(plain, field, horizon)
+        if after is best or after.bic > best.bic - _SURE:
+            break
+        best = after
+    return plain, field
+
+
+def _leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:
+    """Return the best model that was fitted as far as this."""
+    return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
+
+
+def _kept(field: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders that go on: the best, and those not far behind."""
+    ranked = sorted(field, key=lambda each: each.bic)[:_KEPT]
+    return [each for each in ranked if each.ratio < _BEHIND * ranked[0].ratio]
+
+
+def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
+    """Return a contender fitted to a horizon with slopes taken so many times, its cages turned where it fails."""
+    problem = contender.problem
+    found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
+    if horizon < _CONTACT_S or not found.fails or slopes < 2:
+        return found
+    try:
+        turned = fit(problem, turn_cages(problem, found.fit, horizon), horizon, 1, slopes=found.fit.slopes)
+        found = replace(found, fit=min(found.fit, turned, key=lambda each: each.misfit))
+        if found.fails and found.ratio < _NEARLY and not found.causes:
+            found = replace(found, fit=best_start(problem, found.fit, horizon))
+    except InputError:
+        pass
+    return found
+
+
+def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contender:
+    """Return a contender with one cause more, which begins at given values; its slopes are known, not yet its best fit.
+
+    Raises
+    ------
+    InputError
+        If it cannot be simulated there.
+    """
+    problem, free = contender.problem, start.free(suspect)
+    wider = replace(
+        problem,
+        shared=(*problem.shared, *free.shared),
+        own=tuple((*own, *free.own(drop)) for drop, own in enumerate(problem.own)),
+        free=(*problem.free, free),
+    )
+    count, width = len(problem.shared), len(problem.own[0])
+    parts = [contender.fit.point[:count], np.zeros(len(free.shared))]
+    for drop in range(len(problem.drops)):
+        begin = count + drop * width
+        parts += [contender.fit.point[begin : begin + width], np.zeros(len(free.own(drop)))]
+    point = np.concatenate(parts)
+    new = {p.name for p in (*free.shared, *free.own(0))}
+    linear = wider.each(lambda drop: wider.slopes(point, drop, contender.horizon, new))
+    slopes = []
+    for drop, (_, added) in enumerate(linear):
+        kept = contender.fit.slopes[drop]
+        old = np.array([p.name not in new for p in (*wider.shared, *wider.own[drop])])
+        added[:, old] = kept
+        slopes.append(added)
+    residuals = tuple(r for r, _ in linear)
+    fitted = Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
+    return replace(contender, causes=(*contender.causes, suspect), problem=wider, fit=fitted)
+
+
+def without_cause(contender: Contender, index: int) -> Contender:
+    """Return a contender with one cause less, not fitted anew (raises InputError where it cannot be simulated)."""
+    problem, gone = contender.problem, contender.problem.free[index]
+    names = {p.name for p in (*gone.shared, *gone.own(0))}
+    narrower = replace(
+        problem,
+        shared=tuple(p for p in problem.shared if p.name not in names),
+        own=tuple(tuple(p for p in own if p.name not in names) for own in problem.own),
+        free=tuple(each for each in problem.free if each is not gone),
+    )
+    point = contender.fit.point[np.array([p.name not in names for p in problem.parameters])]
+    slopes = tuple(
+        jacobian[:, np.array([p.name not in names for p in (*problem.shared, *problem.own[drop])])]
+        for drop, jacobian in enumerate(contender.fit.slopes)
+    )
+    residuals = narrower.all_residuals(point, contender.horizon)
+    if residuals is None:
+        raise InputError(f"without {gone.name} the model cannot be simulated")
+    fitted = Fit(point, tuple(residuals), slopes, misfit_of(narrower, residuals, point))
+    causes = tuple(cause for k, cause in enumerate(contender.causes) if k != index)
+    return replace(contender, causes=causes, problem=narrower, fit=fitted)
+
+
+def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
+    out = []
+    for each in field:
+        try:
+            out.append(settled(each, horizon, 2))
+        except InputError:
+            continue
+    return out
+
+
+def _invited(
+    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
+) -> list[Contender]:
+    """Return the best contender with each of the suspects that promise most, fitted."""
+    taken = {each.name for each in best.causes}
+    known = {each.name for each in field}
+    open_to = [suspect for suspect in suspects if suspect.name not in taken]
+    tried: list[Contender] = []
+    kinds: dict[str, int] = {}
+    for score in scores(best.problem, best.fit, horizon, open_to):
+        price = freedom_of(score.start, len(best.problem.drops)) * math.log(best.residuals)
+        if score.gain < price + _SURE or (best.causes and score.gain < _SHARE * score.total):
+            continue
+        kind = score.suspect.name
+        if kinds.get(kind, 0) >= _SAME_KIND or " + ".join([*taken, kind]) in known:
+            continue
+        kinds[kind] = kinds.get(kind, 0) + 1
+        try:
+            widened = with_cause(best, score.suspect, score.start)
+            fitted = fit(widened.problem, widened.fit.point, horizon, 0, slopes=widened.fit.slopes)
+        except InputError:
+            continue
+        tried.append(replace(widened, fit=fitted))
+        if len(tried) >= _INVITED:
+            break
+    admitted = []
+    for each in sorted(tried, key=lambda each: each.bic)[:_ADMITTED]:
+        fitted = fit(each.problem, each.fit.point, horizon, 1)
+        admitted.append(replace(each, fit=min(each.fit, fitted, key=lambda one: one.misfit)))
+    return admitted
+
+
+def _freed(best: Contender, horizon: float) -> list[Contender]:
+    """Return a contender without each of its causes in turn, fitted anew from there.
+
+    A cause may only have led the way out of a wrong minimum; without it the model then fits as well, and is the simpler one.
+    """
+    out = []
+    for index in range(len(best.causes)):
+        try:
+            bare = without_cause(best, index)
+            out.append(replace(bare, fit=fit(bare.problem, bare.fit.point, horizon, 1, slopes=bare.fit.slopes)))
+        except InputError:
+            continue
+    return out
+
+
+def freedom_of(start: Start, drops: int) -> float:
+    """Return how many parameters a start adds to a fit of so many drops."""
+    own = (len(start.each[0]) if start.each else 0) + (1 if start.each_held else 0)
+    return len(start.shared) + own * drops

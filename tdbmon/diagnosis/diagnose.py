@@ -1,0 +1,131 @@
+"""From drops to a verdict: the steps of the diagnosis in their order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+from tdbmon.diagnosis.contest import HORIZONS, Contender, contest
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, held_out, middle_drop
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.verdict import Verdict, verdict
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.problem import build_problem, check_start
+
+Progress = Callable[[str], None]
+
+_THREADS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What was found.
+
+    Attributes
+    ----------
+    machine : Machine
+    verdict : Verdict
+    contenders : tuple of Contender
+        The best first; the plain model among them.
+    proof : HeldOut or None
+        Of the best model with a cause on a drop held out; None where there is no such model, or one drop only.
+    remarks : tuple of str
+        What the records lack, and what that costs.
+    seconds : float
+    """
+
+    machine: Machine
+    verdict: Verdict
+    contenders: tuple[Contender, ...]
+    proof: HeldOut | None
+    remarks: tuple[str, ...]
+    seconds: float
+
+    @property
+    def plain(self) -> Contender:
+        """The model without causes."""
+        return next(each for each in self.contenders if not each.causes)
+
+    @property
+    def best(self) -> Contender:
+        """The model that is likeliest."""
+        return self.contenders[int(np.argmax(self.verdict.probabilities))]
+
+
+def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress = lambda _: None) -> Diagnosis:
+    """Find what the model of a machine lacks.
+
+    Parameters
+    ----------
+    machine : Machine
+    records : sequence of Dataset
+        Drops of the machine in one condition, as `tdbmon.record.read.read` gives them.
+    progress : callable, optional
+        Is told each step as it begins.
+
+    Raises
+    ------
+    InputError
+        If there is no record, one cannot be used, or the machine file does not fit: then the plain model cannot even
+        follow the fall before the first contact, or not be simulated.
+    """
+    began = time.monotonic()
+    if not records:
+        raise InputError("no record given; give the records of one or more drops of the machine")
+    progress("reading levitation and noise")
+    drops = tuple(measured_drop(record, machine) for record in records)
+    _check_names([drop.name for drop in drops])
+    horizons = [h for h in HORIZONS if h <= min(drop.seconds for drop in drops)]
+    with ThreadPoolExecutor(_THREADS) as pool:
+        problem = build_problem(machine, drops, pool)
+        check_start(problem, horizons[0])
+        field = contest(problem, suspects(machine, _common(drops), problem.standing), horizons, progress)
+        extended = [each for each in field if each.causes]
+        proof = None
+        if extended and len(drops) >= LEAST_DROPS:
+            progress("holding out a drop")
+            plain = next(each for each in field if not each.causes)
+            proof = held_out(plain, extended[0], middle_drop(problem))
+    return Diagnosis(
+        machine=machine,
+        verdict=verdict(field, proof),
+        contenders=tuple(field),
+        proof=proof,
+        remarks=(*(remark for drop in drops for remark in drop.remarks), *_remarks(drops)),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _common(drops: Sequence) -> list:
+    """Return the probes that all drops have."""
+    names = set.intersection(*({p.name for p in drop.probes} for drop in drops))
+    return [p for p in drops[0].probes if p.name in names]
+
+
+def _check_names(names: Sequence[str]) -> None:
+    double = sorted({name for name in names if names.count(name) > 1})
+    if double:
+        raise InputError(f"{double[0]} is given twice; a drop counts once, give each record once")
+
+
+def _remarks(drops: Sequence) -> list[str]:
+    out = []
+    if len(drops) == 1:
+        out.append(
+            "one drop only: none can be held out, so no gain is proved; unbalance, bow and runout, which differ by how"
+            " they change with speed, can hardly be told apart. Drop from two more speeds"
+        )
+    speeds = [abs(drop.omega) for drop in drops]
+    if len(drops) > 1 and max(speeds) < 1.1 * min(speeds):
+        out.append(
+            "all drops are from one speed: unbalance, bow and runout can hardly be told apart, nor the laws of windage;"
+            " drop from another speed too"
+        )
+    return out

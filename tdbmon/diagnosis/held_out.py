@@ -1,0 +1,147 @@
+"""Whether an extended model does better on a drop that took no part in its fit.
+
+Both models are fitted to the other drops; of the drop held out only its own values (where it was let go, the cages'
+angles) are fitted.  What is left there, beside the noise, is the judge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.identify.least_squares import Fit, fit
+from tdbmon.identify.parameters import Parameter
+from tdbmon.identify.prediction import predict, readings
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.starts import turn_cages
+
+LEAST_DROPS = 2  # to hold one out
+_DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """The proof on a drop held out.
+
+    Attributes
+    ----------
+    drop : str
+        Its file.
+    plain, extended : float
+        rms of measured less simulated there, m.
+    noise : float
+        m.
+    gain : float or None
+        1 - (extended - noise)/(plain - noise); None where the plain model leaves hardly more than noise.
+    """
+
+    drop: str
+    plain: float
+    extended: float
+    noise: float
+
+    @property
+    def gain(self) -> float | None:
+        """Share of what the plain model leaves beyond the noise that the extended one takes away."""
+        if self.plain < _DECIDED * self.noise:
+            return None
+        return 1 - (self.extended - self.noise) / (self.plain - self.noise)
+
+
+def held_out(plain: Contender, extended: Contender, index: int) -> HeldOut:
+    """Fit both models without one drop and judge them there.
+
+    Parameters
+    ----------
+    plain, extended : Contender
+        Fitted to the same drops and horizon.
+    index : int
+        Of the drop.
+
+    Raises
+    ------
+    InputError
+        If a model cannot be simulated on the other drops.
+    """
+    drop = extended.problem.drops[index]
+    noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
+    left = [_left(each, index) for each in (plain, extended)]
+    return HeldOut(drop.name, left[0], left[1], noise)
+
+
+def middle_drop(problem: Problem) -> int:
+    """Return the drop to hold out: of middle speed, so that the others lie on both sides."""
+    order = np.argsort([abs(drop.omega) for drop in problem.drops])
+    return int(order[(len(order) - 1) // 2])
+
+
+def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: float) -> float:
+    """Return the rms of measured less simulated readings of drops from release to horizon, m."""
+    squares = []
+    for drop in drops:
+        shared, own = problem.values(point, drop)
+        measured = problem.drops[drop]
+        model, effects = problem.setting(shared, own, drop)
+        prediction = predict(measured, model, own, horizon)
+        sensors = problem.sensors(effects, shared, own, drop)
+        seen = readings(prediction, measured, problem.model.machine, sensors)
+        span = slice(prediction.first, prediction.first + seen.shape[1])
+        squares.append(np.mean((measured.reading[:, span] - seen)[:, measured.time[span] >= measured.release] ** 2))
+    return math.sqrt(float(np.mean(squares)))
+
+
+def _left(contender: Contender, index: int) -> float:
+    """Return what a model leaves on a drop that it was not fitted to, m."""
+    problem, horizon = contender.problem, contender.horizon
+    others = [k for k in range(len(problem.drops)) if k != index]
+    count = len(problem.shared)
+    taught = fit(_only(problem, others), contender.fit.point[_columns(problem, others)], horizon, 2, 3e-3)
+    exam = _frozen(_only(problem, [index]), taught.point[:count])
+    point = np.concatenate([np.zeros(count), contender.fit.point[_columns(problem, [index])][count:]])
+    found = fit(exam, point, horizon, 2)
+    found = _better_cages(exam, found, horizon)
+    return rms(exam, found.point, [0], horizon)
+
+
+def _better_cages(problem: Problem, found: Fit, horizon: float) -> Fit:
+    try:
+        turned = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    except InputError:
+        return found
+    return min(found, turned, key=lambda each: each.misfit)
+
+
+def _only(problem: Problem, drops: Sequence[int]) -> Problem:
+    """Return the problem of some of its drops."""
+    free = tuple(
+        replace(
+            each,
+            each_start=tuple(each.each_start[d] for d in drops) if each.each_start else (),
+            each_held=tuple(each.each_held[d] for d in drops) if each.each_held else (),
+        )
+        for each in problem.free
+    )
+    return replace(
+        problem, drops=tuple(problem.drops[d] for d in drops), own=tuple(problem.own[d] for d in drops), free=free
+    )
+
+
+def _columns(problem: Problem, drops: Sequence[int]) -> np.ndarray:
+    """Return the coordinates of some drops, the shared ones first."""
+    count = len(problem.shared)
+    return np.concatenate([np.arange(count), *(problem.columns(drop)[count:] for drop in drops)])
+
+
+def _frozen(problem: Problem, shared: np.ndarray) -> Problem:
+    """Return a problem whose shared values stay where they are."""
+
+    def stay(p: Parameter, z: float) -> Parameter:
+        value = p.nominal + p.scale * z
+        return replace(p, nominal=value, low=value, high=value, span=p.scale)
+
+    return replace(problem, shared=tuple(stay(p, float(z)) for p, z in zip(problem.shared, shared, strict=True)))

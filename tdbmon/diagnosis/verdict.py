@@ -1,0 +1,99 @@
+"""What the competition of models means: none, named, ambiguous or unknown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.held_out import HeldOut
+
+TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
+PLAIN_LEAD = (
+    60.0  # of the plain model in the criterion: there are more than a hundred suspects, and one always fits best
+)
+EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
+LEAST_GAIN = 0.3  # on the drop held out, below which an extension is not believed
+CERTAIN = 0.9  # probability from which on a cause is named
+
+
+class Kind(StrEnum):
+    """The four verdicts."""
+
+    NONE = "none"
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The outcome.
+
+    Attributes
+    ----------
+    kind : Kind
+    accused : tuple of Contender
+        The named model; all that cannot be told apart; none for none and unknown.
+    probabilities : tuple of float
+        Of every contender, in their order; what is missing to 1 is for causes outside the catalogue.
+    why : str
+        In one sentence.
+    """
+
+    kind: Kind
+    accused: tuple[Contender, ...]
+    probabilities: tuple[float, ...]
+    why: str
+
+
+def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
+    """Judge.
+
+    Parameters
+    ----------
+    contenders : sequence of Contender
+        The best first; the plain model is among them.
+    proof : HeldOut or None
+        Of the best one with a cause against the plain model; None where no drop could be held out.
+    """
+    plain = next(each for each in contenders if not each.causes)
+    probabilities = _probabilities(contenders, proof)
+    best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
+    if not best.causes and best.ratio <= EXPLAINED:
+        return Verdict(Kind.NONE, (), probabilities, f"the plain model leaves {best.ratio:.2f} times what noise would")
+    if best.ratio > EXPLAINED:
+        why = f"the best model, {best.name}, still leaves {best.ratio:.1f} times what noise would"
+        return Verdict(Kind.UNKNOWN, (), probabilities, why)
+    if proof is not None and proof.gain is not None and proof.gain < LEAST_GAIN:
+        if plain.ratio <= EXPLAINED:
+            why = f"{best.name} fits better, but not on {proof.drop}, which was held out"
+            return Verdict(Kind.NONE, (), probabilities, why)
+        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {proof.gain:.0%} only"
+        return Verdict(Kind.UNKNOWN, (), probabilities, why)
+    total = 0.0
+    accused: list[Contender] = []
+    for probability, each in sorted(zip(probabilities, contenders, strict=True), key=lambda pair: -pair[0]):
+        accused.append(each)
+        total += probability
+        if total >= CERTAIN:
+            break
+    guilty = tuple(each for each in accused if each.causes)
+    if len({each.name for each in accused}) == 1:
+        why = f"{best.name} leaves {best.ratio:.2f} times what noise would, the plain model {plain.ratio:.2f} times"
+        return Verdict(Kind.NAMED, (best,), probabilities, why)
+    why = " or ".join(each.name for each in accused) + " explain the drops almost equally well"
+    return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
+
+
+def _probabilities(contenders: Sequence[Contender], proof: HeldOut | None) -> tuple[float, ...]:
+    criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
+    least = min(criteria)
+    weights = [math.exp(-(c - least) / (2 * TEMPERATURE)) for c in criteria]
+    best = contenders[criteria.index(least)]
+    # a model that leaves much is likely to lack something that is in no catalogue
+    outside = (best.ratio / EXPLAINED) ** 8
+    total = sum(weights) + outside * 0.05
+    return tuple(w / total for w in weights)
