@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -15,6 +16,8 @@ from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.study import Order, study
 
 Progress = Callable[[str], None]
+
+_REACH_S = 20.0  # to wait for a scheduler
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,13 @@ def _studies(
             waiting = {pool.submit(_attempt, order): order for order in orders}
             for future in as_completed(waiting):
                 order = waiting.pop(future)
-                yield order, future.result()
+                try:
+                    yield order, future.result()
+                except BrokenProcessPool:
+                    yield (
+                        order,
+                        f"{order.record}: a worker process died (out of memory?); add it again with fewer workers",
+                    )
 
 
 def _attempt(order: Order, progress: Progress | None = None) -> Filing | str:
@@ -143,7 +152,7 @@ def _on_cluster(orders: list[Order], scheduler: str) -> Iterator[tuple[Order, Fi
             "--scheduler needs the package 'distributed'; install it with: pip install 'tdbmon[cluster]'"
         ) from None
     try:
-        client = Client(scheduler, timeout=20)
+        client = Client(scheduler, timeout=_REACH_S)
     except (OSError, ValueError) as error:
         raise InputError(f"scheduler {scheduler}: cannot be reached ({error}); check the address") from None
     with client:

@@ -56,9 +56,8 @@ def study(order: Order, progress: Progress = _silent) -> Filing:
     from tdbmon.record.read import read
 
     machine = load_machine(order.machine)
-    raw = sha256_of(order.record)
     record = read(order.record)
-    if record.attrs["sha256"] != raw or sha256_of(order.record) != raw:
+    if sha256_of(order.record) != record.attrs["sha256"]:
         raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
     return study_record(
         record, machine, sha256_of(order.machine), order.forces, order.assembly, order.dropped, progress

@@ -37,7 +37,8 @@ def filing(
     for kind in KINDS.values():
         for end in ("",) if kind.name in _ROTOR else ENDS:
             if kind.name != "initial_hz":
-                features.append(_feature(kind.name, end, float(rng.normal(1.0, 0.01))))
+                still = kind.name.startswith("whirl")  # no whirl, as in most drops
+                features.append(_feature(kind.name, end, 0.0 if still else float(rng.normal(1.0, 0.01))))
     given = values or {}
     features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
     boxes = (

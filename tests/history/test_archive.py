@@ -15,7 +15,7 @@ import netCDF4
 import pytest
 from tdbsim.errors import InputError
 
-from tdbmon.history import catalogue, place
+from tdbmon.history import catalogue, place, result_file
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.result_file import read_result
 from tdbmon.history.verify import rebuild, verify
@@ -269,11 +269,11 @@ def test_unknown_and_ambiguous_drops_are_told(empty, tmp_path):
         empty.entry("../results")
 
 
-def test_a_result_of_a_newer_format_is_told(empty, tmp_path):
-    fill(empty, tmp_path, 1)
+def test_a_result_of_a_newer_format_is_told(empty, tmp_path, monkeypatch):
+    with monkeypatch.context() as later:
+        later.setattr(result_file, "FORMAT", 99)
+        fill(empty, tmp_path, 1)
     file = next((empty.folder / "results").glob("*/*.nc"))
-    with netCDF4.Dataset(file, "a") as content:
-        content.result_format = 99
     with pytest.raises(InputError, match="format 99 is of a newer tdbmon"):
         read_result(file)
 

@@ -21,7 +21,7 @@ from tests.blind.truth import RATE, Start, run
 
 SEED = 4242
 DROPS, WORN_FROM, WEAR = 10, 8, 20e-6
-SECONDS = 2.0
+SECONDS = 3.0
 _EVERY = 2  # of the samples is kept: 10 kHz
 
 

@@ -1,0 +1,205 @@
+"""A drop against those before: the hidden wear is found, the drops before it raise nothing, few drops are said to be few."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tdbmon.history import catalogue
+from tdbmon.history.archive import Archive
+from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.contract import comparison_json
+from tdbmon.history.feature import KINDS
+from tdbmon.history.machine_history import machine_history
+from tdbmon.history.matching import clock_remarks
+from tdbmon.history.verdict import verdict_of
+from tests.history.conftest import YEARS
+from tests.history.made import files, filing, fill
+
+
+def judged(archive: Archive, drop: str):
+    found = compare(archive, filed_drop(archive, drop))
+    return found, verdict_of(found)
+
+
+def add(archive: Archive, folder, seed: int, **changes):
+    """File one more drop; return its identifier."""
+    raw, machine = files(folder, seed)
+    made = filing(raw, machine, seed=seed, **changes)
+    archive.add(made, raw, machine)
+    return made.drop
+
+
+def test_the_hidden_wear_is_found_and_the_drops_before_it_raise_nothing(years):
+    history = machine_history(years, years.machines()[0])
+    words = [each.verdict.word for each in history.judged]
+    assert words == ["too few drops"] * 3 + ["as before"] * 4 + ["changed"] * 3
+    first = history.judged[7].comparison
+    fall = next(c for c in first.flagged if c.kind.name == "fall_time_ms" and c.end == "NDE")
+    # a fall through 20 um more, h = g t^2 / 2 from about 257 um: the end of a rotor that turns about the other falls
+    # faster than g, so that the free fall is the upper limit
+    free = np.sqrt(2 / 9.81) * (np.sqrt(277e-6) - np.sqrt(257e-6))
+    assert 0 < fall.difference.low < free * 1.1
+    assert fall.difference.value < free * 1.1 + (fall.difference.high - fall.difference.value)
+
+
+def test_every_feature_is_declared_and_has_its_unit(years):
+    with catalogue.reading(years.catalogue) as base:
+        found = catalogue.features(base, [entry.result for entry in years.entries()])
+    for features in found.values():
+        assert {f.name for f in features} == set(KINDS)
+        for feature in features:
+            assert feature.estimate.unit == KINDS[feature.name].unit
+            assert feature.estimate.known or feature.estimate.why
+            assert not KINDS[feature.name].forces or "--forces" in feature.estimate.why
+
+
+def test_the_json_is_that_of_the_contract(years):
+    comparison, verdict = judged(years, years.entries()[7].id)
+    content = comparison_json(comparison, verdict)
+    assert set(content) >= {"verdict", "reasons", "drop", "matched", "matching", "features", "stress", "life"}
+    assert len(content["matched"]) == 7
+    assert content["matching"]["speed_hz"] == pytest.approx(74.1, abs=0.1)
+    for feature in content["features"]:
+        assert set(feature) >= {"name", "end", "value", "before", "difference", "p_adjusted", "flag", "trend_per_drop"}
+        assert set(feature["before"]) >= {"n", "median", "low", "high"}
+        for quantity in (feature["value"], feature["difference"], feature["trend_per_drop"]):
+            assert set(quantity) >= {"value", "low", "high", "unit", "method"}
+            assert quantity["value"] is not None or quantity["why"]
+    gap = next(f for f in content["features"] if (f["name"], f["end"]) == ("gap_um", "NDE"))
+    assert 240 < gap["value"]["value"] < 300  # micrometres, as the name says
+    assert content["life"]["full_drops"] == 8
+    assert content["life"]["agreed"] is None
+    assert "agreed_drops" in content["life"]["margin"]["why"]
+
+
+def test_only_matching_drops_count(empty, tmp_path):
+    before = [add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", speed=100.0 + i) for i in range(4)]
+    add(empty, tmp_path, 10, dropped="2020-01-05", speed=60.0)
+    add(empty, tmp_path, 11, dropped="2020-01-06", speed=100.0, assembly="after the overhaul")
+    add(empty, tmp_path, 12, dropped="2020-01-07", speed=100.0, name="another machine")
+    later = add(empty, tmp_path, 13, dropped="2020-03-01", speed=101.0)
+    drop = add(empty, tmp_path, 14, dropped="2020-02-01", speed=100.0)
+    comparison, verdict = judged(empty, drop)
+    assert [entry.id for entry in comparison.matched] == before
+    assert verdict.word == "as before"
+    assert later not in [entry.id for entry in comparison.matched]
+    assert comparison.life.full_drops == 6  # of all speeds, this assembly, up to this drop
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_with_too_few_drops_there_is_no_verdict_whatever_the_difference(empty, tmp_path, count):
+    fill(empty, tmp_path, count)
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 100.0})
+    comparison, verdict = judged(empty, drop)
+    assert verdict.word == "too few drops"
+    assert not verdict.alarm
+    assert comparison.flagged == ()
+    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    assert (gap.difference is None) == (count == 0)
+    assert (gap.p_adjusted is None) == (count < 2)
+
+
+def test_a_gross_change_is_flagged_with_its_size_and_only_it(empty, tmp_path):
+    fill(empty, tmp_path, 8)
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.15})
+    comparison, verdict = judged(empty, drop)
+    assert verdict.word == "changed"
+    assert [(c.kind.name, c.end) for c in comparison.flagged] == [("gap_um", "NDE")]
+    (gap,) = comparison.flagged
+    assert gap.difference.low < 0.15 < gap.difference.high
+    assert any("Radius at rest, NDE" in reason and "wear" in reason for reason in verdict.reasons)
+
+
+def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_path):
+    fill(empty, tmp_path, 8)
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})
+    _, verdict = judged(empty, drop)
+    assert verdict.word == "inspect"
+    assert "grown by 25%" in verdict.reasons[0]
+
+
+def test_stress_and_whirl_beyond_their_limits_ask_for_an_inspection_even_of_the_first_drop(empty, tmp_path):
+    values = {("stress_max_mpa", "DE"): 4300e6, ("whirl_backward_s", "NDE"): 0.3}
+    drop = add(empty, tmp_path, 1, values=values)
+    _, verdict = judged(empty, drop)
+    assert verdict.word == "inspect"
+    assert sum("4300 MPa" in reason for reason in verdict.reasons) == 1
+    assert sum("backward whirl" in reason for reason in verdict.reasons) == 1
+
+
+def test_so_many_differences_at_once_may_be_another_machine(empty, tmp_path):
+    fill(empty, tmp_path, 8)
+    raw, machine = files(tmp_path, 50)
+    values = {(f.name, f.end): 1.5 for f in filing(raw, machine).features if f.name != "initial_hz"}
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values=values)
+    _, verdict = judged(empty, drop)
+    assert any("drop of this machine" in reason for reason in verdict.reasons)
+
+
+def test_the_agreed_number_is_counted_down(empty, tmp_path):
+    (empty.folder / "archive.toml").write_text('format = 1\n[life]\nagreed_drops = 4\nfull_speed = "100 Hz"\n')
+    for i in range(3):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}")
+    add(empty, tmp_path, 10, dropped="2020-01-10", speed=50.0)
+    fourth = add(empty, tmp_path, 11, dropped="2020-01-11")
+    third, verdict = judged(empty, empty.entries()[2].id)
+    assert (third.life.full_drops, third.life.margin.value) == (3, 1.0)
+    assert verdict.word != "inspect"
+    last, verdict = judged(empty, fourth)
+    assert (last.life.full_drops, last.life.partial_drops, last.life.margin.value) == (4, 1, 0.0)
+    assert verdict.word == "inspect"
+    assert "4 full drops of 4 agreed" in verdict.reasons[0]
+
+
+def test_damage_counts_a_harder_drop_as_many(empty, tmp_path):
+    (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 10\n")
+    add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
+    add(empty, tmp_path, 1, dropped="2020-01-02", stress=2e9)
+    drop = add(empty, tmp_path, 2, dropped="2020-01-03", stress=2e9 * 2 ** (1 / 3))  # eight times a drop like the first
+    life = compare(empty, filed_drop(empty, drop)).life
+    assert life.damage.value == pytest.approx(10.0)
+    assert life.damage.low < 10 < life.damage.high
+    assert life.margin.value == pytest.approx(0.0)
+    assert life.margin.high > 0 > life.margin.low
+
+
+def test_without_forces_the_damage_is_not_guessed(empty, tmp_path):
+    add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
+    drop = add(empty, tmp_path, 1, dropped="2020-01-02")
+    assert "1 of 2 drops were filed without forces" in compare(empty, filed_drop(empty, drop)).life.damage.why
+
+
+def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
+    for i in range(3):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
+    raw, machine = files(tmp_path, 9)
+    from dataclasses import replace
+
+    back = replace(filing(raw, machine, seed=9, dropped="2001-01-01T00:00:00Z"), filed="2026-02-01T00:00:00+00:00")
+    empty.add(back, raw, machine)
+    ahead = add(empty, tmp_path, 10, dropped="2033-01-01T00:00:00Z")
+    timeless = add(empty, tmp_path, 11)
+    entries = {entry.id: entry for entry in empty.entries()}
+    said = {drop: clock_remarks(entry, list(entries.values())) for drop, entry in entries.items()}
+    assert "the recorder's clock went back" in said[back.drop][0]
+    assert "lies after its filing" in said[ahead][0]
+    assert "states no time" in said[timeless][0]
+    assert sum(bool(remarks) for remarks in said.values()) == 3
+    _, verdict = judged(empty, back.drop)
+    assert any("went back" in reason for reason in verdict.reasons)
+
+
+def test_results_of_another_version_among_the_drops_before_are_told(empty, tmp_path):
+    for i in range(4):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", version="0.1.0" if i else "0.0.9")
+    drop = add(empty, tmp_path, 9, dropped="2020-02-01")
+    _, verdict = judged(empty, drop)
+    assert any("1 of the matching drops were analysed with another version" in reason for reason in verdict.reasons)
+
+
+def test_the_shipped_answer_is_what_the_archive_hides():
+    import json
+
+    answer = json.loads((YEARS / "answer.json").read_text())
+    assert (answer["worn_from_drop"], answer["end"]) == (8, "NDE")

@@ -1,0 +1,171 @@
+"""The statistics of few drops: probabilities that hold, intervals that cover, changes that are found, none made up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.change_point import change_point
+from tdbmon.history.difference import baseline, biweight, compare_value, summarise
+from tdbmon.history.mixed_trend import mixed_trend
+from tdbmon.history.speed_class import speed_classes
+from tdbmon.history.trend import trend_of
+
+RUNS = 4000
+
+
+def p_values(n: int, rng: np.random.Generator, runs: int = RUNS) -> np.ndarray:
+    found = [
+        compare_value(rng.standard_normal(), 0.0, rng.standard_normal(n), np.zeros(n), 1e-9).p for _ in range(runs)
+    ]
+    return np.array(found, float)
+
+
+@pytest.mark.parametrize("n", [2, 3, 7, 14])
+def test_below_fifteen_drops_the_probability_is_exact(n):
+    assert stats.kstest(p_values(n, np.random.default_rng(n)), "uniform").pvalue > 1e-3
+
+
+@pytest.mark.parametrize("n", [15, 20, 40])
+def test_from_fifteen_drops_on_it_is_no_surer_than_it_says(n):
+    p = p_values(n, np.random.default_rng(n), 20000)
+    for level in (0.05, 0.01, 0.001):
+        # three standard deviations of the count above what is stated
+        assert np.mean(p < level) < level + 3 * np.sqrt(level / len(p))
+
+
+def test_a_prediction_interval_covers_nineteen_of_twenty():
+    # the interval is that of the difference: where nothing changed it holds zero
+    rng = np.random.default_rng(6)
+    holds = [
+        (d := compare_value(rng.standard_normal(), 0.0, rng.standard_normal(6), np.zeros(6), 1e-9)).low <= 0 <= d.high
+        for _ in range(RUNS)
+    ]
+    assert np.mean(holds) == pytest.approx(0.95, abs=3 * np.sqrt(0.05 * 0.95 / RUNS))
+
+
+def test_one_drop_before_tells_no_probability():
+    found = compare_value(2.0, 0.1, np.array([1.0]), np.array([0.1]), 0.01)
+    assert (found.value, found.p, found.low, found.high) == (1.0, None, None, None)
+    assert found.detectable(0.05) is None
+
+
+def test_drops_that_agree_by_luck_do_not_make_a_flag():
+    equal = np.full(4, 1.0)
+    assert compare_value(1.02, 0.0, equal, np.zeros(4), 0.05).p > 0.5
+    assert compare_value(1.02, 0.0, equal, np.zeros(4), 1e-4).p < 1e-3
+
+
+def test_a_less_certain_drop_is_given_its_own_uncertainty():
+    before, sigmas = np.array([1.0, 1.1, 0.9, 1.05, 0.95]), np.full(5, 0.02)
+    sure = compare_value(1.5, 0.02, before, sigmas, 1e-3)
+    unsure = compare_value(1.5, 0.5, before, sigmas, 1e-3)
+    assert sure.p < 0.02 < 0.2 < unsure.p
+    assert unsure.error == pytest.approx(np.sqrt(sure.error**2 + 0.5**2 - 0.02**2))
+
+
+def test_what_is_detectable_is_just_flagged():
+    before = np.random.default_rng(1).standard_normal(8)
+    level = 0.05 / 30
+    size = compare_value(0.0, 0.0, before, np.zeros(8), 1e-9).detectable(level)
+    centre = summarise(before, 1e-9).centre
+    assert compare_value(centre + 1.001 * size, 0.0, before, np.zeros(8), 1e-9).p < level
+    assert compare_value(centre + 0.999 * size, 0.0, before, np.zeros(8), 1e-9).p > level
+
+
+def test_odd_drops_do_not_move_the_biweight():
+    rng = np.random.default_rng(2)
+    good = rng.standard_normal(40)
+    spoilt = np.concatenate([good, np.full(4, 50.0)])
+    location, scale = biweight(spoilt)
+    assert location == pytest.approx(good.mean(), abs=0.2)
+    assert scale == pytest.approx(good.std(), rel=0.25)
+    assert spoilt.std() > 10
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=30), st.floats(-1e3, 1e3), st.floats(0.1, 10))
+def test_moving_and_scaling_all_drops_moves_and_scales_the_result(values, shift, factor):
+    plain, moved = np.array(values), np.array(values) * factor + shift
+    one, two = summarise(plain, 1e-3), summarise(moved, 1e-3 * factor)
+    assert two.centre == pytest.approx(one.centre * factor + shift, abs=1e-6 * (1 + abs(shift) + factor * 1e3))
+    assert two.scatter == pytest.approx(one.scatter * factor, rel=1e-4, abs=1e-5 * factor)
+
+
+def test_a_change_does_not_hide_the_next_drop_with_the_same_change():
+    rng = np.random.default_rng(3)
+    values = np.concatenate([rng.normal(0, 1, 7), rng.normal(15, 1, 2)])
+    kept = baseline(values, 1e-6, 0.05 / 30)
+    assert kept.tolist() == [True] * 7 + [False] * 2
+    assert compare_value(15.0, 0.0, values[kept], np.zeros(7), 1e-6).p < 1e-4
+    assert compare_value(15.0, 0.0, values, np.zeros(9), 1e-6).p > 0.01
+
+
+def test_hardly_any_drop_of_an_unchanged_machine_is_left_out():
+    # leaving one out makes the scatter of the others smaller: a little more than the level goes, less than twice of it
+    rng = np.random.default_rng(4)
+    left = sum(int(np.sum(~baseline(rng.standard_normal(10), 1e-6, 0.01))) for _ in range(500))
+    assert 0.5 * 0.01 < left / (500 * 7) < 2 * 0.01
+
+
+def test_a_change_point_is_found_where_it_is():
+    rng = np.random.default_rng(7)
+    found = change_point(np.concatenate([rng.normal(0, 1, 7), rng.normal(6, 1, 4)]))
+    assert found.index == 7
+    assert found.p < 0.01
+    assert found.after - found.before == pytest.approx(6, abs=1.5)
+
+
+def test_shuffles_of_one_level_seldom_have_a_change_point():
+    rng = np.random.default_rng(8)
+    p = np.array([change_point(rng.standard_t(3, 9)).p for _ in range(200)])
+    assert np.mean(p <= 0.05) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 200)
+    assert np.mean(p <= 0.5) == pytest.approx(0.5, abs=3 * np.sqrt(0.25 / 200))
+
+
+def test_below_six_drops_there_is_no_change_point():
+    assert change_point(np.array([0.0, 0, 0, 9, 9])) is None
+
+
+def series(values) -> list[Estimate]:
+    return [Estimate(float(v), unit="um", why="made up") for v in values]
+
+
+def test_the_slope_is_that_of_a_straight_line():
+    trend = trend_of(series(2e-6 * np.arange(8) + 1e-4))
+    assert trend.slope.value == pytest.approx(2e-6)
+    assert trend.p < 1e-3
+    assert trend_of(series(np.arange(3))) is None
+
+
+def test_the_slope_of_noise_covers_zero():
+    rng = np.random.default_rng(9)
+    found = [trend_of(series(rng.standard_normal(10))) for _ in range(400)]
+    known = [t.slope for t in found if t.slope.low is not None]
+    assert np.mean([s.low <= 0 <= s.high for s in known]) > 0.95 - 3 * np.sqrt(0.05 * 0.95 / 400)
+    assert np.mean([t.p <= 0.05 for t in found]) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
+
+
+def test_the_mixed_model_sees_one_slope_under_the_levels_of_two_speeds():
+    rng = np.random.default_rng(10)
+    order = np.arange(16)
+    classes = (order % 2).tolist()
+    covered = 0
+    for _ in range(60):
+        values = 0.3 * order + 40.0 * (order % 2) + rng.normal(0, 1, 16)
+        slope = mixed_trend(series(values), order.tolist(), classes, "um")
+        covered += slope.low <= 0.3 <= slope.high
+    assert covered >= 50
+    # a straight line through all drops would have a slope with five times that interval
+    assert slope.high - slope.low < 0.5
+
+
+def test_the_mixed_model_says_what_it_needs():
+    assert "2 speeds" in mixed_trend(series(np.arange(10)), list(range(10)), [0] * 10, "um").why
+
+
+def test_classes_of_speed():
+    assert speed_classes([100, 60, 102, 61, None, 104.9, 105.1], 0.05) == [1, 0, 1, 0, 3, 1, 2]
