@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tdbmon.history.fleet import Member
 
 _COLUMNS = 4
-_ROW_MM = 34
+_ROW_MM = 37
 _SHOWN = 24
 _EDGE = {
     "inspect": (VERMILION, 2.0),
@@ -33,13 +33,13 @@ def fleet(members: list[Member]) -> Figure:
     rows = math.ceil(len(shown) / _COLUMNS)
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
     figure = new_figure(26 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
-    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 12, 18, across=4, down=11), sharey=False)
+    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 14, 18, across=4, down=14), sharey=False)
     reach = _reach(shown)
     for i, (ax, member) in enumerate(zip(axes.flat, shown, strict=False)):
         colour, width = _EDGE[member.verdict.word]
         for spine in ax.spines.values():
             spine.set(color=colour, linewidth=width)
-        ax.set_title(f"{_short(member.machine)} · {member.verdict.word}", fontsize=6.5)
+        ax.set_title(f"{_short(member.machine)}\n{member.verdict.word}", fontsize=6)
         gaps = {end: series for end, series in member.gaps().items() if series}
         if not gaps:
             say(ax, "no radius at rest")
@@ -74,4 +74,5 @@ def _reach(members: list[Member]) -> float:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= 24 else name[:23] + "…"
+    """A name that fits above a panel; machines of one kind differ in how their names end."""
+    return name if len(name) <= 27 else f"{name[:10]}…{name[-16:]}"

@@ -21,6 +21,7 @@ from tdbmon.history.trend import Trend, trend_of
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
 _TREND = 60  # of them, for a trend
+_LEAST_FLAG = 3  # drops before: with two, the scatter rests on a single difference
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def _changes(
     for change in found:
         p = p_of.get((change.kind.name, change.end))
         n = 0 if change.difference is None else change.difference.before.n
-        flag = p is not None and p <= level and n >= settings.compare.least_drops
+        flag = p is not None and p <= level and n >= _LEAST_FLAG
         changes.append(replace(change, p_adjusted=p, flag=flag))
     return tuple(changes), len(tested)
 

@@ -39,15 +39,19 @@ def mixed_trend(series: list[Estimate], order: list[int], classes: list[int], un
     spread = float(np.std(values))
     if spread == 0:
         return Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
+    from statsmodels.regression.linear_model import OLS
     from statsmodels.regression.mixed_linear_model import MixedLM
 
+    design = np.column_stack([np.ones_like(at), at - at.mean()])
     with warnings.catch_warnings():
-        # it says so where the speeds' levels do not differ: then the random part is nought, and the slope stands
+        # it warns where the speeds' levels do not differ, and may know no error of the slope then: nought is the edge of
+        # what a variance can be.  There the model is a straight line through all drops
         warnings.simplefilter("ignore")
-        design = np.column_stack([np.ones_like(at), at - at.mean()])
         found = MixedLM(values / spread, design, groups).fit(reml=True)
-    slope, error = float(found.fe_params[1]) * spread, float(found.bse_fe[1]) * spread
-    if not np.isfinite([slope, error]).all():
-        return Estimate.missing(unit, "the mixed model does not converge")
+        slope, error = float(found.fe_params[1]), float(found.bse_fe[1])
+        if not np.isfinite([slope, error]).all():
+            line = OLS(values / spread, design).fit()
+            slope, error = float(line.params[1]), float(line.bse[1])
+    slope, error = slope * spread, error * spread
     rule = f"mixed model over {len(counts)} speeds (restricted maximum likelihood), a drop"
     return Estimate.from_sigma(slope, error, unit, rule)

@@ -23,7 +23,7 @@ format = {FORMAT}
 speed = "5 %"            # drops compare whose speeds at the release differ by no more
 
 [compare]
-least_drops = 3          # fewer matching drops before: no verdict
+least_drops = 5          # of matching ones before, for the verdict "as before"
 significance = 0.05      # chance of a flag on a drop like those before, over all features together
 correction = "holm"      # or "fdr_bh": a share of false flags among the flags (Benjamini and Hochberg)
 
@@ -58,7 +58,7 @@ class Matching(_Part):
 class Compare(_Part):
     """How they compare."""
 
-    least_drops: int = Field(3, ge=2)
+    least_drops: int = Field(5, ge=2)
     significance: Annotated[float, _si("1")] = Field(0.05, gt=0, lt=0.5)
     correction: Literal["holm", "fdr_bh"] = "holm"
 

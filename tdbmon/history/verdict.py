@@ -49,8 +49,8 @@ def verdict_of(comparison: Comparison) -> Verdict:
     few = []
     if n < least:
         few.append(
-            f"{n} matching drop{'' if n == 1 else 's'} before; {least} are the least for a verdict: the differences are"
-            " shown, but whether they are usual for this machine is not known yet"
+            f"{n} matching drop{'' if n == 1 else 's'} before; “as before” takes {least}: with so few there is no control"
+            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
         )
     elif comparison.tested == 0:
         few.append("no quantity is known of this drop and of enough drops before")

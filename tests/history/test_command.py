@@ -1,0 +1,144 @@
+"""`tdbmon archive` and `tdbmon compare` as a user meets them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+
+import pandas as pd
+import pytest
+
+from tdbmon.cli import main
+from tests.history.conftest import YEARS
+
+MACHINE = str(YEARS / "machine.toml")
+
+
+def run(capsys, *arguments):
+    """Run a command in this process; return exit code, output and errors."""
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err
+
+
+def test_from_records_to_a_verdict(capsys, tmp_path):
+    folder = tmp_path / "archive"
+    records = [YEARS / f"drop_{i:02d}.nc" for i in (1, 2)]
+    code, out, err = run(
+        capsys, "archive", "add", "--archive", folder, MACHINE, *records, "--json", tmp_path / "a.json"
+    )
+    assert (code, err) == (0, "")
+    assert "2 of 2 records are in" in out
+    assert [r["state"] for r in json.loads((tmp_path / "a.json").read_text())["records"]] == ["filed", "filed"]
+    code, out, _ = run(capsys, "archive", "list", "--archive", folder)
+    assert (code, out.count("synthetic")) == (0, 2)
+    drop = out.splitlines()[1].split()[0]
+    code, out, _ = run(capsys, "archive", "show", "--archive", folder, drop[:6], "--json", tmp_path / "s.json")
+    assert code == 0
+    assert "gap_um" in out
+    assert json.loads((tmp_path / "s.json").read_text())["drop"] == drop
+    code, out, _ = run(capsys, "archive", "verify", "--archive", folder)
+    assert (code, "sound, 2 drops" in out) == (0, True)
+    # a record that is not filed is compared and stays unfiled
+    code, out, _ = run(capsys, "compare", "--archive", folder, YEARS / "drop_03.nc", "--fail-on", "alarm")
+    assert code == 0  # too few drops are no alarm
+    assert "verdict: too few drops" in out
+    code, out, _ = run(capsys, "archive", "remove", "--archive", folder, drop)
+    assert code == 0
+    code, out, _ = run(capsys, "archive", "list", "--archive", folder)
+    assert out.count("synthetic") == 1
+
+
+def test_an_alarm_fails_only_where_it_shall(capsys, years, tmp_path):
+    drops = [entry.id for entry in years.entries()]
+    assert run(capsys, "compare", "--archive", years.folder, drops[7])[0] == 0
+    assert run(capsys, "compare", "--archive", years.folder, drops[7], "--fail-on", "alarm")[0] == 3
+    assert run(capsys, "compare", "--archive", years.folder, drops[6], "--fail-on", "alarm")[0] == 0
+    target = tmp_path / "c.json"
+    code, out, _ = run(capsys, "compare", "--archive", years.folder, "--json", target)
+    assert (code, "verdict: changed" in out) == (0, True)
+    assert json.loads(target.read_text())["drop"] == drops[-1]
+
+
+def test_a_filed_record_by_its_file_is_the_filed_drop(capsys, years):
+    by_file = run(capsys, "compare", "--archive", years.folder, YEARS / "drop_08.nc")[1]
+    assert by_file == run(capsys, "compare", "--archive", years.folder, years.entries()[7].id)[1]
+
+
+def test_the_table_for_other_tools(capsys, years, tmp_path):
+    code, out, _ = run(capsys, "archive", "export", "--archive", years.folder, "--out", tmp_path / "f.csv")
+    assert code == 0
+    with (tmp_path / "f.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == int(out.split()[0])
+    assert {row["drop_id"] for row in rows} == {entry.id for entry in years.entries()}
+    pytest.importorskip("pyarrow")
+    assert run(capsys, "archive", "export", "--archive", years.folder, "--out", tmp_path / "f.parquet")[0] == 0
+    table = pd.read_parquet(tmp_path / "f.parquet")
+    gap = table[(table.name == "gap_um") & (table.end == "DE") & table.current].value.dropna()
+    assert len(table) == len(rows)
+    assert gap.between(200, 350).all()
+    assert len(gap) >= 8
+
+
+def test_an_archive_that_cannot_be_written_to_can_be_read(capsys, years, tmp_path):
+    folder = tmp_path / "archive"
+    shutil.copytree(years.folder, folder)
+    for path in [folder, *folder.rglob("*")]:
+        path.chmod(path.stat().st_mode & ~0o222)
+    try:
+        assert run(capsys, "archive", "list", "--archive", folder)[0] == 0
+        assert run(capsys, "compare", "--archive", folder)[0] == 0
+    finally:
+        for path in [folder, *folder.rglob("*")]:
+            path.chmod(path.stat().st_mode | 0o200)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["archive", "list", "--archive", "nowhere"], "nowhere: no archive"),
+        (["archive", "add", "--archive", "new", "nowhere.toml", "nowhere.nc"], "nowhere.toml"),
+        (["archive", "add", "--archive", "new", MACHINE, "a.nc", "--dropped", "yesterday"], "--dropped 'yesterday'"),
+        (["archive", "add", "--archive", "new", MACHINE, "a.nc", "b.nc", "--dropped", "2020-01-01"], "one by one"),
+        (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "no drop 'ffffffffffff'"),
+        (["archive", "remove", "--archive", "ARCHIVE", ""], "no drop ''"),
+        (["archive", "export", "--archive", "ARCHIVE", "--out", "f.xlsx"], ".csv or .parquet"),
+        (["archive", "report", "--archive", "ARCHIVE"], "no --report file"),
+        (["archive", "list", "--archive", "ARCHIVE", "--machine", "Compresor rotor"], "did you mean 'Compressor rotor"),
+        (["compare", "--archive", "ARCHIVE", "nowhere.nc"], "nowhere.nc: no such file"),
+        (["compare", "--archive", "ARCHIVE", "--fail-on", "everything"], "--fail-on alarm"),
+        (["compare", "--archive", "ARCHIVE", str(YEARS / "machine.toml")], "machine.toml"),
+    ],
+)
+def test_a_wrong_input_is_one_line_and_exit_code_two(capsys, years, arguments, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(capsys, *[str(years.folder) if a == "ARCHIVE" else a for a in arguments])
+    assert code == 2
+    assert err.startswith("tdbmon: ")
+    assert err.count("\n") == 1
+    assert says in err
+
+
+def test_what_failed_is_told_line_by_line_and_the_code_is_two(capsys, tmp_path):
+    (tmp_path / "empty.nc").touch()
+    code, out, err = run(
+        capsys, "archive", "add", "--archive", tmp_path / "a", MACHINE, tmp_path / "empty.nc", YEARS / "drop_01.nc"
+    )
+    assert code == 2
+    assert "1 of 2 records" in out
+    assert err.count("\n") == 1
+    assert "is empty" in err
+
+
+def test_verify_with_a_fault_is_code_two_and_rebuild_mends_the_catalogue(capsys, years, tmp_path):
+    folder = tmp_path / "archive"
+    shutil.copytree(years.folder, folder)
+    (folder / "catalogue.sqlite").write_bytes(b"rubbish" * 1000)
+    code, _, err = run(capsys, "archive", "verify", "--archive", folder)
+    assert code == 2
+    assert "--rebuild" in err
+    assert run(capsys, "archive", "verify", "--archive", folder, "--rebuild")[0] == 0
+    assert run(capsys, "archive", "verify", "--archive", folder)[0] == 0

@@ -1,0 +1,137 @@
+"""Reports and figures of a history: whole in both formats, nothing clipped, empty parts said."""
+
+from __future__ import annotations
+
+import io
+import itertools
+
+import pypdf
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from tdbmon.figures.differences import differences
+from tdbmon.figures.fleet import fleet as draw_fleet
+from tdbmon.figures.machine_courses import machine_courses
+from tdbmon.figures.stress_boxes import stress_boxes
+from tdbmon.figures.trends import trends
+from tdbmon.history.archive import Archive
+from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.fleet import fleet
+from tdbmon.history.machine_history import machine_history
+from tdbmon.history.verdict import verdict_of
+from tdbmon.report.compare_report import build_compare_report
+from tdbmon.report.fleet_report import build_fleet_report
+from tdbmon.report.html import render_html
+from tdbmon.report.machine_report import build_machine_report
+from tdbmon.report.pdf import render_pdf
+from tdbmon.report.sections.trends import chosen
+from tests.history.made import files, filing, fill
+
+HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
+
+
+@pytest.fixture(scope="module")
+def comparison(years: Archive):
+    return compare(years, filed_drop(years, years.entries()[-1].id))
+
+
+@pytest.fixture
+def stressed(empty, tmp_path):
+    """Drops of two speeds with stresses, of a machine with a hostile name."""
+    for i in range(12):
+        raw, machine = files(tmp_path, i)
+        made = filing(
+            raw, machine, seed=i, name=HOSTILE, dropped=f"2020-01-{i + 1:02d}", speed=100.0 if i % 3 else 60.0,
+            stress=2e9 + 2e7 * i,
+        )  # fmt: skip
+        empty.add(made, raw, machine)
+    return empty
+
+
+def assert_readable(figure) -> None:
+    """Nothing reaches beyond the figure, and no axes with their labels cover others."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    box = figure.get_tightbbox(renderer)
+    width, height = figure.get_size_inches()
+    assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, box
+    parts = [*(ax for ax in figure.axes if ax.get_visible()), *figure.legends, *figure.texts]
+    boxes = [part.get_tightbbox(renderer).padded(-1.5) for part in parts]
+    for (i, a), (j, b) in itertools.combinations(enumerate(boxes), 2):
+        assert not a.overlaps(b), f"{parts[i]} covers {parts[j]}"
+
+
+def test_every_figure_is_readable(years, comparison, stressed):
+    history = machine_history(years, years.machines()[0])
+    shown = chosen([c for c in comparison.changes if c.trend is not None])
+    with_stress = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    for figure in (
+        differences(comparison),
+        trends(comparison, shown),
+        machine_courses(history),
+        draw_fleet(fleet(years)),
+        stress_boxes(with_stress),
+        machine_courses(machine_history(stressed, HOSTILE)),
+        draw_fleet(fleet(stressed)),
+    ):
+        assert_readable(figure)
+
+
+def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    assert set(found.stress) == {"NDE", "DE"}
+    assert [drop for drop, _ in found.stress["DE"]] == [e.id for e in (*found.matched, found.entry)]
+    figure = stress_boxes(found)
+    for ax in figure.axes:
+        colours = [patch.get_facecolor() for patch in ax.patches]
+        assert len(colours) == len(found.stress["DE"])
+        assert colours.count(colours[-1]) == 1  # the last box alone has its colour
+
+
+def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison):
+    document = build_compare_report(comparison, verdict_of(comparison))
+    html = render_html(document)
+    assert "archive add --forces" in html
+    assert "stress-boxes" not in html
+    assert "Changed against the drops before" in html
+    assert "synthetic" in html
+
+
+@pytest.mark.slow
+def test_all_reports_are_whole_in_both_formats(years, comparison, stressed):
+    stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    documents = [
+        build_compare_report(comparison, verdict_of(comparison)),
+        build_compare_report(stressed_last, verdict_of(stressed_last)),
+        build_machine_report(machine_history(years, years.machines()[0])),
+        build_machine_report(machine_history(stressed, HOSTILE)),
+        build_fleet_report(fleet(stressed)),
+    ]
+    for document in documents:
+        html = render_html(document)
+        assert "</script><b>" not in html
+        pages = pypdf.PdfReader(io.BytesIO(render_pdf(document))).pages
+        text = "\n".join(page.extract_text() for page in pages)
+        for section in document.sections:
+            assert section.title in text
+
+
+def test_a_fleet_lists_the_worst_first(empty, tmp_path):
+    fill(empty, tmp_path / "a", 6, name="steady")
+    for i in range(6):
+        raw, machine = files(tmp_path / "b", 100 + i)
+        worn = {("gap_um", "DE"): 1.3} if i == 5 else {}
+        empty.add(
+            filing(raw, machine, name="worn", seed=100 + i, dropped=f"2020-01-{i + 1:02d}", values=worn), raw, machine
+        )
+    raw, machine = files(tmp_path / "c", 200)
+    empty.add(filing(raw, machine, name="new", seed=200, dropped="2020-01-01"), raw, machine)
+    members = fleet(empty)
+    assert [(m.machine, m.verdict.word) for m in members] == [
+        ("worn", "inspect"),
+        ("new", "too few drops"),
+        ("steady", "as before"),
+    ]
+    document = build_fleet_report(members)
+    assert "1 of 3 machines ask for attention" in render_html(document)
