@@ -44,10 +44,10 @@ def fleet(members: list[Member]) -> Figure:
         if not gaps:
             say(ax, "no radius at rest")
         for (end, series), (line, marker) in zip(gaps.items(), _STYLES, strict=False):
-            values = np.array([e.value for e in series], float) * 1e6
-            at = np.arange(1, len(values) + 1)
+            values = np.array([e.value for _, e in series], float) * 1e6
+            at = [number for number, _ in series]
             ax.plot(at, values - values[0], marker, color=line, markersize=2.5, linestyle="-", linewidth=0.6, label=end)
-            for x, e in zip(at, series, strict=True):
+            for x, e in series:
                 if e.low is not None and e.high is not None:
                     ends = np.array([e.low, e.high]) * 1e6 - values[0]
                     ax.plot([x, x], ends, color=line, linewidth=0.5, alpha=0.6)
@@ -59,6 +59,8 @@ def fleet(members: list[Member]) -> Figure:
             ax.set_ylabel("[µm]")
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
+    for ax in axes.flat[max(0, len(shown) - _COLUMNS) : len(shown)]:
+        ax.set_xlabel("drop")
     legend_below(figure, 4)
     return figure
 
@@ -68,8 +70,9 @@ def _reach(members: list[Member]) -> float:
     found = [5.0]
     for member in members:
         for series in member.gaps().values():
-            found += [abs((e.value or 0) - (series[0].value or 0)) * 1e6 for e in series]
-            found += [((e.high or 0) - (e.low or 0)) / 2 * 1e6 for e in series if e.low is not None]
+            first = series[0][1].value if series else None
+            found += [abs((e.value or 0) - (first or 0)) * 1e6 for _, e in series]
+            found += [((e.high or 0) - (e.low or 0)) / 2 * 1e6 for _, e in series if e.low is not None]
     return 1.2 * max(found)
 
 

@@ -20,9 +20,9 @@ def stress_boxes(comparison: Comparison) -> Figure:
     """Draw the boxes of the latest drops with forces, the drop that is compared in orange."""
     ends = comparison.stress
     figure = new_figure(
-        38 + 52 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
+        34 + 56 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
     )
-    axes = subplots(figure, len(ends), 1, Margins(17, 3, 11, 17, down=8))[:, 0]
+    axes = subplots(figure, len(ends), 1, Margins(17, 3, 11, 17, down=15))[:, 0]
     names = {e.id: e.raw_name for e in (*comparison.matched, comparison.entry)}
     for ax, (end, rows) in zip(axes, ends.items(), strict=True):
         rows = rows[-_SHOWN:]

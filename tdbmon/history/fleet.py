@@ -40,11 +40,13 @@ class Member:
         ]
         return max(found, default=0.0)
 
-    def gaps(self) -> dict[str, list[Estimate]]:
-        """Radius at rest an end over the matching drops and the latest, in order."""
+    def gaps(self) -> dict[str, list[tuple[int, Estimate]]]:
+        """Radius at rest an end, with the number of the drop among the matching ones and the latest."""
+        found = self.comparison
+        number = {entry.id: i for i, entry in enumerate((*found.matched, found.entry), start=1)}
         return {
-            c.end: [e for _, e in c.earlier] + ([c.estimate] if c.estimate.known else [])
-            for c in self.comparison.changes
+            c.end: [(number[drop], e) for drop, e in (*c.earlier, (found.entry.id, c.estimate)) if e.known]
+            for c in found.changes
             if c.kind.name == "gap_um"
         }
 
