@@ -14,6 +14,19 @@ from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import Filing, StressBox
 
 ENDS = ("NDE", "DE")
+# what a feature of this unit usually is, SI
+USUAL = {
+    "um": 250e-6,
+    "ms": 7e-3,
+    "N/m": 5e7,
+    "N": 5e3,
+    "MPa": 2e9,
+    "N s/m": 4e3,
+    "N m": 0.02,
+    "Hz": 30.0,
+    "s": 1.0,
+    "1": 1.0,
+}
 _ROTOR = {"initial_hz", "decay_time_s", "lost_speed_hz", "swing_1_hz"}
 
 
@@ -31,9 +44,12 @@ def filing(
     assembly: str = "",
     few: bool = False,
 ) -> Filing:
-    """Return a filing of a raw file, its features drawn around one; `values` (SI) sets some; `few` keeps but six."""
+    """Return a filing of a raw file, its features drawn around what is `USUAL`.
+
+    `values`, in units of that, sets some of them; `few` keeps but six.
+    """
     rng = np.random.default_rng(seed)
-    features = [_feature("initial_hz", "", speed)]
+    features = [_feature("initial_hz", "", speed / USUAL["Hz"])]
     for kind in KINDS.values():
         for end in ("",) if kind.name in _ROTOR else ENDS:
             if kind.name != "initial_hz":
@@ -93,4 +109,6 @@ def newer(old: Filing, version: str) -> Filing:
 
 
 def _feature(name: str, end: str, value: float) -> Feature:
-    return Feature(name, end, Estimate.from_sigma(value, 0.01 * abs(value), KINDS[name].unit, "made up"))
+    unit = KINDS[name].unit
+    value *= USUAL[unit]
+    return Feature(name, end, Estimate.from_sigma(value, 0.01 * abs(value), unit, "made up"))
