@@ -12,13 +12,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.starts import best_start, turn_cages
+from tdbmon.identify.starts import turn_cages
 
 Progress = Callable[[str], None]
 
@@ -26,15 +27,18 @@ Progress = Callable[[str], None]
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 MOST_CAUSES = 3
 _CONTACT_S = 0.009  # s; before it the cages' angles do nothing
-_SLOPES = 2  # times that slopes are taken for the plain model at a horizon
+_SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 _INVITED = 6  # suspects fitted at a horizon with the slopes of the model that they extend
 _ADMITTED = 3  # of them, fitted with their own
 _SAME_KIND = 2  # of those invited, of one effect at one place with other words or orders
 _KEPT = 3  # contenders that go on to the next horizon
 _NOISE = 1.08  # misfit a residual, from which on a model counts as failing
+_EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
+_AHEAD = 100.0  # in the criterion: who leads by so much has won
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
 _NEARLY = 2.0  # misfit a residual, up to which another start may mend it
+_NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _SHARE = 0.02  # of all that is left, which a further cause must promise
 
@@ -89,9 +93,26 @@ class Contender:
         return " + ".join(cause.name for cause in self.causes) or "plain model"
 
     @property
+    def negligible(self) -> bool:
+        """True where one of its causes is so small that every machine has it."""
+        shared, _ = self.problem.values(self.fit.point, 0)
+        return any(
+            all(_share(size, shared[f"{cause.name}.{size.name}"]) < _NEGLIGIBLE for size, _ in cause.sizes)
+            for cause in self.causes
+        )
+
+    @property
     def fails(self) -> bool:
         """True where more than noise is left."""
         return self.ratio > _NOISE
+
+
+def _share(size: Declared, value: float) -> float:
+    """Return a size as a share of the typical one, both counted from where the effect is off."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):
+        return size.typical / value
+    return abs(value - off) / abs(size.typical - off)
 
 
 def freedom(problem: Problem) -> float:
@@ -125,8 +146,8 @@ def contest(
         field = _kept(field)
         # where nothing explains the first contacts, nothing will explain the later ones
         lost = lost + 1 if best.ratio > _LOST else 0
-        if lost >= _LOST_HORIZONS:
-            plain = settled(plain, horizon, 1) if plain.horizon < horizon else plain
+        if lost >= _LOST_HORIZONS or (horizon >= _EARLIEST_S and _decided(plain, field, horizon)):
+            plain = settled(plain, horizon, _SLOPES) if plain.horizon < horizon else plain
             break
     return sorted([plain, *field], key=lambda each: each.bic)
 
@@ -143,8 +164,9 @@ def _compared(
     best = _leader(plain, field, horizon)
     while len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)):
         progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-        field = field + _invited(best, horizon, suspects, field)
-        after = _leader(plain, field, horizon)
+        found = _invited(best, horizon, suspects, field)
+        field = field + [each for each in found if not each.negligible]
+        after = min([best, *found], key=lambda each: each.bic)
         for freed in _freed(after, horizon):
             if freed.causes:
                 field.append(freed)
@@ -155,6 +177,16 @@ def _compared(
             break
         best = after
     return plain, field
+
+
+def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
+    """True where one model leaves noise alone and no other comes near: later contacts would only blur what is clear."""
+    ranked = sorted((each for each in field if each.horizon == horizon), key=lambda each: each.bic)
+    if not ranked or ranked[0].fails or plain.ratio < _BEHIND * ranked[0].ratio:
+        return False
+    mine = {cause.name for cause in ranked[0].causes}
+    rivals = [each for each in ranked[1:] if {cause.name for cause in each.causes} != mine]
+    return all(each.bic > ranked[0].bic + _AHEAD for each in rivals)
 
 
 def _leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:
@@ -175,10 +207,8 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     if horizon < _CONTACT_S or not found.fails or slopes < 2:
         return found
     try:
-        turned = fit(problem, turn_cages(problem, found.fit, horizon), horizon, 1, slopes=found.fit.slopes)
+        turned = fit(problem, turn_cages(problem, found.fit, horizon), horizon, 3)
         found = replace(found, fit=min(found.fit, turned, key=lambda each: each.misfit))
-        if found.fails and found.ratio < _NEARLY and not found.causes:
-            found = replace(found, fit=best_start(problem, found.fit, horizon))
     except InputError:
         pass
     return found
@@ -242,10 +272,11 @@ def without_cause(contender: Contender, index: int) -> Contender:
 
 
 def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return the contenders fitted to a horizon, the leader with most care."""
     out = []
-    for each in field:
+    for place, each in enumerate(sorted(field, key=lambda each: each.bic)):
         try:
-            out.append(settled(each, horizon, 2))
+            out.append(settled(each, horizon, _SLOPES if place == 0 else 2))
         except InputError:
             continue
     return out

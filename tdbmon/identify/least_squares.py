@@ -20,9 +20,9 @@ from tdbmon.identify.problem import Problem, huber, spread
 
 Array = NDArray[np.float64]
 
-LINEARISATIONS = 5  # at most
-ENOUGH = 1e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
-_CHORDS = 6  # steps at most with the same slopes
+LINEARISATIONS = 8  # at most
+ENOUGH = 2e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
+_CHORDS = 2  # steps at most with the same slopes; with more, fits end in wrong minima
 _STALE_TRIES, _FRESH_TRIES = 3, 8  # dampings tried with old and with new slopes
 _BLOCK_S = 0.01  # s; what is left follows itself in time about as long as a bounce lasts
 
@@ -91,6 +91,13 @@ def fit(
             break
         known = False
     return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
+
+
+def linearised(problem: Problem, point: Array, horizon: float) -> Fit:
+    """Return a point as it stands, with its slopes (raises InputError where it cannot be simulated)."""
+    linear = problem.linearised(point, horizon)
+    residuals = tuple(r for r, _ in linear)
+    return Fit(point, residuals, tuple(j for _, j in linear), misfit_of(problem, residuals, point))
 
 
 def _chords(

@@ -19,6 +19,7 @@ from tdbmon.identify.problem import Problem, huber, spread
 Array = NDArray[np.float64]
 
 _CLEARANCE_START = 1.0  # standard deviations from the nominal clearance, at which other starts begin
+_WORTH = 0.9  # of what is left at the present angle, that another must get below
 _CAGE_GRID = 8  # angles tried over a ball's spacing, an end
 
 
@@ -72,6 +73,7 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list
     numbered = any(each.each_held for each in problem.free)
     for cage in cages:
         start, least, best = near[where[cage]], math.inf, near[where[cage]]
+        stays = math.inf
         for angle in start + np.arange(_CAGE_GRID) * 2 / _CAGE_GRID:  # two of its scales are a ball's spacing
             near[where[cage]] = angle
             try:
@@ -80,8 +82,12 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list
                 continue
             left = np.concatenate([left, near[where][others] * prior])
             left = left - basis @ (basis.T @ left)
+            if angle == start:
+                stays = float(left @ left)
             if float(left @ left) < least:
                 least, best = float(left @ left), angle
+        if least > _WORTH * stays:
+            best = start
         # a cage turned by whole balls is the same one, unless the balls have numbers
         near[where[cage]] = best if numbered else (best + 1) % 2 - 1
     return near[where[cages]]
