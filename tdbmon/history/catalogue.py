@@ -180,8 +180,10 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
         (filing.drop, file, file_sha256, filing.version, filing.machine_sha256, filing.forces, filing.filed),
     )
     result = cursor.lastrowid
+    said = {words for f in filing.features for words in (f.estimate.method, f.estimate.why)}
+    wordings = {words: _wording(base, words) for words in said}
     base.executemany(
-        "INSERT INTO feature_values VALUES (?,?,?,?,?,?,?,?,?,?)", [_row(base, result, f) for f in filing.features]
+        "INSERT INTO feature_values VALUES (?,?,?,?,?,?,?,?,?,?)", [_row(result, f, wordings) for f in filing.features]
     )
     base.executemany("INSERT INTO stress VALUES (?,?,?,?,?,?,?,?)", [_stress_row(result, s) for s in filing.stress])
     best = max(
@@ -307,18 +309,9 @@ def _entry(row: tuple[Any, ...]) -> Entry:
     )
 
 
-def _row(base: sqlite3.Connection, result: int | None, feature: Feature) -> tuple[object, ...]:
+def _row(result: int | None, feature: Feature, wordings: dict[str, int]) -> tuple[object, ...]:
     e = feature.estimate
-    return (
-        result,
-        feature.name,
-        feature.end,
-        *e.outside,
-        e.unit,
-        e.kind,
-        _wording(base, e.method),
-        _wording(base, e.why),
-    )
+    return (result, feature.name, feature.end, *e.outside, e.unit, e.kind, wordings[e.method], wordings[e.why])
 
 
 def _wording(base: sqlite3.Connection, words: str) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
-_TREND = 60  # of them, for a trend
+_TREND = 60  # of the latest, for a trend
 _LEAST_FLAG = 3  # drops before: with two, the scatter rests on a single difference
 
 
@@ -44,8 +45,6 @@ class Change:
         Corrected for the number of features looked at.
     flag : bool
         It changed.
-    trend : Trend or None
-        Over the matching drops and this one; None below four.
     why : str
         Why there is no difference.
     """
@@ -58,13 +57,17 @@ class Change:
     difference: Difference | None
     p_adjusted: float | None
     flag: bool
-    trend: Trend | None
     why: str
 
     @property
     def title(self) -> str:
         """Name and end, as a report says it."""
         return f"{self.kind.title}, {self.end}" if self.end else self.kind.title
+
+    @cached_property
+    def trend(self) -> Trend | None:
+        """Its course over the matching drops and this one, the latest sixty; None below four."""
+        return trend_of([e for _, e in self.earlier[-_TREND:]] + ([self.estimate] if self.estimate.known else []))
 
     def trend_drops(self, current: str) -> list[str]:
         """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
@@ -235,8 +238,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
-    series = [e for _, e in earlier[-_TREND:]] + ([estimate] if estimate.known else [])
-    return Change(kind, end, estimate, tuple(earlier), left_out, difference, None, False, trend_of(series), why)
+    return Change(kind, end, estimate, tuple(earlier), left_out, difference, None, False, why)
 
 
 def _corrected(p: list[float | None], settings: Settings) -> list[float]:

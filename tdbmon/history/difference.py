@@ -17,6 +17,7 @@ gross changes stand out: `detectable` says how large a change must be to be flag
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,12 +136,18 @@ def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
     from scipy.special import stdtr
 
     kept = np.ones(len(values), dtype=bool)
-    for i in range(_FIRST_JUDGED, len(values)):
-        before = summarise(values[:i][kept[:i]], least)
-        if before.scatter is None:
-            continue
-        off = abs(values[i] - before.centre) / (before.scatter * np.sqrt(1 + 1 / before.n))
-        kept[i] = 2 * stdtr(before.freedom, -off) >= level
+    n, mean, squares = 0, 0.0, 0.0  # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
+    for i, value in enumerate(values.tolist()):
+        if n >= _FIRST_JUDGED:
+            scatter = max(math.sqrt(squares / (n - 1)), least)
+            off = abs(value - mean) / (scatter * math.sqrt(1 + 1 / n))
+            if 2 * stdtr(n - 1.0, -off) < level:
+                kept[i] = False
+                continue
+        n += 1
+        step = value - mean
+        mean += step / n
+        squares += step * (value - mean)
     return kept
 
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from tdbmon.estimate import Estimate
-
-Worse = Literal["up", "down", "either"]
 
 
 @dataclass(frozen=True)
@@ -45,8 +42,6 @@ class FeatureKind:
         by luck; a scatter below this is taken for luck.
     relative : bool
         `least` is a share of the value.
-    worse : str
-        Which way a change speaks of wear.
     meaning : str
         What a change of it may come from.
     forces : bool
@@ -59,7 +54,6 @@ class FeatureKind:
     title: str
     unit: str
     least: float
-    worse: Worse
     meaning: str
     relative: bool = False
     forces: bool = False
@@ -72,17 +66,15 @@ _KINDS = (
         "Radius at rest",
         "um",
         1.5e-6,
-        "up",
         "wear of journal or inner ring, worn or dented balls and races, a support that gave way",
     ),
-    FeatureKind("gap_from_swing_um", "Radius at rest from the swing", "um", 1e-6, "up", "as the radius at rest"),
-    FeatureKind("gap_oval_um", "Out-of-roundness of the clearance", "um", 8e-6, "up", "uneven wear of ring or housing"),
+    FeatureKind("gap_from_swing_um", "Radius at rest from the swing", "um", 1e-6, "as the radius at rest"),
+    FeatureKind("gap_oval_um", "Out-of-roundness of the clearance", "um", 8e-6, "uneven wear of ring or housing"),
     FeatureKind(
         "gap_centre_x_um",
         "Clearance centre, x",
         "um",
         0.2e-6,
-        "either",
         "bearing or probes moved sideways",
     ),
     FeatureKind(
@@ -90,7 +82,6 @@ _KINDS = (
         "Clearance centre, y",
         "um",
         2e-6,
-        "either",
         "bearing or probes moved up or down",
     ),
     FeatureKind(
@@ -98,35 +89,30 @@ _KINDS = (
         "Single-mass stiffness",
         "N/m",
         0.016,
-        "down",
         "a support that became looser or stiffer",
         relative=True,
     ),
-    FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1.2e-5, "up", "gap or set-point changed"),
+    FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1.2e-5, "gap or set-point changed"),
     FeatureKind(
         "first_contact_duration_ms",
         "First contact, duration",
         "ms",
         2.7e-5,
-        "up",
         "stiffness of bearing and support",
     ),
-    FeatureKind(
-        "rebound_um", "Rebound after the first contact", "um", 2.7e-6, "either", "damping of bearing and support"
-    ),
-    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "either", "damping"),
-    FeatureKind("contacts", "Contacts before settling", "1", 0.15, "up", "damping, gap or friction", relative=True),
-    FeatureKind("deepest_um", "Deepest excursion", "um", 2.8e-6, "up", "stiffness of bearing and support, whirl"),
-    FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "up", "friction between journal and ring"),
-    FeatureKind("whirl_full_s", "Longest whirl right round", "s", 1e-3, "up", "friction, unbalance"),
-    FeatureKind("v_peak", "Rotor-centre velocity V, peak", "1", 0.02, "up", "severity of the drop", relative=True),
-    FeatureKind("v_rms", "Rotor-centre velocity V, rms", "1", 0.025, "up", "severity of the drop", relative=True),
+    FeatureKind("rebound_um", "Rebound after the first contact", "um", 2.7e-6, "damping of bearing and support"),
+    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "damping"),
+    FeatureKind("contacts", "Contacts before settling", "1", 0.15, "damping, gap or friction", relative=True),
+    FeatureKind("deepest_um", "Deepest excursion", "um", 2.8e-6, "stiffness of bearing and support, whirl"),
+    FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "friction between journal and ring"),
+    FeatureKind("whirl_full_s", "Longest whirl right round", "s", 1e-3, "friction, unbalance"),
+    FeatureKind("v_peak", "Rotor-centre velocity V, peak", "1", 0.02, "severity of the drop", relative=True),
+    FeatureKind("v_rms", "Rotor-centre velocity V, rms", "1", 0.025, "severity of the drop", relative=True),
     FeatureKind(
         "peak_force_n",
         "Greatest force on the ring",
         "N",
         0.02,
-        "up",
         "stiffness, gap, set-point",
         relative=True,
         forces=True,
@@ -136,7 +122,6 @@ _KINDS = (
         "Greatest Hertz stress of a ball",
         "MPa",
         0.01,
-        "up",
         "load and its share among the balls",
         relative=True,
         forces=True,
@@ -146,7 +131,6 @@ _KINDS = (
         "Mean Hertz stress while loaded",
         "MPa",
         0.01,
-        "up",
         "load and its share among the balls",
         relative=True,
         forces=True,
@@ -156,7 +140,6 @@ _KINDS = (
         "Inner ring at shaft speed after",
         "s",
         1e-3,
-        "either",
         "friction, drag of the bearing",
         forces=True,
     ),
@@ -165,7 +148,6 @@ _KINDS = (
         "Air gap (fitted)",
         "um",
         0.5e-6,
-        "up",
         "wear of journal or inner ring",
         forces=True,
     ),
@@ -174,7 +156,6 @@ _KINDS = (
         "Ball clearance (fitted)",
         "um",
         0.5e-6,
-        "up",
         "worn or dented balls and races",
         forces=True,
     ),
@@ -183,7 +164,6 @@ _KINDS = (
         "Drag of the inner ring (fitted)",
         "N m",
         0.02,
-        "either",
         "grease, damage of the bearing",
         relative=True,
         forces=True,
@@ -193,7 +173,6 @@ _KINDS = (
         "Friction of journal on ring (fitted)",
         "1",
         0.02,
-        "either",
         "surface of journal and ring, lubricant",
         relative=True,
         forces=True,
@@ -203,7 +182,6 @@ _KINDS = (
         "Support stiffness (fitted)",
         "N/m",
         0.02,
-        "down",
         "support became looser",
         relative=True,
         forces=True,
@@ -213,20 +191,16 @@ _KINDS = (
         "Support damping (fitted)",
         "N s/m",
         0.02,
-        "either",
         "support",
         relative=True,
         forces=True,
     ),
-    FeatureKind(
-        "decay_time_s", "Decay time of the speed", "s", 0.001, "down", "windage, drag of the bearings", relative=True
-    ),
+    FeatureKind("decay_time_s", "Decay time of the speed", "s", 0.001, "windage, drag of the bearings", relative=True),
     FeatureKind(
         "drag_torque_n_m",
         "Torque of constant drag",
         "N m",
         0.01,
-        "up",
         "drag of the touchdown bearings, grease",
         relative=True,
     ),
@@ -235,14 +209,13 @@ _KINDS = (
         "Speed lost to contacts, ring spin-up",
         "Hz",
         0.003,
-        "either",
         "friction, inertia of the rings",
     ),
-    FeatureKind("standstill_time_s", "Standstill after the release", "s", 0.005, "down", "drag", relative=True),
-    FeatureKind("swing_1_hz", "Swing in the clearance, parallel", "Hz", 0.02, "down", "gap"),
-    FeatureKind("swing_2_hz", "Swing in the clearance, conical", "Hz", 0.02, "down", "gap"),
-    FeatureKind("settled_s", "Settled on both rings after", "s", 0.4, "up", "damping, friction", relative=True),
-    FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "either", "how the drop was made", judged=False),
+    FeatureKind("standstill_time_s", "Standstill after the release", "s", 0.005, "drag", relative=True),
+    FeatureKind("swing_1_hz", "Swing in the clearance, parallel", "Hz", 0.02, "gap"),
+    FeatureKind("swing_2_hz", "Swing in the clearance, conical", "Hz", 0.02, "gap"),
+    FeatureKind("settled_s", "Settled on both rings after", "s", 0.4, "damping, friction", relative=True),
+    FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "how the drop was made", judged=False),
 )
 
 KINDS = {kind.name: kind for kind in _KINDS}
