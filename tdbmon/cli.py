@@ -162,6 +162,40 @@ def simulate(
 
 
 @app.command()
+def diagnose(
+    machine: MachineFile,
+    records: Annotated[list[Path], typer.Argument(metavar="RECORD...", help="drops of the machine in one condition")],
+    json_file: JsonFile = None,
+    report: Annotated[
+        list[Path] | None, typer.Option(metavar="F.html|F.pdf", help="write a report; may be given twice")
+    ] = None,
+) -> None:
+    """Find what the model of a machine lacks: name the effect, its place and size, and prove the gain."""
+    from tdbsim.machine import load_machine
+
+    from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
+    from tdbmon.diagnosis.diagnose import diagnose as run
+    from tdbmon.record.read import read
+
+    writers = [_report_writer(path) for path in report or []]
+    with _progress() as tell:
+        tell("reading the machine and the records")
+        result = run(load_machine(machine), [read(path) for path in records], tell)
+        if writers:
+            from tdbmon.report.diagnosis_report import build_diagnosis_report
+
+            tell("drawing the figures")
+            document = build_diagnosis_report(result)
+            for write in writers:
+                write(document)
+    for line in diagnosis_lines(result):
+        typer.echo(line)
+    _write_json(json_file, lambda: diagnosis_json(result))
+    for path in report or []:
+        typer.echo(f"report: {path}")
+
+
+@app.command()
 def effects(
     identifier: Annotated[str | None, typer.Argument(metavar="ID", help="one effect, with its parameters")] = None,
 ) -> None:

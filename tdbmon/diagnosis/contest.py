@@ -17,22 +17,21 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.calibrate import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.starts import turn_cages
 
 Progress = Callable[[str], None]
 
 # s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 MOST_CAUSES = 3
-_CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 _SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 _INVITED = 6  # suspects fitted at a horizon with the slopes of the model that they extend
 _ADMITTED = 3  # of them, fitted with their own
 _SAME_KIND = 2  # of those invited, of one effect at one place with other words or orders
 _KEPT = 3  # contenders that go on to the next horizon
-_NOISE = 1.08  # misfit a residual, from which on a model counts as failing
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
@@ -104,7 +103,7 @@ class Contender:
     @property
     def fails(self) -> bool:
         """True where more than noise is left."""
-        return self.ratio > _NOISE
+        return self.ratio > FAILING
 
 
 def _share(size: Declared, value: float) -> float:
@@ -149,6 +148,7 @@ def contest(
         if lost >= _LOST_HORIZONS or (horizon >= _EARLIEST_S and _decided(plain, field, horizon)):
             plain = settled(plain, horizon, _SLOPES) if plain.horizon < horizon else plain
             break
+    plain, field = _simplified(plain, field)
     return sorted([plain, *field], key=lambda each: each.bic)
 
 
@@ -179,6 +179,27 @@ def _compared(
     return plain, field
 
 
+def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
+    """Return the models with those among them that need a cause less and leave noise alone just as well."""
+    while field:
+        best = min(field, key=lambda each: each.bic)
+        simpler = []
+        for freed in _freed(best, best.horizon):
+            # a model that is nowhere near without a cause needs it
+            near = settled(freed, best.horizon, _SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
+            if not near.fails:
+                simpler.append(near)
+        if not simpler:
+            break
+        kept = min(simpler, key=lambda each: each.bic)
+        field = [each for each in field if len(each.causes) <= len(kept.causes) and each.name != kept.name]
+        if not kept.causes:
+            plain = min(plain, kept, key=lambda each: each.misfit)
+            break
+        field.append(kept)
+    return plain, field
+
+
 def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
     """True where one model leaves noise alone and no other comes near: later contacts would only blur what is clear."""
     ranked = sorted((each for each in field if each.horizon == horizon), key=lambda each: each.bic)
@@ -204,7 +225,7 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     """Return a contender fitted to a horizon with slopes taken so many times, its cages turned where it fails."""
     problem = contender.problem
     found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
-    if horizon < _CONTACT_S or not found.fails or slopes < 2:
+    if horizon < CONTACT_S or not found.fails or slopes < 2:
         return found
     try:
         turned = fit(problem, turn_cages(problem, found.fit, horizon), horizon, 3)

@@ -10,13 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.contest import HORIZONS, Contender, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, held_out, middle_drop
+from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.parameters import parameters
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, verdict
-from tdbmon.identify.drop import measured_drop
+from tdbmon.estimate import Estimate
+from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import build_problem, check_start
 
 Progress = Callable[[str], None]
@@ -36,6 +39,10 @@ class Diagnosis:
         The best first; the plain model among them.
     proof : HeldOut or None
         Of the best model with a cause on a drop held out; None where there is no such model, or one drop only.
+    parameters : dict
+        Of each accused model by its name, then of each cause by its name: its parameters' estimates by theirs.
+    next_test : str
+        What would teach most.
     remarks : tuple of str
         What the records lack, and what that costs.
     seconds : float
@@ -45,8 +52,15 @@ class Diagnosis:
     verdict: Verdict
     contenders: tuple[Contender, ...]
     proof: HeldOut | None
+    parameters: dict[str, dict[str, dict[str, Estimate]]]
+    next_test: str
     remarks: tuple[str, ...]
     seconds: float
+
+    @property
+    def extended(self) -> Contender | None:
+        """The best model with causes."""
+        return next((each for each in self.contenders if each.causes), None)
 
     @property
     def plain(self) -> Contender:
@@ -93,17 +107,22 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
             progress("holding out a drop")
             plain = next(each for each in field if not each.causes)
             proof = held_out(plain, extended[0], middle_drop(problem))
+        judged = verdict(field, proof)
+        progress("estimating sizes")
+        sizes = {each.name: parameters(each) for each in judged.accused}
     return Diagnosis(
         machine=machine,
-        verdict=verdict(field, proof),
+        verdict=judged,
         contenders=tuple(field),
         proof=proof,
+        parameters=sizes,
+        next_test=next_test(judged, tuple(field)),
         remarks=(*(remark for drop in drops for remark in drop.remarks), *_remarks(drops)),
         seconds=time.monotonic() - began,
     )
 
 
-def _common(drops: Sequence) -> list:
+def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:
     """Return the probes that all drops have."""
     names = set.intersection(*({p.name for p in drop.probes} for drop in drops))
     return [p for p in drops[0].probes if p.name in names]
@@ -115,7 +134,7 @@ def _check_names(names: Sequence[str]) -> None:
         raise InputError(f"{double[0]} is given twice; a drop counts once, give each record once")
 
 
-def _remarks(drops: Sequence) -> list[str]:
+def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
     out = []
     if len(drops) == 1:
         out.append(

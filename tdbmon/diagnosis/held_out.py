@@ -14,11 +14,11 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contest import Contender
+from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.prediction import predict, readings
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.starts import turn_cages
 
 LEAST_DROPS = 2  # to hold one out
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from

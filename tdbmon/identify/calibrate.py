@@ -21,21 +21,24 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import covariance_of, fit
+from tdbmon.identify.least_squares import covariance_of, fit, linearised
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
 )
 from tdbmon.identify.prediction import predict, readings
 from tdbmon.identify.problem import Problem, build_problem, check_start
-from tdbmon.identify.starts import best_start, turn_cages
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-HORIZONS = (0.012, 0.025, 0.04, 0.06, 0.1)  # s after the release
+# s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
+HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
+CONTACT_S = 0.009  # s; before it the cages' angles do nothing
+FAILING = 1.08  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
 _THREADS = 2
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
@@ -92,18 +95,18 @@ def fit_drops(
         point = problem.start
         passed: list[Array] = []
         check_start(problem, usable[0])
-        for k, horizon in enumerate(usable):
+        for horizon in usable:
             progress(f"fitting the first {horizon * 1e3:g} ms")
             found = fit(problem, point, horizon)
-            if k < 2:
-                found = fit(problem, turn_cages(problem, found, horizon), horizon, slopes=found.slopes)
-            if k == min(1, len(usable) - 1):
-                progress(f"trying other starts to {horizon * 1e3:g} ms")
-                found = best_start(problem, found, horizon)
+            if horizon > CONTACT_S and found.misfit > FAILING * sum(len(r) for r in found.residuals):
+                turned = fit(problem, turn_cages(problem, found, horizon), horizon, 3)
+                found = min(found, turned, key=lambda each: each.misfit)
             point = found.point
-            if k >= 1:
+            if horizon > 2 * CONTACT_S:
                 passed.append(point)
-        covariance = covariance_of(problem, point, usable[-1]) + _drift(passed[:-1], point)
+        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + _drift(
+            passed[:-1], point
+        )
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])

@@ -202,8 +202,8 @@ def misfit(problem: Problem, point: Array, horizon: float) -> float:
     return misfit_of(problem, residuals, point)
 
 
-def covariance_of(problem: Problem, point: Array, horizon: float) -> Array:
-    """Return the covariance of the point with what the model does not explain: H^-1 (H + sum g g^T) H^-1.
+def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
+    """Return the covariance of a fitted point with what the model does not explain: H^-1 (H + sum g g^T) H^-1.
 
     H is the curvature, whose inverse holds for residuals that are noise alone; g is the slope of each 10 ms of a drop:
     what is left there follows itself in time and counts as one (P. J. Huber, Proc. 5th Berkeley Symposium 1 (1967) 221;
@@ -211,7 +211,7 @@ def covariance_of(problem: Problem, point: Array, horizon: float) -> Array:
     """
     curvature = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
     scatter = np.zeros_like(curvature)
-    for drop, (r, jacobian) in enumerate(problem.linearised(point, horizon)):
+    for drop, (r, jacobian) in enumerate(zip(fitted.residuals, fitted.slopes, strict=True)):
         where = problem.columns(drop)
         weights = huber(r, spread(r))
         curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * weights[:, None])

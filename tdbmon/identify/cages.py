@@ -1,4 +1,4 @@
-"""Other places to start from: cages turned, ball clearances narrow and wide.
+"""Cages turned to where they suit.
 
 A contact depends on the cages' angles in a wavy way, so they are searched over all of a ball's spacing, everything else
 adapting linearly.
@@ -7,45 +7,18 @@ adapting linearly.
 from __future__ import annotations
 
 import math
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.least_squares import Fit, fit
+from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, huber, spread
 
 Array = NDArray[np.float64]
 
-_CLEARANCE_START = 1.0  # standard deviations from the nominal clearance, at which other starts begin
 _WORTH = 0.9  # of what is left at the present angle, that another must get below
 _CAGE_GRID = 8  # angles tried over a ball's spacing, an end
-
-
-def best_start(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return the best of several starts, each fitted: narrow and wide ball clearances, cages turned to suit.
-
-    A wider clearance with a narrower gap lets the rotor fall as far; the first contact alone hardly tells them apart.
-    """
-    index = {p.name: k for k, p in enumerate(problem.shared)}
-    pairs = []
-    for bearing in problem.model.machine.touchdown_bearings:
-        clearance, gap = (index.get(f"{bearing.name}.{f}") for f in ("diametral_clearance", "radial_gap"))
-        if clearance is not None and gap is not None:
-            pairs.append((clearance, gap, 0.5 * problem.shared[clearance].scale / problem.shared[gap].scale))
-    fitted = [found]
-    for signs in product((-_CLEARANCE_START, _CLEARANCE_START), repeat=len(pairs)) if pairs else ():
-        other = found.point.copy()
-        for (clearance, gap, ratio), sign in zip(pairs, signs, strict=True):
-            other[gap] -= ratio * (sign - found.point[clearance])
-            other[clearance] = sign
-        try:
-            moved = fit(problem, np.clip(other, problem.low, problem.high), horizon, 1)
-            fitted.append(fit(problem, turn_cages(problem, moved, horizon), horizon, 2, slopes=moved.slopes))
-        except InputError:
-            continue
-    return min(fitted, key=lambda each: each.misfit)
 
 
 def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:

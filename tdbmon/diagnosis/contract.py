@@ -1,0 +1,136 @@
+"""The JSON of `tdbmon diagnose`, and its lines on a terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.held_out import rms
+from tdbmon.diagnosis.unexplained import unexplained
+from tdbmon.diagnosis.verdict import Kind
+from tdbmon.estimate import Estimate
+
+
+def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the contract's content."""
+    verdict, proof = diagnosis.verdict, diagnosis.proof
+    plain, best = diagnosis.plain, diagnosis.best
+    drops = plain.problem.drops
+    noise = math.sqrt(sum(n.sigma**2 for d in drops for n in d.noise) / sum(len(d.noise) for d in drops))
+    left = unexplained(best)
+    shared, _ = plain.problem.values(plain.fit.point, 0)
+    return {
+        "verdict": str(verdict.kind),
+        "why": verdict.why,
+        "causes": _causes(diagnosis),
+        "candidates": _candidates(diagnosis),
+        "baseline": {
+            "fit_rms_um": _fit_rms(plain) * 1e6,
+            "held_out_rms_um": proof.plain * 1e6 if proof else None,
+            "noise_um": noise * 1e6,
+            "calibrated": {
+                p.name: Estimate(shared[p.name], unit=p.unit, why="no interval: the plain model").to_json()
+                for p in plain.problem.shared
+            },
+        },
+        "extended": {
+            "fit_rms_um": _fit_rms(best) * 1e6 if best.causes else None,
+            "held_out_rms_um": proof.extended * 1e6 if proof and best.causes else None,
+        },
+        "held_out": [proof.drop] if proof else [],
+        "gain": proof.gain if proof and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS) else None,
+        "horizon_s": best.horizon,
+        "unexplained": {
+            "misfit_ratio": left.ratio,
+            "drop": left.drop,
+            "probe": left.probe,
+            "rms_um": left.rms * 1e6,
+            "noise_um": left.noise * 1e6,
+            "loudest_from_s": left.since,
+            "loudest_until_s": left.until,
+            "frequency_hz": left.frequency,
+        },
+        "next_test": diagnosis.next_test,
+        "remarks": list(diagnosis.remarks),
+        "seconds": diagnosis.seconds,
+    }
+
+
+def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
+    """Return what the command says."""
+    verdict, out = diagnosis.verdict, []
+    out.append(f"verdict: {verdict.kind} - {verdict.why}")
+    for cause in _causes(diagnosis):
+        values = ", ".join(
+            f"{name.replace('_', ' ')} {_short(q)}" for name, q in cause["parameters"].items() if q["value"] is not None
+        )
+        out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {values}")
+    proof = diagnosis.proof
+    if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
+        out.append(
+            f"held out {proof.drop}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um, noise"
+            f" {proof.noise * 1e6:.2f} um; gain {proof.gain:.0%}"
+        )
+    out += [f"remark: {each}" for each in diagnosis.remarks]
+    out.append(f"next test: {diagnosis.next_test}")
+    return out
+
+
+def _short(quantity: dict[str, Any]) -> str:
+    return f"{quantity['value']:.4g} ({quantity['low']:.4g} to {quantity['high']:.4g})"
+
+
+def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    by_contender = dict(zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True))
+    found: dict[str, dict[str, Any]] = {}
+    for contender in diagnosis.verdict.accused:
+        probability = by_contender.get(contender, 0.0)
+        sizes = diagnosis.parameters.get(contender.name, {})
+        for cause, free in zip(contender.causes, contender.problem.free, strict=True):
+            if cause.name in found:
+                found[cause.name]["probability"] += probability
+                continue
+            words = {k: v for k, v in free.held.items() if not cause.declared.parameter(k).held}
+            found[cause.name] = {
+                "effect": cause.declared.identifier,
+                "where": cause.where,
+                "probability": probability,
+                "parameters": {
+                    f"{name}{_suffix(estimate.unit)}": estimate.to_json()
+                    for name, estimate in sizes.get(cause.name, {}).items()
+                },
+                "held": words,
+            }
+    return sorted(found.values(), key=lambda each: -each["probability"])
+
+
+def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    least = min(each.bic for each in diagnosis.contenders)
+    out = []
+    for each, probability in zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True):
+        if not each.causes:
+            continue
+        proved = diagnosis.proof is not None and each is diagnosis.extended
+        out.append(
+            {
+                "effect": " + ".join(c.declared.identifier for c in each.causes),
+                "where": " + ".join(c.where for c in each.causes),
+                "probability": probability,
+                "delta_bic": each.bic - least,
+                "held_out_gain": diagnosis.proof.gain if proved and diagnosis.proof else None,
+            }
+        )
+    return out
+
+
+def _fit_rms(contender: Contender) -> float:
+    return rms(contender.problem, contender.fit.point, range(len(contender.problem.drops)), contender.horizon)
+
+
+def _suffix(unit: str) -> str:
+    """Return what a parameter's name ends with: ``_um``, ``_n_per_m``."""
+    if unit == "1":
+        return ""
+    return "_" + unit.lower().replace("^", "").replace("/", "_per_").replace(" ", "_")

@@ -1,0 +1,36 @@
+"""Which drop or measurement would teach most after a verdict."""
+
+from __future__ import annotations
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.identify.free_effect import acts_on_sensors
+
+
+def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
+    """Return one piece of advice."""
+    speeds = sorted(abs(drop.omega) / 6.283185307 for drop in contenders[0].problem.drops)
+    if verdict.kind is Kind.NONE:
+        return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
+    if verdict.kind is Kind.UNKNOWN:
+        return (
+            "two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
+            " and record acceleration of the foundation with them"
+        )
+    causes = [cause for each in verdict.accused for cause in each.causes]
+    if verdict.kind is Kind.NAMED:
+        return (
+            f"a drop from a speed not among {', '.join(f'{s:.0f}' for s in speeds)} Hz, simulated beforehand with the"
+            " extended machine file: it should land on the prediction"
+        )
+    kinds = {acts_on_sensors(cause.declared) for cause in causes}
+    if kinds == {True, False}:
+        probes = sorted({cause.where for cause in causes if acts_on_sensors(cause.declared)})
+        return (
+            f"check {', '.join(probes)} at standstill: move the rotor through the clearance with the magnetic bearings and"
+            " compare the probes; it parts faults of sensors from those of the machine"
+        )
+    return (
+        "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
+        " which parts what looks alike when falling straight down"
+    )
