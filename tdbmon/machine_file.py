@@ -1,0 +1,264 @@
+"""Machine files written: the TOML that `tdbsim.machine.load_machine` reads, with the units that people use.
+
+A file states a tolerance on both sides of its nominal value alike.  Where the limits of a value do not lie so, as after a
+calibration that moved it, the tolerance is written as wide as it was, about the new value.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+from tdbsim.effect import Effect, Parameter, all_effects
+from tdbsim.errors import InputError
+from tdbsim.machine import (
+    Balls,
+    Disk,
+    EffectSetting,
+    Keyphasor,
+    Machine,
+    MagneticBearing,
+    Probe,
+    Rotor,
+    Section,
+    Tolerant,
+    TouchdownBearing,
+    Unbalance,
+    parse_machine,
+)
+from tdbsim.units import scale, to_si
+
+from tdbmon.atomic import write_text
+
+if TYPE_CHECKING:
+    from tdbmon.identify.calibration import Calibration
+
+# the unit in which each value is written, by part; values that are not here are plain numbers in SI
+_UNITS: dict[type[BaseModel], dict[str, str]] = {
+    Section: {"length": "mm", "outer_diameter": "mm", "inner_diameter": "mm"},
+    Disk: {"position": "mm", "mass": "kg", "polar_inertia": "kg m^2", "diametral_inertia": "kg m^2"},
+    Unbalance: {"position": "mm", "amount": "g mm", "phase": "deg"},
+    Rotor: {"elastic_modulus": "GPa", "density": "kg/m^3", "speed_decay_time": "s"},
+    MagneticBearing: {"position": "mm", "stiffness": "N/m", "damping": "N s/m"},
+    Balls: {"diameter": "mm", "pitch_diameter": "mm", "diametral_clearance": "um"},
+    TouchdownBearing: {
+        "position": "mm",
+        "journal_radius": "mm",
+        "radial_gap": "um",
+        "contact_damping": "s/m",
+        "inner_ring_mass": "kg",
+        "inner_ring_inertia": "kg m^2",
+        "inner_ring_drag": "mN m",
+        "ball_damping": "N s/m",
+        "support_mass": "kg",
+        "support_stiffness": "N/m",
+        "support_damping": "N s/m",
+    },
+    Probe: {"position": "mm", "angle": "deg", "sensitivity": "mV/um", "offset": "V", "range": "um"},
+    Keyphasor: {"angle": "deg"},
+    Machine: {"gravity": "m/s^2", "mains": "Hz"},
+}
+_SI = {"mm": "m", "um": "m", "GPa": "Pa", "g mm": "kg m", "deg": "rad", "mV/um": "V/m", "mN m": "N m"}
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def machine_text(machine: Machine, head: str = "") -> str:
+    """Return a machine as the text of its file.
+
+    `parse_machine` makes the same machine of it, to the last digit; except that limits which do not lie alike on both sides
+    of the nominal value come back about it, as wide as before: in per cent where the value is a positive size, else
+    absolutely.
+
+    Parameters
+    ----------
+    machine : Machine
+    head : str
+        Goes to the top as a comment, e.g. what wrote it and from which drops.
+
+    Raises
+    ------
+    InputError
+        If a setting of an effect has a form that no effect takes (a table, a list, a date).
+    """
+    plain, tables = [], []
+    for key, value in _entries(machine):
+        if isinstance(value, tuple):
+            tables += ["\n".join([f"[[{key}]]", *_lines(part)]) for part in value]
+        elif isinstance(value, BaseModel):
+            tables.append("\n".join([f"[{key}]", *_lines(value)]))
+        elif isinstance(value, dict):
+            rows = [f"{_key(name)} = {_string(channel)}" for name, channel in value.items()]
+            tables += ["\n".join([f"[{key}]", *rows])] if rows else []
+        else:
+            plain.append(f"{key} = {_toml(value, _UNITS[Machine].get(key))}")
+    comment = [f"# {_printable(line)}".rstrip() for line in head.splitlines()]
+    return "\n\n".join(["\n".join([*comment, *plain]), *tables]) + "\n"
+
+
+def write_machine(machine: Machine, path: Path, head: str = "") -> None:
+    """Write a machine's file, whole or not at all (see `machine_text`).
+
+    Raises
+    ------
+    InputError
+        If the machine could not be read back, or the place cannot be written.
+    """
+    text = machine_text(machine, head)
+    parse_machine(tomllib.loads(text), str(path))
+    write_text(path, text)
+
+
+def check_new_file(path: Path, machine_file: Path) -> None:
+    """Raise InputError where a machine cannot be written to a path: before the time for a fit is spent."""
+    if path.suffix.lower() != ".toml":
+        raise InputError(
+            f"{path}: a machine file is .toml, not '{path.suffix}'; name it {path.with_suffix('.toml').name}"
+        )
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+    if path.exists() and machine_file.exists() and path.samefile(machine_file):
+        raise InputError(f"{path}: is the machine file that is read; name another, so that both stay")
+
+
+def calibration_head(calibration: Calibration, machine_file: Path) -> str:
+    """Return the comment at the top of a calibrated machine's file: from what it was made, and what to know of it."""
+    from tdbmon import __version__
+
+    drops = ", ".join(fit.name for fit in calibration.drops)
+    lines = [
+        f"Written by tdbmon {__version__}: {machine_file.name} with the values fitted to {drops}.",
+        "Values with a tolerance are the fitted ones; the tolerances are as wide as there, now about these values.",
+        f"The fit left {calibration.misfit:.2f} times the noise of the probes.",
+    ]
+    if calibration.undetermined:
+        names = ", ".join(each.name for each in calibration.undetermined)
+        lines.append(f"Hardly determined, so about as {machine_file.name} has them: {names}.")
+    if calibration.at_bound:
+        names = ", ".join(each.name for each in calibration.at_bound)
+        lines.append(f"At the edge of their tolerance, so the truth may lie beyond: {names}.")
+    return "\n".join(lines)
+
+
+def with_effects(machine: Machine, effects: Sequence[Effect]) -> Machine:
+    """Return a machine that carries some effects beside its own.
+
+    Raises
+    ------
+    InputError
+        If a place does not exist on it, or an effect that acts once at a place stands there twice.
+    """
+    all_effects(machine, effects)
+    return machine.model_copy(update={"effects": (*machine.effects, *(_setting(effect) for effect in effects))})
+
+
+def _setting(effect: Effect) -> EffectSetting:
+    """Return an effect as a machine file states it; values without a number (a foundation that is rigid) stay default."""
+    values = {each.name: _written(getattr(effect, each.name), each) for each in effect.parameters()}
+    kept = {name: value for name, value in values.items() if value is not None}
+    return EffectSetting.model_validate({"name": effect.identifier(), "where": effect.where, **kept})
+
+
+def _written(value: float | str, parameter: Parameter) -> float | str | None:
+    if isinstance(value, str):
+        return value
+    if not math.isfinite(value):
+        return None
+    return float(value) if parameter.unit == "1" else _quantity(value, parameter.unit, parameter.si)
+
+
+def _entries(part: BaseModel) -> Iterator[tuple[str, Any]]:
+    """Yield what a part's table holds; defaults that its owner left out stay out."""
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        default = field.get_default(call_default_factory=True)
+        if value is not None and (name in part.model_fields_set or value != default):
+            yield field.alias or name, value
+    yield from (part.model_extra or {}).items()
+
+
+def _lines(part: BaseModel) -> list[str]:
+    units = _UNITS.get(type(part), {})
+    return [f"{_key(key)} = {_toml(value, units.get(key))}" for key, value in _entries(part)]
+
+
+def _toml(value: Any, unit: str | None) -> str:
+    """Return a value as TOML; `unit` is the one to write a number in, None for SI without one."""
+    if isinstance(value, Tolerant):
+        return _tolerant(value, unit)
+    if isinstance(value, BaseModel):
+        return "{ " + ", ".join(_lines(value)) + " }"
+    if isinstance(value, tuple) and any(isinstance(each, BaseModel) for each in value):
+        return "[\n" + "".join(f"  {_toml(each, unit)},\n" for each in value) + "]"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_toml(each, unit) for each in value) + "]"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return _number(value) if unit is None else _string(_quantity(value, unit, _SI.get(unit, unit)))
+    raise InputError(f"{value!r} cannot be written to a machine file; give a number or a text")
+
+
+def _tolerant(value: Tolerant, unit: str | None) -> str:
+    nominal = _toml(value.nominal, unit)
+    if value.low == value.nominal == value.high:
+        return nominal
+    return f"{{ nominal = {nominal}, tolerance = {_string(_tolerance(value, unit or '1'))} }}"
+
+
+def _tolerance(value: Tolerant, unit: str) -> str:
+    """Return the shortest tolerance that gives a value's limits exactly; else the one that is as wide as they are."""
+    si = _SI.get(unit, unit)
+    nominal, half = abs(float(value.nominal)), (value.high - value.low) / 2
+    for digits in range(3, 18):
+        for width in (half, value.high - value.nominal, value.nominal - value.low):
+            percent = f"{100 * width / nominal:.{digits}g} %" if nominal else "0 %"
+            absolute = _with_unit(f"{width / scale(unit, si):.{digits}g}", unit)
+            for text, read in ((percent, nominal * to_si(percent, "1")), (absolute, to_si(absolute, si))):
+                if (value.nominal - read, value.nominal + read) == (value.low, value.high):
+                    return text
+    # a size that cannot be negative stays so in per cent; an angle counts from anywhere
+    if value.low >= 0 and nominal and si != "rad":
+        return f"{100 * (value.high - value.low) / (value.high + value.low):.12g} %"
+    return _with_unit(f"{half / scale(unit, si):.12g}", unit)
+
+
+def _quantity(value: float, unit: str, si: str) -> str:
+    """Return the shortest text in a unit that is read as exactly this value; where there is none, in SI."""
+    outside = float(value) / scale(unit, si)
+    texts = [f"{outside:.{digits}g}" for digits in range(6, 16)]
+    texts += [repr(each) for each in (outside, math.nextafter(outside, math.inf), math.nextafter(outside, -math.inf))]
+    found = next((text for text in texts if to_si(_with_unit(text, unit), si) == value), None)
+    return _with_unit(repr(float(value)), si) if found is None else _with_unit(found, unit)
+
+
+def _with_unit(number: str, unit: str) -> str:
+    return number if unit == "1" else f"{number} {unit}"
+
+
+def _number(value: float) -> str:
+    texts = (f"{value:.{digits}g}" for digits in range(6, 18))
+    return next((text for text in texts if float(text) == value), repr(float(value)))
+
+
+def _string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _string(name)
+
+
+def _printable(line: str) -> str:
+    """Return a line without control characters, which no TOML comment may hold."""
+    return "".join(character if character.isprintable() else "?" for character in line)
