@@ -85,11 +85,19 @@ def analyse(
         bool,
         typer.Option("--forces", help="fit the simulation to the first contacts: forces, stresses (half a minute)"),
     ] = False,
+    calibrated: Annotated[
+        Path | None,
+        typer.Option(metavar="F.toml", help="write the machine file with the fitted values (implies --forces)"),
+    ] = None,
 ) -> None:
     """Analyse one dropdown record."""
     writers = [_report_writer(path) for path in report or []]
     from tdbsim.machine import load_machine
 
+    if calibrated is not None:
+        from tdbmon.machine_file import calibration_head, check_new_file, write_machine
+
+        check_new_file(calibrated, machine)
     from tdbmon.analysis.analyse import analyse as run
     from tdbmon.analysis.contract import analysis_json
     from tdbmon.analysis.summary import summary_lines
@@ -101,7 +109,7 @@ def analyse(
         channels = read(record)
         result = run(channels, plan, tell)
         fitted = None
-        if forces:
+        if forces or calibrated is not None:
             from tdbmon.identify.fitted import fit_drop
 
             fitted = fit_drop(plan, channels, tell)
@@ -123,6 +131,9 @@ def analyse(
         content["calibration"] = calibration_json(fitted.calibration)
         for line in force_lines(fitted.calibration, fitted.forces):
             typer.echo(line)
+        if calibrated is not None:
+            write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
+            typer.echo(f"machine: {calibrated}")
     _write_json(json_file, lambda: content)
     for path in report or []:
         typer.echo(f"report: {path}")
