@@ -25,6 +25,7 @@ from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_first_page, write_pdf
 from tdbmon.shipped import shipped
 
+_WORKERS = 2
 SYNTHETIC = "Synthetic record: made by an independent rig program, not measured on a machine."
 
 
@@ -54,8 +55,9 @@ def _years(out: Path, progress: Callable[[str], None]) -> list[str]:
     """File ten drops of one machine, compare each with those before it, and report the last and the machine."""
     folder = shipped("years")
     archive = open_archive(out / "archive", create=True)
-    orders = [Order(folder / "machine.toml", record) for record in sorted(folder.glob("*.nc"))]
-    for done, outcome in enumerate(add_all(archive, orders, progress=progress), start=1):
+    orders = [Order(folder / "machine.toml", record, forces=True) for record in sorted(folder.glob("*.nc"))]
+    progress(f"archive: analysing {len(orders)} drops and fitting their forces on {_WORKERS} processes")
+    for done, outcome in enumerate(add_all(archive, orders, workers=_WORKERS), start=1):
         if outcome.failed:
             raise InputError(outcome.why)
         progress(f"archive: {done} of {len(orders)} drops filed")
