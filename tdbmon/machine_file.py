@@ -234,12 +234,14 @@ def _tolerance(value: Tolerant, unit: str) -> str:
 
 
 def _quantity(value: float, unit: str, si: str) -> str:
-    """Return the shortest text in a unit that is read as exactly this value; where there is none, in SI."""
-    outside = float(value) / scale(unit, si)
-    texts = [f"{outside:.{digits}g}" for digits in range(6, 16)]
-    texts += [repr(each) for each in (outside, math.nextafter(outside, math.inf), math.nextafter(outside, -math.inf))]
-    found = next((text for text in texts if to_si(_with_unit(text, unit), si) == value), None)
-    return _with_unit(repr(float(value)), si) if found is None else _with_unit(found, unit)
+    """Return a text that is read as exactly this value: in its unit, unless only SI has it in few digits or at all."""
+    for name, digits in ((unit, range(6, 13)), (si, range(6, 13)), (unit, range(13, 18))):
+        outside = float(value) / scale(name, si)
+        for count in digits:
+            text = _with_unit(f"{outside:.{count}g}", name)
+            if to_si(text, si) == value:
+                return text
+    return _with_unit(repr(float(value)), si)
 
 
 def _with_unit(number: str, unit: str) -> str:
