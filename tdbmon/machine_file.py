@@ -139,7 +139,7 @@ def calibration_head(calibration: Calibration, machine_file: Path) -> str:
     ]
     if calibration.undetermined:
         names = ", ".join(each.name for each in calibration.undetermined)
-        lines.append(f"Hardly determined, so about as {machine_file.name} has them: {names}.")
+        lines.append(f"Hardly determined by what was fitted: {names}.")
     if calibration.at_bound:
         names = ", ".join(each.name for each in calibration.at_bound)
         lines.append(f"At the edge of their tolerance, so the truth may lie beyond: {names}.")
