@@ -30,7 +30,7 @@ from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read, write
 from tdbmon.shipped import shipped
 
-_RECORDS, _LONG = 300, 500
+_RECORDS, _LONG = 500, 500
 _MACHINES, _DROPS = 1000, 100
 _MACHINE = shipped("short/machine.toml")
 

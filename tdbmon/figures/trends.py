@@ -50,16 +50,16 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
             ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
         ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
     trend = change.trend
-    if trend is not None and trend.p <= _SEEN and trend.slope.value is not None:
-        slope = trend.slope.value * factor
-        order = np.arange(len(values))
-        ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
     if trend is not None and trend.change is not None and trend.change.p <= _SEEN:
         point = trend.change
         edge = (at[point.index - 1] + at[point.index]) / 2
         ax.plot([at[0], edge], [point.before * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.plot([edge, at[-1]], [point.after * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.axvline(edge, color=GREY, linewidth=0.5, linestyle=":")
+    elif trend is not None and trend.p <= _SEEN and trend.slope.value is not None:
+        slope = trend.slope.value * factor
+        order = np.arange(len(values))
+        ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
     ax.set_ylabel(f"[{unit}]" if unit else "")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))

@@ -45,9 +45,9 @@ def section(comparison: Comparison) -> Section | None:
             Figure(
                 "trends",
                 "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
-                " orange. Line: the median slope (Theil, Sen), where Kendall's test sees a trend (p ≤ 5 %, not"
-                " corrected). Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
-                " corrected).",
+                " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
+                " corrected). Line, where there is no such point: the median slope (Theil, Sen), if Kendall's test sees a"
+                " trend (p ≤ 5 %, not corrected).",
                 "For each quantity, its value against the number of the drop.",
                 partial(trends, comparison, shown),
             ),
