@@ -1,0 +1,84 @@
+"""What the drops show beside the verdict, so that a reader can judge for himself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.left_over import LeftOver, left_over
+from tdbmon.diagnosis.residual_force import ResidualForce, residual_force
+
+_SHOWN = 3  # drops in a figure
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A diagnosis with what its models leave.
+
+    Attributes
+    ----------
+    diagnosis : Diagnosis
+    extended : Contender or None
+        The likeliest model, where it has causes.
+    plain_left : tuple of LeftOver
+        Of the plain model, a drop each.
+    extended_left : tuple of LeftOver
+        Of the extended one, to the same horizon; empty where there is none.
+    plain_force, extended_force : tuple of ResidualForce
+    """
+
+    diagnosis: Diagnosis
+    extended: Contender | None
+    plain_left: tuple[LeftOver, ...]
+    extended_left: tuple[LeftOver, ...]
+    plain_force: tuple[ResidualForce, ...]
+    extended_force: tuple[ResidualForce, ...]
+
+    @property
+    def best_left(self) -> tuple[LeftOver, ...]:
+        """Of the likeliest model."""
+        return self.extended_left or self.plain_left
+
+    @property
+    def best_force(self) -> tuple[ResidualForce, ...]:
+        """Of the likeliest model."""
+        return self.extended_force or self.plain_force
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """Drops that figures show: the slowest, the fastest, and one between."""
+        return chosen([abs(left.omega) for left in self.plain_left])
+
+
+def evidence_of(diagnosis: Diagnosis) -> Evidence:
+    """Simulate the fitted models once more and look at what they leave.
+
+    Raises
+    ------
+    InputError
+        If a model cannot be simulated to the horizon of the likeliest one.
+    """
+    best, plain = diagnosis.best, diagnosis.plain
+    extended = best if best.causes else None
+    plain_left = left_over(plain, best.horizon)
+    extended_left = left_over(extended, best.horizon) if extended is not None else ()
+    return Evidence(
+        diagnosis,
+        extended,
+        plain_left,
+        extended_left,
+        tuple(residual_force(left) for left in plain_left),
+        tuple(residual_force(left) for left in extended_left),
+    )
+
+
+def chosen(speeds: Sequence[float]) -> tuple[int, ...]:
+    """Return the places of at most three speeds, evenly among the sorted ones, the slowest first."""
+    order = np.argsort(speeds, kind="stable")
+    if len(order) <= _SHOWN:
+        return tuple(int(k) for k in order)
+    return tuple(int(order[k]) for k in np.linspace(0, len(order) - 1, _SHOWN).round().astype(int))

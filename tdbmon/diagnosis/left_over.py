@@ -1,0 +1,326 @@
+"""What a fitted model leaves of the drops: where it stands out of the noise, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.machine import Machine, Probe
+from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.simulate import Trajectory
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.identify.noise import Noise
+from tdbmon.identify.prediction import predict, readings
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+PHASES = ("levitated", "fall", "first contact", "after")
+DIRECTIONS = ("x", "y", "radial", "tangential")
+_APART_S = 2e-4  # s without force that part two contacts
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOver:
+    """One drop, measured less simulated (SI); p probes, k samples.
+
+    Attributes
+    ----------
+    name : str
+        The record's file.
+    time : (k,) array
+        s after the release, as the model has it.
+    probes : tuple of Probe
+    noise : tuple of Noise
+        A probe each.
+    measured, simulated : (p, k) arrays
+        Readings, m.
+    to_ends : (2, p) complex array
+        Readings to x + i y at the two ends; nothing where `sees_ends` is False.
+    place : (2, k) complex array
+        Simulated shaft centre at the ends, from the bearings' centres, m.
+    force : (2, k) complex array
+        Simulated force of the ring on the rotor, N.
+    touch : tuple of pair or None
+        First contact of each end as simulated, begin and end in s; None where there is none.
+    omega : float
+        rad/s, negative clockwise.
+    motion : Trajectory
+    """
+
+    name: str
+    time: Array
+    probes: tuple[Probe, ...]
+    noise: tuple[Noise, ...]
+    measured: Array
+    simulated: Array
+    to_ends: Complex
+    place: Complex
+    force: Complex
+    touch: tuple[tuple[float, float] | None, ...]
+    omega: float
+    motion: Trajectory
+
+    @property
+    def speed(self) -> float:
+        """Hz."""
+        return abs(self.omega) / (2 * math.pi)
+
+    @property
+    def residual(self) -> Array:
+        """Measured less simulated, m."""
+        return self.measured - self.simulated
+
+    @property
+    def whitened(self) -> Array:
+        """The residual in units of the white noise."""
+        rows = zip(self.residual, self.noise, strict=True)
+        return np.array([noise.whiten(row) for row, noise in rows])
+
+    @property
+    def sees_ends(self) -> bool:
+        """True where the probes tell both directions at both ends."""
+        return bool(self.to_ends.any())
+
+    @property
+    def at_ends(self) -> Complex:
+        """The residual at the ends, x + i y, m."""
+        return self.to_ends @ self.residual
+
+    @property
+    def noise_at_ends(self) -> Array:
+        """Standard deviation of the noise of x and y there (2, 2), m."""
+        sigma = np.array([each.sigma for each in self.noise])
+        return np.sqrt(np.stack([self.to_ends.real**2, self.to_ends.imag**2], axis=1) @ sigma**2)
+
+    def phase(self, end: int) -> NDArray[np.intp]:
+        """Return the index in `PHASES` of every sample, (k,)."""
+        out = np.where(self.time < 0, 0, 1)
+        touch = self.touch[end]
+        if touch is not None:
+            out[self.time >= touch[0]] = 2
+            out[self.time > touch[1]] = 3
+        return out
+
+
+def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
+    """Return what a fitted model leaves of each drop.
+
+    Parameters
+    ----------
+    contender : Contender
+    horizon : float
+        s after the first guess of the release.
+
+    Raises
+    ------
+    InputError
+        If the model cannot be simulated so far.
+    """
+    return tuple(_of_drop(contender, drop, horizon) for drop in range(len(contender.problem.drops)))
+
+
+def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
+    problem = contender.problem
+    measured, machine = problem.drops[drop], problem.model.machine
+    shared, own = problem.values(contender.fit.point, drop)
+    model, effects = problem.setting(shared, own, drop)
+    prediction = predict(measured, model, own, horizon)
+    seen = readings(prediction, measured, machine, problem.sensors(effects, shared, own, drop))
+    span = slice(prediction.first, prediction.first + seen.shape[1])
+    time = measured.time[span] - measured.release - own["release"]
+    force = _forces(prediction.motion)
+    n, state = prediction.motion.model.n, prediction.motion.state
+    at_end = prediction.motion.model.arrays.at_end
+    return LeftOver(
+        name=measured.name,
+        time=time,
+        probes=measured.probes,
+        noise=measured.noise,
+        measured=measured.reading[:, span],
+        simulated=seen,
+        to_ends=to_ends(machine, measured.probes),
+        place=at_end @ state[:, :n].T + 1j * (at_end @ state[:, n : 2 * n].T),
+        force=force,
+        touch=tuple(_first(time, np.abs(row) > 0) for row in force),
+        omega=measured.omega,
+        motion=prediction.motion,
+    )
+
+
+def to_ends(machine: Machine, probes: Sequence[Probe]) -> Complex:
+    """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros where they do not tell."""
+    first, second = (bearing.position for bearing in machine.touchdown_bearings)
+    rows = []
+    for probe in probes:
+        share = (probe.position - first) / (second - first)
+        direction = np.array([math.cos(probe.angle), math.sin(probe.angle)])
+        rows.append(np.concatenate([(1 - share) * direction, share * direction]))
+    design = np.array(rows)
+    if np.linalg.matrix_rank(design, tol=1e-3) < 4:
+        return np.zeros((2, len(probes)), dtype=complex)
+    inverse = np.linalg.pinv(design)
+    return np.asarray(inverse[0::2] + 1j * inverse[1::2], dtype=complex)
+
+
+def _forces(motion: Trajectory) -> Complex:
+    """Return the force of the ring on the rotor at both ends, (2, k), N."""
+    arrays, state = motion.model.arrays, motion.state
+    forces = np.zeros((2, len(FORCES), len(state)))
+    loads = np.zeros((2, arrays.ball_cosine.shape[1], len(state)))
+    observe(arrays, state, forces, loads, np.zeros((len(ENERGIES), len(state))))
+    out: Complex = forces[:, FORCES.index("force_x")] + 1j * forces[:, FORCES.index("force_y")]
+    return out
+
+
+def _first(time: Array, pressed: NDArray[np.bool_]) -> tuple[float, float] | None:
+    """Return when the first stretch of contact begins and ends; shorter breaks than `_APART_S` are none."""
+    at = time[pressed & (time > 0)]
+    if not at.size:
+        return None
+    breaks = np.flatnonzero(np.diff(at) > _APART_S)
+    return float(at[0]), float(at[breaks[0]] if breaks.size else at[-1])
+
+
+def by_phase(drops: Sequence[LeftOver], machine: Machine) -> dict[str, Array]:
+    """Return the whitened rms of each probe in the phases of its end, (4,); NaN where there is no sample."""
+    out = {}
+    for name in dict.fromkeys(probe.name for drop in drops for probe in drop.probes):
+        squares: list[list[float]] = [[] for _ in PHASES]
+        for drop in drops:
+            for probe, row in zip(drop.probes, drop.whitened, strict=True):
+                if probe.name != name:
+                    continue
+                phase = drop.phase(machine.ends.index(probe.end))
+                for k, square in enumerate(squares):
+                    square.extend((row[phase == k] ** 2).tolist())
+        out[name] = np.array([math.sqrt(np.mean(square)) if square else math.nan for square in squares])
+    return out
+
+
+def by_direction(drops: Sequence[LeftOver]) -> Array:
+    """Return the rms at each end in `DIRECTIONS` over that of the noise, from the release on, (2, 4).
+
+    Radial is away from the bearing's centre as the simulated shaft stands, tangential a quarter turn counter-clockwise from
+    there.  Drops whose probes do not tell the directions are left out; NaN where none is left.
+    """
+    squares: list[Array] = []
+    for drop in drops:
+        if not drop.sees_ends:
+            continue
+        after = drop.time >= 0
+        left = drop.at_ends[:, after]
+        turned = left * np.exp(-1j * np.angle(drop.place[:, after]))
+        noise = drop.noise_at_ends
+        mean = np.sqrt(np.mean(noise**2, axis=1))[:, None]
+        parts = [left.real / noise[:, :1], left.imag / noise[:, 1:], turned.real / mean, turned.imag / mean]
+        squares.append(np.array([np.mean(part**2, axis=1) for part in parts]).T)
+    if not squares:
+        return np.full((2, len(DIRECTIONS)), math.nan)
+    return np.asarray(np.sqrt(np.mean(squares, axis=0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A peak of the residual's spectrum.
+
+    Attributes
+    ----------
+    drop, end : str
+    frequency, order : float
+        Hz and multiples of the rotation; negative where the residual whirls backward.
+    amplitude, noise : float
+        0-pk of the whirling part, and the rms that noise alone would show there, m.
+    """
+
+    drop: str
+    end: str
+    frequency: float
+    order: float
+    amplitude: float
+    noise: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Full spectrum of the residual at one end of one drop, from the release on.
+
+    Attributes
+    ----------
+    drop, end : str
+    speed : float
+        Hz.
+    frequency : (n,) array
+        Hz, rising; positive is forward, with the rotation.
+    amplitude, noise : (n,) arrays
+        0-pk, and the rms that noise alone would show, m.
+    threshold : float
+        Times the noise, which noise alone passes at any frequency in one spectrum of a hundred.
+    resolution : float
+        Hz; what is nearer together is not told apart.
+    """
+
+    drop: str
+    end: str
+    speed: float
+    frequency: Array
+    amplitude: Array
+    noise: Array
+    threshold: float
+    resolution: float
+
+    def lines(self, most: int = 3) -> list[Line]:
+        """Return the highest peaks that noise does not explain, the highest first."""
+        a = self.amplitude
+        peak = np.zeros(len(a), dtype=bool)
+        peak[1:-1] = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:]) & (a[1:-1] > self.threshold * self.noise[1:-1])
+        found = sorted(np.flatnonzero(peak), key=lambda i: -a[i])[:most]
+        return [
+            Line(
+                self.drop, self.end, float(self.frequency[i]), float(self.frequency[i] / self.speed), float(a[i]),
+                float(self.noise[i]),
+            )
+            for i in found
+        ]  # fmt: skip
+
+
+def spectra(drop: LeftOver, machine: Machine) -> list[Spectrum]:
+    """Return the full spectra of what is left of a drop at both ends; none where the probes do not tell the directions.
+
+    Hann window; noise as the autoregressive model of the levitated stretch has it (G. E. P. Box, G. M. Jenkins,
+    G. C. Reinsel, Time Series Analysis, sec. 6.3), whose periodogram is exponentially distributed about its mean.
+    """
+    if not drop.sees_ends:
+        return []
+    after = drop.time >= 0
+    left = drop.at_ends[:, after]
+    count = left.shape[1]
+    interval = float(drop.time[-1] - drop.time[0]) / (len(drop.time) - 1)
+    window = np.hanning(count + 2)[1:-1]
+    frequency = np.fft.fftshift(np.fft.fftfreq(count, interval))
+    turning = np.exp(-2j * np.pi * frequency * interval)
+    square = np.zeros((2, count))
+    for column, noise in zip(drop.to_ends.T, drop.noise, strict=True):
+        colour = 1 - sum((a * turning ** (k + 1) for k, a in enumerate(noise.colour)), np.zeros(count, dtype=complex))
+        square += np.abs(column[:, None]) ** 2 * noise.innovation**2 / np.abs(colour) ** 2
+    square *= float(np.sum(window**2) / np.sum(window) ** 2)
+    amplitude = np.abs(np.fft.fftshift(np.fft.fft(left * window, axis=1), axes=1)) / np.sum(window)
+    sense = 1 if drop.omega >= 0 else -1
+    order = np.argsort(sense * frequency)
+    return [
+        Spectrum(
+            drop=drop.name,
+            end=end,
+            speed=drop.speed,
+            frequency=(sense * frequency)[order],
+            amplitude=amplitude[e][order],
+            noise=np.sqrt(square[e])[order],
+            threshold=math.sqrt(-math.log(0.01 / count)),
+            resolution=2 / (count * interval),
+        )
+        for e, end in enumerate(machine.ends)
+    ]

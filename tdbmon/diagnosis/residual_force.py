@@ -1,0 +1,198 @@
+"""The force that is missing at the touchdown bearings: put onto the model's rotor there, it makes it follow the record.
+
+The rotor between its contacts is linear: rigid and bending modes with the gyroscopic coupling of the drop's speed.  So the
+readings that a force at the two ends would add are linear in its values at instants `STEP_S` apart, joined by straight
+lines.  They are fitted to what the model leaves, whitened with the noise, together with the error of the state at the
+release.  Beforehand the force is a random walk (W. Gersch, G. Kitagawa, J. Business Econ. Statist. 2 (1984) 253) whose
+step is the likeliest for the residual at hand (D. J. C. MacKay, Neural Computation 4 (1992) 415).
+
+The force is counted from that of the simulation on its own path.  Up to the first contact nothing but a missing effect
+(or noise) can make one; after it also a simulation that bounces elsewhere does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, expm
+from tdbsim.drop_model import DropModel
+
+from tdbmon.diagnosis.left_over import LeftOver
+from tdbmon.identify.noise import coloured
+from tdbmon.identify.prediction import shapes_at
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+STEP_S = 4e-4  # between the instants: a contact lasts some of them
+_STEPS = np.geomspace(1.0, 3e4, 19)  # N, which are tried; the least keeps the band honest where there is noise alone
+_START = 10.0  # times a step: what may act at the release already
+_STATE_SIGMA = (2e-5, 2e-2)  # m and m/s, of the rigid state at the release beyond what was fitted
+_BAND = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualForce:
+    """The missing force of one drop.
+
+    Attributes
+    ----------
+    drop : str
+        The record's file.
+    time : (k,) array
+        s after the release.
+    force : (2, k) complex array
+        F_x + i F_y on the rotor at the two ends, N.
+    band : (2, 2, k) array
+        Half-width of the 95 % interval of x and y, N: what the probes' noise leaves open.
+    place : (2, k) complex array
+        Where the shaft stood, from the bearing's centre, m: the simulation's place and what the record adds to it.
+    simulated : (2, k) complex array
+        Force of the ring on the rotor in the simulation, N.
+    step : float
+        The likeliest step of the random walk, N: it bounds how fast the force may change.
+    """
+
+    drop: str
+    time: Array
+    force: Complex
+    band: Array
+    place: Complex
+    simulated: Complex
+    step: float
+
+    @property
+    def stands_out(self) -> Array:
+        """Share of the time in which the force is outside its band, at each end, (2,)."""
+        parts = np.stack([self.force.real, self.force.imag], axis=1)
+        return np.asarray(np.mean((np.abs(parts) > self.band).any(axis=1), axis=1))
+
+
+def residual_force(drop: LeftOver) -> ResidualForce:
+    """Return the force at both ends that explains what a model leaves of a drop after the release.
+
+    Parameters
+    ----------
+    drop : LeftOver
+    """
+    first = int(np.searchsorted(drop.time, 0.0))
+    time = drop.time[first:]
+    interval = float(drop.time[-1] - drop.time[0]) / (len(drop.time) - 1)
+    stride = max(1, round(STEP_S / interval))
+    ramps = max(1, math.ceil((len(time) - 1) / stride))
+    positions = tuple(probe.position for probe in drop.probes)
+    ramp, jump, state = responses(drop.motion.model, drop.omega, positions, interval, stride, len(time))
+    columns = np.zeros((len(drop.probes), len(time), 2, 2, ramps + 1))
+    columns[..., 0] = _START * _seen(jump, drop)
+    for k in range(ramps):
+        columns[:, k * stride :, :, :, k + 1] = _seen(ramp[:, : len(time) - k * stride], drop)
+    rigid = _seen(state, drop) * np.array([*_STATE_SIGMA, *_STATE_SIGMA])[:, None]
+    target = _white(drop.residual[:, first:, None], drop)[:, 0]
+    walk = _white(columns.reshape(len(drop.probes), len(time), -1), drop)
+    step, values, covariance = _likeliest(walk, _white(rigid.reshape(len(drop.probes), len(time), -1), drop), target)
+    # the walk's steps summed up: from (end, direction, step) to (end, direction, instant)
+    total = np.tril(np.ones((ramps + 1, ramps + 1)))
+    total[:, 0] = _START
+    force = values.reshape(2, 2, ramps + 1) @ total.T
+    blocks = covariance.reshape(4, ramps + 1, 4, ramps + 1)
+    variance = np.stack([np.einsum("ij,jk,ik->i", total, blocks[part, :, part], total) for part in range(4)])
+    kept = np.arange(ramps + 1) * stride < len(time)
+    instants = (np.arange(ramps + 1) * stride)[kept]
+    return ResidualForce(
+        drop=drop.name,
+        time=time[instants],
+        force=(force[:, 0] + 1j * force[:, 1])[:, kept],
+        band=_BAND * np.sqrt(np.maximum(variance, 0.0)).reshape(2, 2, -1)[..., kept],
+        place=(drop.place + drop.at_ends)[:, first:][:, instants],
+        simulated=drop.force[:, first:][:, instants],
+        step=step,
+    )
+
+
+def responses(
+    model: DropModel, omega: float, positions: tuple[float, ...], interval: float, stride: int, count: int
+) -> tuple[Complex, Complex, Complex]:
+    """Return how the free rotor moves at some positions, x + i y, m.
+
+    With p = x + i y both planes are one: q'' + (D - i omega G) q' + K q = S^T F.
+
+    Parameters
+    ----------
+    model : DropModel
+    omega : float
+        rad/s.
+    positions : (r,) tuple
+        m.
+    interval : float
+        s between samples.
+    stride, count : int
+        Samples that the force rises for, and samples returned.
+
+    Returns
+    -------
+    ramp, jump : (r, count, 2) complex arrays
+        To a force along x at each end that rises from 0 to 1 N within `stride` samples and stays, and to one of 1 N.
+    state : (r, count, 4) complex array
+        To 1 m at the first end along x, 1 m/s there, and the same at the second end, of the rotor as a straight body.
+    """
+    arrays, n = model.arrays, model.n
+    system = np.zeros((2 * n, 2 * n), dtype=complex)
+    system[:n, n:] = np.eye(n)
+    system[n:, :n] = -np.diag(arrays.square)
+    system[n:, n:] = -np.diag(arrays.damping) + 1j * omega * arrays.gyro
+    # a force that is linear between samples, exactly: the block's exponential holds the integrals
+    # (C. F. Van Loan, IEEE Trans. Automatic Control 23 (1978) 395)
+    block = np.zeros((2 * n + 4, 2 * n + 4), dtype=complex)
+    block[: 2 * n, : 2 * n] = system * interval
+    block[n : 2 * n, 2 * n : 2 * n + 2] = arrays.at_end.T * interval
+    block[2 * n : 2 * n + 2, 2 * n + 2 :] = np.eye(2)
+    whole = expm(block)
+    advance, held, rising = np.split(whole[: 2 * n], [2 * n, 2 * n + 2], axis=1)
+    straight = np.linalg.inv(arrays.at_end[:, :2])
+    now = np.zeros((2 * n, 8), dtype=complex)
+    now[:2, 4::2] = straight
+    now[n : n + 2, 5::2] = straight
+    shapes = shapes_at(model.modes, positions)
+    out = np.empty((len(positions), count, 8), dtype=complex)
+    for k in range(count):
+        out[:, k] = shapes @ now[:n]
+        now = advance @ now
+        now[:, :2] += held * min(k / stride, 1.0) + (rising / stride if k < stride else 0.0)
+        now[:, 2:4] += held
+    return out[..., :2], out[..., 2:4], out[..., 4:]
+
+
+def _seen(motion: Complex, drop: LeftOver) -> Array:
+    """Return what the probes read (p, count, c, 2) of motions x + i y (p, count, c), and of the same turned from x to y."""
+    axis = np.exp(-1j * np.array([probe.angle for probe in drop.probes]))[:, None, None]
+    return np.stack([(motion * axis).real, (1j * motion * axis).real], axis=-1)
+
+
+def _white(columns: Array, drop: LeftOver) -> Array:
+    """Return columns (p, count, c) of readings as multiples of white noise, (rows, c); each probe's first samples go."""
+    rows = []
+    for block, noise in zip(columns, drop.noise, strict=True):
+        rows.append(coloured(block.T, noise.colour).T[len(noise.colour) :] / noise.innovation)
+    return np.concatenate(rows)
+
+
+def _likeliest(walk: Array, state: Array, target: Array) -> tuple[float, Array, Array]:
+    """Return the likeliest step of the walk, the steps' means and their covariance, for readings in units of the noise.
+
+    All unknowns are Gaussian beforehand: the walk's steps with the same width, the state with its own of 1, which is
+    integrated out.
+    """
+    factor = cho_factor(np.eye(state.shape[1]) + state.T @ state)
+    taken = cho_solve(factor, state.T @ np.column_stack([walk, target]))
+    square = walk.T @ walk - walk.T @ state @ taken[:, :-1]
+    product = walk.T @ target - walk.T @ state @ taken[:, -1]
+    values, vectors = np.linalg.eigh((square + square.T) / 2)
+    values, along = np.maximum(values, 0.0), vectors.T @ product
+    # log of the evidence but for what all widths share
+    evidence = [np.sum(along**2 / (values + w**-2)) - np.sum(np.log1p(values * w**2)) for w in _STEPS]
+    width = float(_STEPS[int(np.argmax(evidence))])
+    covariance = (vectors / (values + width**-2)) @ vectors.T
+    return width, covariance @ product, covariance

@@ -1,0 +1,36 @@
+"""What plain and extended model leave of a drop that took no part in the fit, against the noise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import BLUE, GREY, UM, VERMILION, Margins, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.held_out import HeldOut
+
+
+@styled
+def extended_gain(proof: HeldOut) -> Figure:
+    """Draw three bars: plain, extended, noise."""
+    figure = new_figure(48, f"{proof.drop} · its own state at the release was fitted, nothing else")
+    ax = subplots(figure, 1, 1, Margins(30, 24, 8, 11))[0, 0]
+    bars = (
+        ("plain model", proof.plain, VERMILION),
+        ("extended model", proof.extended, BLUE),
+        ("noise", proof.noise, GREY),
+    )
+    for row, (_, value, colour) in enumerate(bars):
+        ax.barh(row, value * UM, color=colour, height=0.6)
+        ax.annotate(
+            f"{value * UM:.3g} µm", (value * UM, row), xytext=(4, 0), textcoords="offset points", va="center"
+        )  # fmt: skip
+    ax.set_xlim(0, 1.2 * max(value for _, value, _ in bars) * UM)
+    ax.set_yticks(range(3), [name for name, *_ in bars])
+    ax.set_ylim(2.6, -0.6)
+    ax.grid(axis="y", visible=False)
+    ax.set_ylabel("left by")
+    ax.set_xlabel("measured less simulated [µm rms]")
+    return figure

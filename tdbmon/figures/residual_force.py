@@ -1,0 +1,131 @@
+"""The missing force at both ends: against time, and against the place in the clearance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import (
+    AXIS_WORD,
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PHASE_COLOUR,
+    PURPLE,
+    SKY,
+    UM,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    styled,
+    subplots,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.residual_force import ResidualForce
+
+_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
+
+
+@styled
+def force_against_time(
+    forces: Sequence[ResidualForce], ends: Sequence[str], speeds: Sequence[float], model: str
+) -> Figure:
+    """Draw x and y of the force that a model lacks for some drops side by side; speeds in Hz."""
+    note = f"Force on the rotor that the {model} lacks · computed from displacement, not measured"
+    figure = new_figure(28 + 23 * 2 * len(ends), note)
+    axes = subplots(
+        figure, 2 * len(ends), len(forces), Margins(16, 3, 15, 17, across=4, down=3), sharex=True, sharey="row"
+    )
+    for column, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
+        axes[0, column].set_title(f"{each.drop}, {speed:.0f} Hz")
+        time = each.time * 1e3
+        for row in range(2 * len(ends)):
+            end, part = divmod(row, 2)
+            ax = axes[row, column]
+            force = each.force[end].imag if part else each.force[end].real
+            pressed = np.abs(each.simulated[end]) > 0
+            ax.fill_between(
+                time, 0, 1, where=pressed, transform=ax.get_xaxis_transform(), color=PHASE_COLOUR["contacts"],
+                linewidth=0, zorder=0, label="in contact (simulated)",
+            )  # fmt: skip
+            ax.fill_between(
+                time, force - each.band[end, part], force + each.band[end, part], color=SKY, alpha=0.6, linewidth=0,
+                label="95 % band: noise of the probes",
+            )  # fmt: skip
+            ax.plot(time, force, color=BLUE, label="missing force")
+            ax.axhline(0, color=GREY, linewidth=0.6)
+        axes[-1, column].set_xlim(0, time[-1])
+        axes[-1, column].set_xlabel("time from the release [ms]")
+    for row, ax in enumerate(axes[:, 0]):
+        ax.set_ylabel(f"{ends[row // 2]} {'xy'[row % 2]} [N]")
+        ax.yaxis.set_label_coords(-11 * len(forces) / 151, 0.5)
+    legend_below(figure, 3)
+    return figure
+
+
+@styled
+def force_against_place(
+    forces: Sequence[ResidualForce], ends: Sequence[str], gaps: Sequence[float], speeds: Sequence[float]
+) -> Figure:
+    """Draw the missing force of all drops where the shaft stood: as arrows, and against the angle.
+
+    Parameters
+    ----------
+    forces : sequence of ResidualForce
+    ends : sequence of str
+    gaps : sequence of float
+        Fitted radial gap of each end, m.
+    speeds : sequence of float
+        Of the drops, Hz.
+    """
+    note = "Every instant at which the missing force passes its 95 % band · angle from +x (right) towards +y (up)"
+    figure = new_figure(22 + 66 * len(ends), note)
+    axes = subplots(figure, len(ends), 2, Margins(16, 3, 12, 22, across=16, down=18))
+    for end, name in enumerate(ends):
+        orbit, angle = axes[end]
+        _clearance(orbit, gaps[end])
+        strongest = max((float(np.abs(each.force[end]).max()) for each in forces), default=0.0) or 1.0
+        for k, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
+            colour, label = _COLOURS[k % len(_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
+            place, force = each.place[end], each.force[end]
+            out = (np.abs(force.real) > each.band[end, 0]) | (np.abs(force.imag) > each.band[end, 1])
+            orbit.plot(place.real * UM, place.imag * UM, color=colour, linewidth=0.4, alpha=0.7)
+            scale = 0.5 * gaps[end] / strongest
+            arrows = np.column_stack([place[out], place[out] + force[out] * scale]) * UM
+            for arrow in arrows:
+                orbit.annotate(
+                    "", (arrow[1].real, arrow[1].imag), (arrow[0].real, arrow[0].imag),
+                    arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0},
+                )  # fmt: skip
+            turned = force[out] * np.exp(-1j * np.angle(place[out]))
+            where = np.degrees(np.angle(place[out]))
+            angle.plot(where, turned.real, "o", color=colour, markersize=3, label=label)
+            angle.plot(where, turned.imag, "x", color=colour, markersize=3.5)
+        orbit.set_title(f"{name}: longest arrow {strongest:.0f} N")
+        orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
+        orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
+        angle.set_title(f"{name}: ● outwards   ✕ counter-clockwise")
+        angle.axhline(0, color=GREY, linewidth=0.6)
+        angle.set_xlim(-180, 180)
+        angle.set_xticks(range(-180, 181, 60))
+        angle.set_xlabel("angle of the shaft centre in the clearance [°]")
+        angle.set_ylabel("missing force [N]")
+    legend_below(figure, 4)
+    return figure
+
+
+def _clearance(ax: Axes, gap: float) -> None:
+    turn = np.exp(1j * np.linspace(0, 2 * np.pi, 121)) * gap * UM
+    ax.plot(turn.real, turn.imag, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    reach = 1.35 * gap * UM
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.set_aspect("equal")

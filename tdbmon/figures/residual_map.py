@@ -1,0 +1,66 @@
+"""Where and when the residual stands out of the noise: a row a probe of a drop, time to the right."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from tdbmon.figures.style import GREY, Margins, colour_bar, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.left_over import LeftOver
+
+_BIN_S = 5e-4
+_ROW_MM = 3.2
+_LEAST = 10.0  # times the noise, to which the colours reach at least
+
+
+@styled
+def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
+    """Draw the whitened rms of every probe of every drop in bins of half a millisecond, a panel a model."""
+    drops = next(iter(models.values()))
+    rows = sum(len(left.probes) for left in drops)
+    note = "rms of the whitened residual, times the noise: 1 where nothing but noise is left · bins of 0.5 ms"
+    figure = new_figure(26 + _ROW_MM * rows, note)
+    axes = subplots(figure, 1, len(models), Margins(30, 22, 15, 11, across=5), sharey=True)[0]
+    panels = {name: [_binned(left) for left in lefts] for name, lefts in models.items()}
+    highest = max(float(np.nanmax(values)) for each in panels.values() for _, values in each)
+    norm = LogNorm(1.0, max(highest, _LEAST))
+    image = None
+    for ax, (name, binned) in zip(axes, panels.items(), strict=True):
+        top = 0
+        for edges, values in binned:
+            shown = np.maximum(values, 1.0)
+            image = ax.pcolormesh(
+                edges * 1e3, np.arange(top, top + len(values) + 1), shown, norm=norm, cmap="magma_r", rasterized=True
+            )
+            top += len(values)
+            ax.axhline(top, color=GREY, linewidth=0.6)
+        ax.axvline(0, color=GREY, linewidth=0.8)
+        ax.set_ylim(rows, 0)
+        ax.grid(False)
+        ax.set_title(name)
+        ax.set_xlabel("time from the release [ms]")
+    names = [f"{left.speed:.0f} Hz {probe.name}" for left in drops for probe in left.probes]
+    axes[0].set_yticks(np.arange(rows) + 0.5, names, fontsize=6)
+    axes[0].set_ylabel("drop [Hz], probe")
+    axes[0].yaxis.set_label_coords(-27 / 118 * len(models), 0.5)
+    if image is not None:
+        colour_bar(figure, image, "times the noise [–]")
+        figure.axes[-1].yaxis.set_major_formatter("{x:g}")
+        figure.axes[-1].yaxis.set_minor_formatter(NullFormatter())
+    return figure
+
+
+def _binned(left: LeftOver) -> tuple[np.ndarray, np.ndarray]:
+    """Return edges (b + 1,) in s, the release among them, and the rms in the bins, (probes, b)."""
+    begin = np.floor(left.time[0] / _BIN_S)
+    bins = (np.floor(left.time / _BIN_S) - begin).astype(int)
+    count = np.bincount(bins)
+    square = np.array([np.bincount(bins, weights=row**2) for row in left.whitened])
+    return (begin + np.arange(len(count) + 1)) * _BIN_S, np.sqrt(square / np.maximum(count, 1))

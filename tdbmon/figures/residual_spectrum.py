@@ -1,0 +1,62 @@
+"""Full spectra of the residual, against frequency and against orders of rotation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    UM,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    styled,
+    subplots,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.left_over import Spectrum
+
+_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
+_HIGHEST_HZ, _HIGHEST_ORDER = 800.0, 6.0
+
+
+@styled
+def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
+    """Draw what the plain model leaves of each drop, an end a row: a line of fixed frequency stands upright on the left,
+    one of fixed order on the right."""
+    ends = list(dict.fromkeys(each.end for each in spectra))
+    widest = max(each.resolution for each in spectra)
+    note = f"Measured less plain model, from the release on · Hann window · told apart from {widest:.0f} Hz on · 0-pk"
+    figure = new_figure(20 + 50 * len(ends), note)
+    axes = subplots(figure, len(ends), 2, Margins(15, 3, 10, 20, across=6, down=11), sharey="row")
+    drops = list(dict.fromkeys(each.drop for each in spectra))
+    for each in spectra:
+        colour = _COLOURS[drops.index(each.drop) % len(_COLOURS)]
+        row = axes[ends.index(each.end)]
+        level = each.threshold * each.noise * UM
+        for ax, scale in zip(row, (1.0, each.speed), strict=True):
+            inside = np.abs(each.frequency) <= (_HIGHEST_HZ if scale == 1.0 else _HIGHEST_ORDER * scale)
+            label = f"{each.drop}, {each.speed:.0f} Hz"
+            ax.plot(each.frequency[inside] / scale, each.amplitude[inside] * UM, color=colour, label=label)
+            ax.plot(each.frequency[inside] / scale, level[inside], color=colour, linestyle=":", linewidth=0.7)
+    for end, row in zip(ends, axes, strict=True):
+        row[0].set_ylabel(f"{end} amplitude [µm 0-pk]")
+        for ax in row:
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:g}")
+            ax.axvline(0, color=GREY, linewidth=0.6)
+        row[0].set_xlabel("backward   ←   frequency [Hz]   →   forward")
+        row[1].set_xlabel("backward   ←   order of rotation [–]   →   forward")
+        row[1].set_xticks(np.arange(-_HIGHEST_ORDER, _HIGHEST_ORDER + 1))
+    legend_below(figure, 4)
+    return figure

@@ -1,0 +1,55 @@
+"""The report of a diagnosis: the evidence in the order in which a reader would judge it."""
+
+from __future__ import annotations
+
+from tdbmon import __version__
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.evidence import evidence_of
+from tdbmon.report.document import Document, Section
+from tdbmon.report.sections import (
+    diagnosis_fit,
+    diagnosis_force,
+    diagnosis_gain,
+    diagnosis_ranking,
+    diagnosis_remains,
+    diagnosis_residual,
+    diagnosis_sizes,
+    diagnosis_verdict,
+)
+
+
+def build_diagnosis_report(diagnosis: Diagnosis, note: str = "") -> Document:
+    """Return the report of a diagnosis as a document; `write_html` and `write_pdf` write it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    note : str, optional
+        Said under the title, e.g. that the records are synthetic: a diagnosis no longer holds them.
+
+    Raises
+    ------
+    InputError
+        If a model cannot be simulated to the horizon of the likeliest one.
+    """
+    evidence = evidence_of(diagnosis)
+    parts: list[Section | None] = [
+        diagnosis_verdict.section(evidence),
+        diagnosis_fit.plain(evidence),
+        diagnosis_residual.section(evidence),
+        diagnosis_force.section(evidence),
+        diagnosis_ranking.section(evidence),
+        diagnosis_fit.extended(evidence),
+        diagnosis_gain.section(evidence),
+        diagnosis_sizes.section(evidence),
+        diagnosis_remains.remains(evidence),
+        diagnosis_remains.next_test(evidence),
+    ]
+    drops = [drop.name for drop in diagnosis.plain.problem.drops]
+    return Document(
+        "Diagnosis: what the model lacks",
+        f"{diagnosis.machine.name} · {', '.join(drops)}",
+        tuple(part for part in parts if part is not None),
+        note=note,
+        made=f"tdbmon {__version__}",
+    )

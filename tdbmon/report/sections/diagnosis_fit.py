@@ -1,0 +1,60 @@
+"""Measured against simulated: by the plain model, and by the extended one."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.verdict import Kind
+from tdbmon.report.document import Block, Figure, Paragraph, Section
+from tdbmon.report.sections.diagnosis_verdict import titles
+
+
+def plain(evidence: Evidence) -> Section:
+    """Return the plain model's simulation over the readings."""
+    from tdbmon.figures.measured_against_simulated import PLAIN, measured_against_simulated
+
+    diagnosis = evidence.diagnosis
+    models = {PLAIN: evidence.plain_left}
+    if evidence.extended is not None:
+        models["extended model"] = evidence.extended_left
+    blocks: list[Block] = [
+        Paragraph(
+            "The plain model was fitted to all drops at once, within the tolerances of the machine file, to"
+            f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. It leaves {diagnosis.plain.ratio:.2f} times what noise"
+            " would (mean square of the whitened residuals, great ones counted less, with an allowance for how simulations"
+            " with impacts grow apart). A fit spreads what a model lacks over all it may move: what is left before the first"
+            " contact, too, may come from an effect that acts only later."
+        ),
+        Figure(
+            "measured-against-plain",
+            "Each probe's reading with the simulations over it, and below it what they leave, with twice the noise in grey.",
+            "For some drops and every probe, measured and simulated displacement against time, and the difference.",
+            partial(measured_against_simulated, models, evidence.shown),
+        ),
+    ]
+    return Section("Measured against the plain model", tuple(blocks))
+
+
+def extended(evidence: Evidence) -> Section | None:
+    """Return the extended model's simulation over the readings; None where there is no such model."""
+    model = evidence.extended
+    if model is None:
+        return None
+    from tdbmon.figures.measured_against_simulated import measured_against_simulated
+
+    believed = evidence.diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+    what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
+    blocks: list[Block] = [
+        Paragraph(
+            f"{what} adds {titles(model)}. Fitted to the same drops to {model.horizon * 1e3:.0f} ms, it leaves"
+            f" {model.ratio:.2f} times what noise would."
+        ),
+        Figure(
+            "measured-against-extended",
+            "As above with the extended model alone, so that the scale of what is left is its own.",
+            "For some drops and every probe, measured and simulated displacement against time, and the difference.",
+            partial(measured_against_simulated, {"extended model": evidence.extended_left}, evidence.shown),
+        ),
+    ]
+    return Section("Measured against the extended model", tuple(blocks))

@@ -1,0 +1,45 @@
+"""The gain of the extended model on a drop that took no part in its fit."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Return the proof; None where no model with a cause came to the end."""
+    diagnosis = evidence.diagnosis
+    if all(not each.causes for each in diagnosis.contenders):
+        return None
+    title = "Gain on a drop held out"
+    proof = diagnosis.proof
+    if proof is None:
+        return Section(title, (Paragraph("No drop could be held out, so no gain is proved."),))
+    from tdbmon.figures.extended_gain import extended_gain
+
+    if proof.gain is None:
+        said = Verdict("The plain model leaves hardly more than noise there: there is nothing to gain.")
+    elif proof.gain < 0:
+        said = Verdict("The extended model does worse there than the plain one.", "attention")
+    else:
+        said = Verdict(
+            f"The extended model takes away {proof.gain:.0%} of what the plain one leaves there beyond the noise.",
+            "good" if proof.gain > 0.5 else "attention",
+        )
+    blocks: list[Block] = [
+        Paragraph(
+            f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then fitted: position"
+            " and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are those of the"
+            " other drops."
+        ),
+        said,
+        Figure(
+            "extended-gain",
+            f"What is left of {proof.drop} from the release on.",
+            "Three bars: what the plain model leaves, what the extended one leaves, and the noise.",
+            partial(extended_gain, proof),
+        ),
+    ]
+    return Section(title, tuple(blocks))

@@ -1,0 +1,58 @@
+"""The models that competed, with their probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.verdict import Kind
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table
+from tdbmon.report.sections.diagnosis_verdict import percent, titles
+
+
+def section(evidence: Evidence) -> Section:
+    """Return the ranking."""
+    diagnosis = evidence.diagnosis
+    ranked = sorted(
+        zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True),
+        key=lambda pair: (-pair[1], pair[0].bic),
+    )
+    best = min(each.bic for each in diagnosis.contenders if each.horizon == diagnosis.best.horizon)
+    accused = diagnosis.verdict.accused
+    rows = []
+    for contender, probability in ranked:
+        words = "; ".join(_held(cause.held) for cause in contender.causes if cause.held)
+        comparable = contender.horizon == diagnosis.best.horizon
+        rows.append(
+            Row(
+                (
+                    titles(contender) + (f" ({words})" if words else ""),
+                    percent(probability),
+                    f"{contender.bic - best:.0f}" if comparable else "–",
+                    f"{contender.ratio:.2f}",
+                    f"{contender.freedom:.0f}",
+                    f"{contender.horizon * 1e3:.0f} ms",
+                ),
+                "attention" if contender in accused else "plain",
+            )
+        )
+    rest = 1 - sum(diagnosis.verdict.probabilities)
+    if rest > 1e-3 or diagnosis.verdict.kind is Kind.UNKNOWN:
+        rows.append(Row(("something outside the catalogue", percent(max(rest, 0.0)), "", "", "", "")))
+    header = ("Model", "Probability", "ΔBIC", "Left, times noise", "More values", "Fitted to")
+    blocks: list[Block] = [
+        Paragraph(
+            "Only models that came to the end are listed; every other effect and place of the catalogue was tried and promised"
+            " less, or fell behind. ΔBIC is the difference of the Bayesian information criterion (misfit, and the logarithm of"
+            " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
+            " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
+        ),
+        Table("Models by probability", header, tuple(rows)),
+    ]
+    return Section("Ranking", tuple(blocks))
+
+
+def _held(held: Mapping[str, float | str]) -> str:
+    return ", ".join(
+        f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in held.items()
+    )

@@ -1,0 +1,81 @@
+"""What the likeliest model still leaves, and the test that would teach most."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.left_over import Line, spectra
+from tdbmon.diagnosis.unexplained import Unexplained, unexplained
+from tdbmon.diagnosis.verdict import EXPLAINED
+from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
+from tdbmon.report.sections.diagnosis_verdict import titles
+
+
+def remains(evidence: Evidence) -> Section:
+    """Return how much is left, where it is loudest, and the force that it stands for."""
+    best = evidence.diagnosis.best
+    left = unexplained(best)
+    name = "plain model" if evidence.extended is None else f"model with {titles(best)}"
+    blocks: list[Block] = []
+    if best.ratio <= EXPLAINED:
+        blocks.append(
+            Verdict(f"The {name} leaves {best.ratio:.2f} times what noise would: nothing that stands out.", "good")
+        )
+    else:
+        blocks.append(Verdict(f"The {name} leaves {best.ratio:.1f} times what noise would.", "attention"))
+    blocks.append(Paragraph(_loudest(left)))
+    lines = _lines(evidence)
+    if lines:
+        peaks = "; ".join(
+            f"{line.end}, {line.drop}: {abs(line.frequency):.0f} Hz {'forward' if line.frequency >= 0 else 'backward'}"
+            f" (order {abs(line.order):.2f}), {line.amplitude * 1e6:.2f} µm 0-pk, {line.amplitude / line.noise:.0f} times"
+            " the noise"
+            for line in lines
+        )
+        blocks.append(Paragraph(f"Highest peak of its spectrum at each end, over all drops: {peaks}."))
+    else:
+        blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
+    if evidence.extended is not None:
+        blocks.append(_force(evidence))
+    return Section("What remains unexplained", tuple(blocks))
+
+
+def _loudest(left: Unexplained) -> str:
+    return (
+        f"Loudest against its noise: probe {left.probe} in {left.drop}, {left.rms * 1e6:.2f} µm rms from the release on, where"
+        f" noise is {left.noise * 1e6:.2f} µm; most of it from {left.since * 1e3:.1f} to {left.until * 1e3:.1f} ms, strongest"
+        f" near {left.frequency:.0f} Hz."
+    )
+
+
+def _lines(evidence: Evidence) -> list[Line]:
+    """Return the highest peak at each end, over all drops."""
+    machine = evidence.diagnosis.machine
+    found = [line for left in evidence.best_left for each in spectra(left, machine) for line in each.lines(1)]
+    return [
+        max(there, key=lambda line: line.amplitude)
+        for end in machine.ends
+        if (there := [line for line in found if line.end == end])
+    ]
+
+
+def _force(evidence: Evidence) -> Figure:
+    from tdbmon.figures.residual_force import force_against_time
+
+    shown = evidence.shown
+    forces = [evidence.extended_force[k] for k in shown]
+    speeds = [evidence.extended_left[k].speed for k in shown]
+    return Figure(
+        "remaining-force",
+        "The force that is still missing with the extended model, found as above. Within its band there is nothing that"
+        " the probes could show.",
+        "For each end, x and y of the force that is missing still, against time, for some drops side by side.",
+        partial(force_against_time, forces, evidence.diagnosis.machine.ends, speeds, "extended model"),
+    )
+
+
+def next_test(evidence: Evidence) -> Section:
+    """Return the advice."""
+    text = evidence.diagnosis.next_test
+    return Section("What to do next", (Paragraph(f"{text[:1].upper()}{text[1:]}."),))

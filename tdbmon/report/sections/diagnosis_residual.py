@@ -1,0 +1,122 @@
+"""Where and when the residual stands out of the noise: phase, probe, direction, order, frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.left_over import DIRECTIONS, PHASES, LeftOver, Line, by_direction, by_phase, spectra
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+
+_STANDS_OUT = 2.0  # times the noise
+_LINES = 2  # peaks of each spectrum that are listed
+
+
+def section(evidence: Evidence) -> Section:
+    """Return maps, tables and spectra of what the plain model leaves."""
+    from tdbmon.figures.residual_map import residual_map
+    from tdbmon.figures.residual_spectrum import residual_spectrum
+
+    machine = evidence.diagnosis.machine
+    models = {"plain model": evidence.plain_left}
+    if evidence.extended is not None:
+        models["extended model"] = evidence.extended_left
+    blocks: list[Block] = [
+        Figure(
+            "residual-map",
+            "When each probe leaves the noise. A late and gradual rise is how simulations with impacts grow apart; an effect"
+            " shows by an early one, or by one end or probe alone.",
+            "A heat map: a row a probe of each drop, a column half a millisecond, colour how many times the noise.",
+            partial(residual_map, models),
+        ),
+        phase_table("plain model", evidence.plain_left, evidence),
+    ]
+    if evidence.extended is not None:
+        blocks.append(phase_table("extended model", evidence.extended_left, evidence))
+    told = [left for left in evidence.plain_left if left.sees_ends]
+    if not told:
+        blocks.append(
+            Paragraph("The usable probes do not tell both directions at both ends: no directions, no full spectra.")
+        )
+        return Section(_TITLE, tuple(blocks))
+    blocks.append(_directions(evidence))
+    found = [each for left in told for each in spectra(left, machine)]
+    lines = [line for each in found for line in each.lines(_LINES)]
+    blocks += [
+        Figure(
+            "residual-spectrum",
+            "What the plain model leaves, as forward and backward whirl. Dotted: the level that noise alone passes in one"
+            " spectrum of a hundred. Peaks of the drops over each other on the left have one frequency, on the right one"
+            " order of rotation. Drops are short: a peak is no sharper than the resolution stated above.",
+            "For each end, amplitude of the residual against frequency and against order, a line a drop.",
+            partial(residual_spectrum, found),
+        ),
+        _lines(lines, max(each.resolution for each in found)),
+    ]
+    return Section(_TITLE, tuple(blocks))
+
+
+_TITLE = "Where and when the residual stands out of the noise"
+
+
+def phase_table(model: str, drops: Sequence[LeftOver], evidence: Evidence) -> Table:
+    """Return the whitened rms of each probe in the phases, all drops together."""
+    machine = evidence.diagnosis.machine
+    rows = []
+    for probe, values in by_phase(drops, machine).items():
+        end = machine.probes[[p.name for p in machine.probes].index(probe)].end
+        loud = "attention" if any(value > _STANDS_OUT for value in values) else "plain"
+        rows.append(Row((f"{probe} ({end})", *(_times(value) for value in values)), loud))  # type: ignore[arg-type]
+    header = ("Probe (end)", *(phase.capitalize() for phase in PHASES))
+    caption = (
+        f"Residual of the {model} by phase, times the noise (whitened rms, all drops; marked beyond {_STANDS_OUT:g})"
+    )
+    return Table(caption, header, tuple(rows))
+
+
+def _directions(evidence: Evidence) -> Table:
+    header = ("End, model", *DIRECTIONS)
+    rows = []
+    models = [("plain", evidence.plain_left)]
+    if evidence.extended is not None:
+        models.append(("extended", evidence.extended_left))
+    for model, drops in models:
+        for end, values in zip(evidence.diagnosis.machine.ends, by_direction(drops), strict=True):
+            rows.append(Row((f"{end}, {model}", *(_times(value) for value in values))))
+    caption = (
+        "Residual by direction from the release on, rms over that of the noise (x right, y up; radial away from the"
+        " bearing's centre, tangential a quarter turn counter-clockwise from it)"
+    )
+    return Table(caption, header, tuple(rows))
+
+
+def _lines(lines: Sequence[Line], resolution: float) -> Table | Paragraph:
+    if not lines:
+        return Paragraph("No peak of the residual's spectra passes what noise alone would show.")
+    rows = tuple(
+        Row(
+            (
+                line.drop,
+                line.end,
+                f"{abs(line.frequency):.0f} Hz {_sense(line.frequency)}",
+                f"{abs(line.order):.2f}",
+                f"{line.amplitude * 1e6:.2f} µm",
+                f"{line.amplitude / line.noise:.0f}",
+            )
+        )
+        for line in sorted(lines, key=lambda each: (each.end, each.drop, -each.amplitude))
+    )
+    caption = f"Highest peaks of what the plain model leaves (0-pk; frequencies within ± {resolution / 2:.0f} Hz)"
+    return Table(caption, ("Drop", "End", "Frequency", "Order", "Amplitude", "Times the noise"), rows)
+
+
+def _sense(frequency: float) -> str:
+    if frequency == 0:
+        return "(offset)"
+    return "forward" if frequency > 0 else "backward"
+
+
+def _times(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.1f}"

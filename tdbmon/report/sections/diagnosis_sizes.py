@@ -1,0 +1,95 @@
+"""The values of the named causes, with their intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.estimate import Estimate
+from tdbmon.identify.free_effect import FreeEffect
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+from tdbmon.report.sections.diagnosis_verdict import titles
+
+_PARTNER = 0.5  # correlation from which another value is named
+_PARTNERS = 3
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Return a table for each accused model, or for the best one where it is not believed; None where there is none."""
+    diagnosis = evidence.diagnosis
+    models = diagnosis.verdict.accused or ((evidence.extended,) if evidence.extended is not None else ())
+    if not models:
+        return None
+    blocks: list[Block] = []
+    if not diagnosis.verdict.accused:
+        blocks.append(
+            Paragraph("The best model that was found is not believed. Its values say where its fit ended, no more.")
+        )
+    blocks += [_table(model, diagnosis.parameters.get(model.name, {}), many=len(models) > 1) for model in models]
+    blocks.append(
+        Paragraph(
+            "Correlated: values of machine and sensors that the drops can hardly tell from this one; were they known better,"
+            " its interval would shrink. A sign says whether they rise together (+) or one for the other (−)."
+        )
+    )
+    title = "Sizes of the causes" if diagnosis.verdict.accused else "Values of the best model, which is not believed"
+    return Section(title, tuple(blocks))
+
+
+def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) -> Table:
+    partners = correlated(model)
+    rows = []
+    for free in model.problem.free:
+        found = known.get(free.name, {})
+        place = f"{free.declared.title.lower()} at {free.where}"
+        for parameter in free.shared:
+            name = parameter.name.rpartition(".")[2]
+            estimate = found.get(name) or _bare(model, parameter.name, parameter.unit)
+            with_ = ", ".join(f"{other} ({_signed(r)})" for other, r in partners.get(parameter.name, ()))
+            rows.append(Row((f"{place}: {name.replace('_', ' ')}", words(estimate), with_ or "–")))
+        rows += [Row((f"{place}: {name}", text, "not fitted")) for name, text in _stays(free)]
+        if free.each_start:
+            names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
+            rows.append(Row((f"{place}: {names}", "fitted to each drop by itself", "–")))
+    caption = f"{titles(model).capitalize()}: values with 95 % intervals" if many else "Values with 95 % intervals"
+    return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
+
+
+def _bare(model: Contender, name: str, unit: str) -> Estimate:
+    shared, _ = model.problem.values(model.fit.point, 0)
+    return Estimate(shared[name], unit=unit, why="no interval: the model is not believed")
+
+
+def _stays(free: FreeEffect) -> list[tuple[str, str]]:
+    held = [(name.replace("_", " "), free.declared.parameter(name).text(value)) for name, value in free.held.items()]
+    if free.each_held:
+        for name in free.each_held[0]:
+            held.append((name.replace("_", " "), "by drop: " + ", ".join(f"{each[name]:g}" for each in free.each_held)))
+    return held
+
+
+def correlated(model: Contender) -> dict[str, list[tuple[str, float]]]:
+    """Return which shared values go with each value of the causes, by the slopes at the end of the fit."""
+    problem, fit = model.problem, model.fit
+    # what a coordinate is known to beforehand: 1 in its own scale, or next to nothing
+    curvature = np.diag(np.where(problem.prior > 0, 1.0, 1e-6))
+    for drop, jacobian in enumerate(fit.slopes):
+        where = problem.columns(drop)
+        curvature[np.ix_(where, where)] += jacobian.T @ jacobian
+    covariance = np.linalg.inv(curvature)
+    spread = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(spread, spread)
+    names = [parameter.name for parameter in problem.shared]
+    free = {parameter.name for each in problem.free for parameter in each.shared}
+    out = {}
+    for i, name in enumerate(names):
+        if name in free:
+            order = [k for k in np.argsort(-np.abs(correlation[i, : len(names)])) if k != i][:_PARTNERS]
+            out[name] = [(names[k], float(correlation[i, k])) for k in order if abs(correlation[i, k]) > _PARTNER]
+    return out
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.2f}".replace("-", "−")

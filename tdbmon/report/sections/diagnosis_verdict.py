@@ -1,0 +1,91 @@
+"""What the diagnosis says, in a sentence, with its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tdbsim.effect import catalogue
+
+from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.verdict import EXPLAINED, Kind
+from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
+
+_TONE: dict[Kind, Tone] = {
+    Kind.NONE: "good",
+    Kind.NAMED: "attention",
+    Kind.AMBIGUOUS: "attention",
+    Kind.UNKNOWN: "attention",
+}
+
+
+def section(evidence: Evidence) -> Section:
+    """Return verdict, reasons and remarks."""
+    diagnosis = evidence.diagnosis
+    blocks: list[Block] = [
+        Verdict(_sentence(diagnosis), _TONE[diagnosis.verdict.kind]),
+        Paragraph(f"Why: {diagnosis.verdict.why}."),
+    ]
+    for cause in {cause.name: cause for each in diagnosis.verdict.accused for cause in each.causes}.values():
+        blocks.append(Paragraph(f"{cause.declared.title} at {cause.where}: {cause.declared.what}"))
+    if diagnosis.verdict.kind is Kind.NONE:
+        blocks.append(
+            Paragraph(
+                f"{len(catalogue())} kinds of effects were looked for, each at every place of the machine that it can act"
+                " on. One of them would have been named if the plain model had left clearly more than noise, a model with"
+                f" it no more than {EXPLAINED:g} times what noise leaves, and that model had done better on a drop held"
+                " out. An effect too small for these drops to show is not excluded."
+            )
+        )
+    if diagnosis.verdict.kind is Kind.UNKNOWN:
+        blocks.append(
+            Paragraph(
+                "Something acts that no effect of the catalogue explains, alone or together with others. The models named"
+                " below are the best that were found and are not believed; what is missing is shown as a force, with its"
+                " directions and frequencies."
+            )
+        )
+    blocks += [Verdict(f"{remark}.", "attention") for remark in diagnosis.remarks]
+    return Section("Verdict", tuple(blocks))
+
+
+def _sentence(diagnosis: Diagnosis) -> str:
+    verdict = diagnosis.verdict
+    count = len(diagnosis.plain.problem.drops)
+    drops = "one drop" if count == 1 else f"{count} drops"
+    if verdict.kind is Kind.NAMED:
+        return f"Named: {titles(verdict.accused[0])} (probability {_share(diagnosis, verdict.accused[0])}, {drops})."
+    if verdict.kind is Kind.AMBIGUOUS:
+        either = "; or ".join(f"{titles(each)} ({_share(diagnosis, each)})" for each in verdict.accused)
+        return f"Ambiguous: {either}. These {drops} cannot decide between them."
+    if verdict.kind is Kind.UNKNOWN:
+        return f"Unknown: the model lacks something that is in no catalogue ({drops})."
+    return f"None: the plain model lacks nothing that these {drops} show."
+
+
+def titles(contender: Contender, empty: str = "plain model") -> str:
+    """Return the causes of a model in words, with their places."""
+    return " and ".join(f"{each.declared.title.lower()} at {each.where}" for each in contender.causes) or empty
+
+
+def probability_of(diagnosis: Diagnosis, contender: Contender) -> float:
+    """Return the probability of a contender."""
+    pairs = zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True)
+    return next(p for each, p in pairs if each is contender)
+
+
+def percent(probability: float) -> str:
+    """Return a probability in words; none is certain and none impossible."""
+    if probability > 0.99:
+        return "> 99 %"
+    return "< 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
+
+
+def _share(diagnosis: Diagnosis, contender: Contender) -> str:
+    return percent(probability_of(diagnosis, contender))
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return words as in a sentence: a, b and c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
