@@ -31,6 +31,7 @@ _SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 _INVITED = 6  # suspects fitted at a horizon with the slopes of the model that they extend
 _ADMITTED = 3  # of them, fitted with their own
 _SAME_KIND = 2  # of those invited, of one effect at one place with other words or orders
+_HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
@@ -39,7 +40,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _NEARLY = 2.0  # misfit a residual, up to which another start may mend it
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
-_SHARE = 0.02  # of all that is left, which a further cause must promise
+_SHARE = 0.1  # of all that is left, which a further cause must promise
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,15 @@ class Contender:
     fit : Fit
     horizon : float
         s after the release.
+    floor : float
+        Misfit a residual of the fall before the first contact, where the model can hardly be wrong: that of the noise.
     """
 
     causes: tuple[Suspect, ...]
     problem: Problem
     fit: Fit
     horizon: float
+    floor: float
 
     @property
     def misfit(self) -> float:
@@ -103,7 +107,7 @@ class Contender:
     @property
     def fails(self) -> bool:
         """True where more than noise is left."""
-        return self.ratio > FAILING
+        return self.ratio > FAILING * self.floor
 
 
 def _share(size: Declared, value: float) -> float:
@@ -130,7 +134,10 @@ def contest(
     InputError
         If the plain model cannot be simulated.
     """
-    plain = Contender((), problem, fit(problem, problem.start, horizons[0], _SLOPES), horizons[0])
+    fallen = fit(problem, problem.start, horizons[0], _SLOPES)
+    # an effect may show in the fall already: then the noise is no less than it was before the release
+    floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
+    plain = Contender((), problem, fallen, horizons[0], floor)
     field: list[Contender] = []
     lost = 0
     for horizon in horizons:
@@ -310,14 +317,16 @@ def _invited(
     taken = {each.name for each in best.causes}
     known = {each.name for each in field}
     open_to = [suspect for suspect in suspects if suspect.name not in taken]
+    found = scores(best.problem, best.fit, horizon, open_to)
     tried: list[Contender] = []
     kinds: dict[str, int] = {}
-    for score in scores(best.problem, best.fit, horizon, open_to):
-        price = freedom_of(score.start, len(best.problem.drops)) * math.log(best.residuals)
-        if score.gain < price + _SURE or (best.causes and score.gain < _SHARE * score.total):
+    drops, price = len(best.problem.drops), math.log(best.residuals)
+    worth = {each: each.gain - freedom_of(each.start, drops) * price for each in found}
+    for score in sorted(found, key=lambda each: -worth[each]):
+        if worth[score] < _SURE or (best.causes and score.gain < _SHARE * score.total):
             continue
-        kind = score.suspect.name
-        if kinds.get(kind, 0) >= _SAME_KIND or " + ".join([*taken, kind]) in known:
+        kind = score.suspect.declared.identifier
+        if kinds.get(kind, 0) >= _SAME_KIND or " + ".join([*taken, score.suspect.name]) in known:
             continue
         kinds[kind] = kinds.get(kind, 0) + 1
         try:

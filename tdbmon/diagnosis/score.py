@@ -30,6 +30,7 @@ from tdbmon.identify.problem import Problem, huber, spread
 Array = NDArray[np.float64]
 
 _SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
+_LARGE = 2.5  # of the typical size
 _FURTHEST = 4.0  # trial sizes, to which a trial is believed
 
 
@@ -130,9 +131,11 @@ def _trial_keys(suspect: Suspect) -> list[tuple[float, ...]]:
 
 
 def _shares(suspect: Suspect) -> tuple[float, ...]:
-    """Return the shares of the typical size that are tried: one, where there are many trials already."""
-    many = suspect.counted is not None or any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
-    return _SHARES[:1] if many else _SHARES
+    """Return the shares of the typical size that are tried: which ball it is shows at its full size only."""
+    if suspect.counted is not None:
+        return (*_SHARES, _LARGE)
+    turning = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
+    return _SHARES[:1] if turning else _SHARES
 
 
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:

@@ -38,7 +38,7 @@ Progress = Callable[[str], None]
 # s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
-FAILING = 1.08  # misfit a residual, from which on another angle of the cages is tried
+FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
 _THREADS = 2
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand

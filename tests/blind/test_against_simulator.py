@@ -106,7 +106,7 @@ SAME = {
     "stribeck_friction": (
         "both",
         {"static_excess": 0.2, "stribeck_speed_m_per_s": 15.0},
-        "where=both,static_excess=0.2,stribeck_speed=15 m/s",
+        "where=both,static_excess=0.2,stribeck_speed=15 m/s,law=gaussian",
     ),
     "oval_clearance": ("DE", {"amplitude_m": 2e-5, "angle_rad": 0.5}, "end=DE,amplitude=20 um,angle=0.5 rad"),
     "ring_out_of_round": ("DE", {"amplitude_m": 1e-5, "order": 3.0}, "end=DE,amplitude=10 um,order=3"),

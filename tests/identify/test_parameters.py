@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tdbsim.drop_model import build_model
+from tdbsim.drop_model import build_model, with_effects
 from tdbsim.effect import parse
+from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.identify.parameters import calibrated_machine, drop_parameters, machine_parameters, with_values
@@ -57,14 +58,19 @@ def test_fast_path_leaves_the_model_as_it_was(full, model):
     assert all(np.array_equal(a, b) for a, b in zip(before, model.arrays, strict=True))
 
 
-def test_effects_act_on_the_moved_values(full):
+def test_effects_act_on_the_moved_values(full, model):
     effect = parse("unbalance:where=impeller,amount=30 g mm")
-    carried = build_model(full, [effect])
     values = {"generator.along": 55e-6, "NDE.radial_gap": 260e-6}
-    moved = with_values(carried, values)
+    moved = with_effects(with_values(model, values), [effect])
     anew = build_model(calibrated_machine(full, values), [effect])
     assert moved.arrays.unbalance == pytest.approx(anew.arrays.unbalance)
-    assert not np.allclose(moved.arrays.unbalance, with_values(build_model(full), values).arrays.unbalance)
+    assert not np.allclose(moved.arrays.unbalance, with_values(model, values).arrays.unbalance)
+
+
+def test_effects_do_not_go_onto_effects(model):
+    effect = parse("unbalance:where=impeller,amount=30 g mm")
+    with pytest.raises(InputError, match="carries effects already"):
+        with_effects(with_effects(model, [effect]), [effect])
 
 
 def test_a_turn_of_the_unbalance_keeps_its_amount(full):

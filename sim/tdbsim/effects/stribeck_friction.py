@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
 from tdbsim.signature import bearings
 
 if TYPE_CHECKING:
@@ -19,19 +19,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StribeckFriction(Effect):
-    """Coefficient = sliding value + static_excess exp(-(slip / stribeck_speed)^2)."""
+    """Coefficient = sliding value + static_excess exp(-(slip / stribeck_speed)^n).
+
+    With n = 1 (``exponential``, the law of Bo and Pavelescu 1982) or n = 2 (``gaussian``): both are in use, see
+    B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083.
+    """
 
     title: ClassVar = "Stribeck friction"
     what: ClassVar = "Friction falls from a static to a sliding value with slip speed."
     place: ClassVar = Place.BEARING_OR_BOTH
     signature: ClassVar = "As ring and shaft come to one speed, friction grows: the ring catches up in a jerk."
-    slots: ClassVar = 2
+    slots: ClassVar = 3
 
     static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient less the sliding one")
     stribeck_speed: float = parameter("m/s", 3.0, (0.05, 50.0), 3.0, "slip at which the excess has fallen to 1/e")
+    law: str = choice(("exponential", "gaussian"), "how the excess falls with slip")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        return self.static_excess, self.stribeck_speed
+        return self.static_excess, self.stribeck_speed, 2.0 if self.law == "gaussian" else 1.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
@@ -41,4 +46,7 @@ class StribeckFriction(Effect):
 
 
 def friction(slip, p, i):  # type: ignore[no-untyped-def]
-    return p[i] * math.exp(-((slip / p[i + 1]) ** 2)) if p[i] != 0.0 else 0.0
+    if p[i] == 0.0:
+        return 0.0
+    share = abs(slip) / p[i + 1]
+    return p[i] * math.exp(-(share**2) if p[i + 2] == 2.0 else -share)
