@@ -180,6 +180,9 @@ def diagnose(
     report: Annotated[
         list[Path] | None, typer.Option(metavar="F.html|F.pdf", help="write a report; may be given twice")
     ] = None,
+    extended: Annotated[
+        Path | None, typer.Option(metavar="F.toml", help="write the machine file with the effects that were found")
+    ] = None,
 ) -> None:
     """Find what the model of a machine lacks: name the effect, its place and size, and prove the gain."""
     from tdbsim.machine import load_machine
@@ -189,6 +192,10 @@ def diagnose(
     from tdbmon.record.read import read
 
     writers = [_report_writer(path) for path in report or []]
+    if extended is not None:
+        from tdbmon.machine_file import check_new_file
+
+        check_new_file(extended, machine)
     with _progress() as tell:
         tell("reading the machine and the records")
         result = run(load_machine(machine), [read(path) for path in records], tell)
@@ -204,6 +211,16 @@ def diagnose(
     _write_json(json_file, lambda: diagnosis_json(result))
     for path in report or []:
         typer.echo(f"report: {path}")
+    if extended is not None:
+        from tdbmon.diagnosis.extended_machine import extended_head, extended_machine
+        from tdbmon.machine_file import write_machine
+
+        wider = extended_machine(result)
+        if wider is None:
+            typer.echo(f"no {extended} written: nothing was named")
+        else:
+            write_machine(wider, extended, extended_head(result))
+            typer.echo(f"extended machine file: {extended}")
 
 
 @app.command()

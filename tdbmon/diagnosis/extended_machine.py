@@ -1,0 +1,33 @@
+"""The machine file of an extended model, which every other command takes."""
+
+from __future__ import annotations
+
+from tdbsim.machine import Machine
+
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.verdict import Kind
+from tdbmon.identify.parameters import calibrated_machine
+from tdbmon.machine_file import with_effects
+
+
+def extended_machine(diagnosis: Diagnosis) -> Machine | None:
+    """Return the machine at the values of the likeliest extended model, with its effects; None where none is accused.
+
+    What differs from drop to drop (a phase on the inner ring, the number of a ball) is that of the first drop.
+    """
+    if diagnosis.verdict.kind not in (Kind.NAMED, Kind.AMBIGUOUS) or not diagnosis.verdict.accused:
+        return None
+    best = diagnosis.verdict.accused[0]
+    shared, own = best.problem.values(best.fit.point, 0)
+    effects = [each.at(shared, own, 0) for each in best.problem.free]
+    return with_effects(calibrated_machine(diagnosis.machine, shared), effects)
+
+
+def extended_head(diagnosis: Diagnosis) -> str:
+    """Return the comment at the head of the file."""
+    names = ", ".join(drop.name for drop in diagnosis.plain.problem.drops)
+    lines = [f"{diagnosis.machine.name}: values and effects as tdbmon diagnose found them in {names}"]
+    lines.append(f"verdict: {diagnosis.verdict.kind} - {diagnosis.verdict.why}")
+    if diagnosis.proof is not None and diagnosis.proof.gain is not None:
+        lines.append(f"gain on {diagnosis.proof.drop}, which was held out: {diagnosis.proof.gain:.0%}")
+    return "\n".join(lines)
