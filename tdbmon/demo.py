@@ -12,13 +12,18 @@ from tdbsim.machine import load_machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.atomic import write_bytes, write_text
+from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
+from tdbmon.diagnosis.diagnose import diagnose
+from tdbmon.diagnosis.extended_machine import extended_head, extended_machine
 from tdbmon.history.archive import open_archive
 from tdbmon.history.batch import add_all
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.study import Order
+from tdbmon.machine_file import write_machine
 from tdbmon.record.read import read
 from tdbmon.report.compare_report import build_compare_report
+from tdbmon.report.diagnosis_report import build_diagnosis_report
 from tdbmon.report.drop_report import build_report
 from tdbmon.report.html import write_html
 from tdbmon.report.machine_report import build_machine_report
@@ -47,8 +52,26 @@ def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
         write_text(out / f"{name}.json", json.dumps(analysis_json(result), indent=1, allow_nan=False) + "\n")
         write_bytes(out / f"{name}.png", render_first_page(document))
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json")
+    lines += _hidden_fault(out, progress)
     lines += _years(out, progress)
     return [SYNTHETIC, *lines, f"open {out / 'drop_100.html'} in a browser"]
+
+
+def _hidden_fault(out: Path, progress: Callable[[str], None]) -> list[str]:
+    """Find what the model of a machine lacks from four of its drops; write JSON, reports and the extended machine file."""
+    folder = shipped("loose")
+    records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
+    found = diagnose(load_machine(folder / "machine.toml"), records, lambda step: progress(f"diagnosis: {step}"))
+    progress("diagnosis: drawing the figures and writing the reports")
+    document = build_diagnosis_report(found, note=SYNTHETIC)
+    write_html(document, out / "diagnosis.html")
+    write_pdf(document, out / "diagnosis.pdf")
+    write_text(out / "diagnosis.json", json.dumps(diagnosis_json(found), indent=1, allow_nan=False) + "\n")
+    extended = extended_machine(found)
+    if extended is not None:
+        write_machine(extended, out / "extended.toml", extended_head(found))
+    lines = [f"diagnosis: {out / 'diagnosis'}.html  {out / 'diagnosis'}.pdf  {out / 'diagnosis'}.json"]
+    return lines + [f"  {line}" for line in diagnosis_lines(found)]
 
 
 def _years(out: Path, progress: Callable[[str], None]) -> list[str]:
