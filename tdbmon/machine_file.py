@@ -222,7 +222,7 @@ def _tolerance(value: Tolerant, unit: str) -> str:
     nominal, half = abs(float(value.nominal)), (value.high - value.low) / 2
     for digits in range(3, 18):
         for width in (half, value.high - value.nominal, value.nominal - value.low):
-            percent = f"{100 * width / nominal:.{digits}g} %" if nominal else "0 %"
+            percent = f"{100 * width / nominal:.{digits}g} %" if width < 10 * nominal else "0 %"
             absolute = _with_unit(f"{width / scale(unit, si):.{digits}g}", unit)
             for text, read in ((percent, nominal * to_si(percent, "1")), (absolute, to_si(absolute, si))):
                 if (value.nominal - read, value.nominal + read) == (value.low, value.high):

@@ -148,6 +148,14 @@ def test_moved_values_come_back_to_the_last_digit(data):
     assert read_back(again) == again  # limits alike on both sides are kept exactly
 
 
+def test_a_nominal_value_next_to_nothing_takes_no_share_of_it():
+    """A calibration may turn an unbalance by a hair; no per cent of that hair is a number."""
+    turned = calibrated_machine(SHORT, {"impeller.along": 20e-6, "impeller.across": 1e-320})
+    phase = turned.rotor.unbalance[1].phase
+    assert 0 < phase.nominal < 1e-300
+    assert read_back(turned).rotor.unbalance[1].phase == phase
+
+
 @settings(max_examples=200)
 @given(
     nominal=st.floats(1e-7, 3e-3),
