@@ -1,0 +1,172 @@
+"""Suspects, scores and the competition of models, on drops of the same simulator (so no test of the physics)."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from tdbsim.effect import catalogue, parse
+from tdbsim.machine import load_machine
+from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.simulate import DropPlan, simulate
+
+from tdbmon.diagnosis.contest import Contender, contest, with_cause, without_cause
+from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.verdict import Kind, verdict
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import fit
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
+from tests.identify import drops
+
+GAIN = 1.06
+
+
+def record(machine, speed, seed, *effects):
+    rng = np.random.default_rng(seed)
+    plan = DropPlan(
+        speed=speed,
+        seconds=0.03,
+        levitated=0.08,
+        set_point=tuple(map(tuple, rng.uniform(-25e-6, 25e-6, (2, 2)))),
+        shaft_angle=float(rng.uniform(0, 2 * np.pi)),
+        cage_angle=tuple(rng.uniform(0, 2 * np.pi / 11, 2)),
+        sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
+        seed=seed,
+        bending=12,
+    )
+    made = simulate(machine, plan, [parse(text) for text in effects])
+    made.attrs["source_file"] = f"drop_{speed:g}.nc"
+    return made
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with ThreadPoolExecutor(2) as threads:
+        yield threads
+
+
+def problem_of(pool, *effects):
+    machine = drops.machine()
+    measured = tuple(
+        measured_drop(record(machine, speed, seed, *effects), machine) for speed, seed in ((80.0, 1), (150.0, 2))
+    )
+    return build_problem(machine, measured, pool)
+
+
+@pytest.fixture(scope="module")
+def gained(pool):
+    problem = problem_of(pool, f"probe_gain:probe=DE_A,gain={GAIN}")
+    return problem, suspects(problem.model.machine, problem.model.machine.probes, ())
+
+
+@pytest.fixture(scope="module")
+def competed(gained):
+    problem, everyone = gained
+    return contest(problem, everyone, (0.006, 0.012), lambda _: None)
+
+
+def test_every_effect_is_a_suspect_everywhere():
+    machine = load_machine(shipped("short/machine.toml"))
+    found = suspects(machine, machine.probes, ())
+    assert {s.declared.identifier for s in found} == {each.identifier for each in catalogue()}
+    assert {s.where for s in found if s.declared.identifier == "probe_gain"} == {p.name for p in machine.probes}
+    assert {s.where for s in found if s.declared.identifier == "oval_clearance"} == {"NDE", "DE"}
+
+
+def test_what_a_model_has_already_is_no_suspect():
+    machine = load_machine(shipped("short/machine.toml"))
+    standing = [parse("oval_clearance:end=NDE,amplitude=10 um"), parse("stribeck_friction:end=both,static_excess=0.1")]
+    names = {s.name for s in suspects(machine, machine.probes, standing)}
+    assert "oval_clearance@NDE" not in names
+    assert "oval_clearance@DE" in names
+    assert not any(name.startswith("stribeck") for name in names)
+
+
+def test_a_probe_that_is_not_used_is_no_suspect():
+    machine = load_machine(shipped("short/machine.toml"))
+    names = {s.name for s in suspects(machine, [p for p in machine.probes if p.name != "NDE_B"], ())}
+    assert "probe_gain@NDE_B" not in names
+    assert "probe_crosstalk@NDE" not in names
+    assert "probe_crosstalk@DE" in names
+
+
+def test_score_names_the_hidden_effect_and_its_size(gained):
+    problem, everyone = gained
+    ranked = scores(problem, fit(problem, problem.start, 0.006), 0.006, everyone)
+    assert ranked[0].suspect.name == "probe_gain@DE_A"
+    assert ranked[0].start.shared["gain"] == pytest.approx(GAIN, abs=0.02)
+    assert all(0 <= each.gain <= each.total * (1 + 1e-9) for each in ranked)
+
+
+def test_contest_is_won_by_the_hidden_effect(competed):
+    best = competed[0]
+    assert [cause.name for cause in best.causes] == ["probe_gain@DE_A"]
+    values, _ = best.problem.values(best.fit.point, 0)
+    assert values["probe_gain@DE_A.gain"] == pytest.approx(GAIN, abs=0.005)
+    assert not best.fails
+    plain = next(each for each in competed if not each.causes)
+    assert plain.fails
+    assert verdict(competed, None).kind is Kind.NAMED
+
+
+def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
+    _, everyone = gained
+    plain = next(each for each in competed if not each.causes)
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    from tdbmon.diagnosis.suspects import Start
+
+    wider = with_cause(plain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))
+    assert wider.freedom == 2
+    assert wider.misfit == pytest.approx(plain.misfit, rel=0.01)  # an effect of a nanometre is none
+    back = without_cause(wider, 0)
+    assert back.fit.point == pytest.approx(plain.fit.point)
+    assert back.misfit == pytest.approx(plain.misfit, rel=1e-9)
+    assert all(a.shape == b.shape for a, b in zip(back.fit.slopes, plain.fit.slopes, strict=True))
+
+
+def test_nothing_hidden_is_none(pool):
+    problem = problem_of(pool)
+    field = contest(problem, suspects(problem.model.machine, problem.model.machine.probes, ()), (0.006, 0.012), str)
+    judged = verdict(field, None)
+    assert judged.kind is Kind.NONE
+    assert not judged.accused
+    assert sum(judged.probabilities) <= 1 + 1e-12
+
+
+def contender(like, names, bic_less, ratio):
+    """A contender of made-up misfit, to judge."""
+    from dataclasses import replace
+
+    from tdbmon.identify.least_squares import Fit
+
+    count = like.residuals
+    point, fitted = like.fit.point, like.fit
+    made = Fit(point, fitted.residuals, fitted.slopes, ratio * count - bic_less)
+    causes = tuple(s for s in like_suspects(like) if s.name in names)
+    return replace(like, fit=made, causes=causes)
+
+
+def like_suspects(like):
+    machine = like.problem.model.machine
+    return suspects(machine, machine.probes, ())
+
+
+def test_verdicts(competed):
+    plain = next(each for each in competed if not each.causes)
+
+    def judged(*field):
+        return verdict(sorted(field, key=lambda each: each.bic), None)
+
+    bare = contender(plain, (), 0, 8.0)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.9)
+    angle = contender(plain, ("probe_angle@DE_A",), -4, 0.9)
+    assert judged(bare, gain).kind is Kind.NAMED
+    both = judged(bare, gain, angle)
+    assert both.kind is Kind.AMBIGUOUS
+    assert {c.name for each in both.accused for c in each.causes} == {"probe_gain@DE_A", "probe_angle@DE_A"}
+    assert judged(bare, contender(plain, ("probe_gain@DE_A",), 0, 4.0)).kind is Kind.UNKNOWN
+    assert judged(contender(plain, (), 0, 0.9)).kind is Kind.NONE
+    assert isinstance(plain, Contender)
+    assert math.isfinite(plain.bic)
