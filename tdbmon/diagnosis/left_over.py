@@ -244,6 +244,13 @@ class Line:
     amplitude: float
     noise: float
 
+    @property
+    def words(self) -> str:
+        """The frequency and its sense: ``46 Hz forward``."""
+        if self.frequency == 0:
+            return "0 Hz (offset)"
+        return f"{abs(self.frequency):.0f} Hz {'forward' if self.frequency > 0 else 'backward'}"
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:

@@ -34,6 +34,29 @@ _STATE_SIGMA = (2e-5, 2e-2)  # m and m/s, of the rigid state at the release beyo
 _BAND = 1.96
 
 
+@dataclass(frozen=True)
+class Summary:
+    """The missing force at one end over some time.
+
+    Attributes
+    ----------
+    rms, band : float
+        Of its length, and of the half-width of its 95 % interval, N.
+    mean : complex
+        x + i y, N.
+    axis : float
+        Of the line that it acts along most, rad from +x towards +y, -pi/2 to pi/2.
+    straight : float
+        1 where it acts along that line alone, 0 where it has no line (it turns in a circle, or comes from all sides).
+    """
+
+    rms: float
+    band: float
+    mean: complex
+    axis: float
+    straight: float
+
+
 @dataclass(frozen=True, eq=False)
 class ResidualForce:
     """The missing force of one drop.
@@ -63,6 +86,26 @@ class ResidualForce:
     place: Complex
     simulated: Complex
     step: float
+
+    @property
+    def fall(self) -> NDArray[np.bool_]:
+        """True before the simulation's first contact at either end, less a step: no contact is in it, (k,)."""
+        pressed = np.flatnonzero((np.abs(self.simulated) > 0).any(axis=0))
+        return np.arange(len(self.time)) < (pressed[0] - 1 if pressed.size else len(self.time))
+
+    def summary(self, end: int, within: NDArray[np.bool_]) -> Summary | None:
+        """Return what the force at an end comes to within some instants; None where there are none."""
+        if not within.any():
+            return None
+        force, band = self.force[end, within], self.band[end][:, within]
+        square, turned = float(np.mean(np.abs(force) ** 2)), complex(np.mean(force**2))
+        return Summary(
+            rms=math.sqrt(square),
+            band=math.sqrt(float(np.mean(np.sum(band**2, axis=0)))),
+            mean=complex(force.mean()),
+            axis=float(np.angle(turned) / 2),
+            straight=abs(turned) / square if square > 0 else 0.0,
+        )
 
     @property
     def stands_out(self) -> Array:

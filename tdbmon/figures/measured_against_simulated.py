@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tdbmon.diagnosis.left_over import LeftOver
 
 PLAIN = "plain model"  # what it is called in legends
-_PROBE_MM = 30
+_PROBE_MM = 27
 _MEASURED = "#BBBBBB"
 
 
@@ -59,7 +59,7 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
         axes[2 * row, 0].set_ylabel(f"{name} [µm]")
         axes[2 * row + 1, 0].set_ylabel("left [µm]")
         for ax in axes[2 * row : 2 * row + 2, 0]:
-            ax.yaxis.set_label_coords(-10 * len(shown) / 151, 0.5)
+            ax.yaxis.set_label_coords(-12 * len(shown) / 151, 0.5)
     legend_below(figure, 4)
     return figure
 

@@ -91,7 +91,7 @@ def force_against_place(
     axes = subplots(figure, len(ends), 2, Margins(16, 3, 12, 22, across=16, down=18))
     for end, name in enumerate(ends):
         orbit, angle = axes[end]
-        _clearance(orbit, gaps[end])
+        _clearance(orbit, gaps[end], max(float(np.abs(each.place[end]).max()) for each in forces))
         strongest = max((float(np.abs(each.force[end]).max()) for each in forces), default=0.0) or 1.0
         for k, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
             colour, label = _COLOURS[k % len(_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
@@ -122,10 +122,10 @@ def force_against_place(
     return figure
 
 
-def _clearance(ax: Axes, gap: float) -> None:
+def _clearance(ax: Axes, gap: float, furthest: float) -> None:
     turn = np.exp(1j * np.linspace(0, 2 * np.pi, 121)) * gap * UM
     ax.plot(turn.real, turn.imag, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
-    reach = 1.35 * gap * UM
+    reach = 1.1 * max(1.2 * gap, furthest) * UM
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from tdbsim.columns import GAP
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.residual_force import STEP_S
+from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+
+_STRAIGHT = 0.5  # from which on a force has a line
+_ONE_SIDED = 0.7  # of the rms, from which on it has one direction
 
 
 def section(evidence: Evidence) -> Section:
@@ -46,30 +51,36 @@ def section(evidence: Evidence) -> Section:
             "For each end, arrows in the clearance circle, and radial and tangential force against angle.",
             partial(force_against_place, forces, ends, gaps, speeds),
         ),
-        table(evidence),
+        table("plain model", forces, ends),
     ]
     return Section("The force that is missing", tuple(blocks))
 
 
-def table(evidence: Evidence) -> Table:
-    """Return the greatest missing force of each drop and end, by the plain and the extended model."""
-    models = [("plain", evidence.plain_force)]
-    if evidence.extended is not None:
-        models.append(("extended", evidence.extended_force))
+def table(model: str, drops: Sequence[ResidualForce], ends: Sequence[str]) -> Table:
+    """Return the missing force of each drop and end before the first contact and later, with its direction."""
     rows = []
-    for k, plain in enumerate(evidence.plain_force):
-        for e, end in enumerate(evidence.diagnosis.machine.ends):
+    for each in drops:
+        for e, end in enumerate(ends):
             cells = []
-            for _, forces in models:
-                each = forces[k]
-                cells += [_greatest(each.force[e], each.band[e]), f"{each.stands_out[e] * 100:.0f} %"]
-            cells.append(f"{np.abs(plain.simulated[e]).max():.0f} N")
-            rows.append(Row((plain.drop, end, *cells)))
-    heads = [head for name, _ in models for head in (f"Greatest, {name}", f"Out of band, {name}")]
-    header = ("Drop", "End", *heads, "Contact force, plain")
-    return Table("Missing force (with its 95 % band) and how much of the time it is out of it", header, tuple(rows))
+            for within in (each.fall, ~each.fall):
+                found = each.summary(e, within)
+                cells += ["–", "–"] if found is None else [f"{found.rms:.0f} N (± {found.band:.0f})", _along(found)]
+            out = f"{each.stands_out[e] * 100:.0f} %"
+            rows.append(Row((each.drop, end, *cells, out, f"{np.abs(each.simulated[e]).max():.0f} N")))
+    header = ("Drop", "End", "While falling, rms", "Along", "Later, rms", "Along", "Out of band", "Contact force, peak")
+    caption = (
+        f"Force that the {model} lacks, with its 95 % band (angles from +x towards +y), how much of the time it is out of"
+        " the band, and the greatest contact force of the simulation beside it"
+    )
+    return Table(caption, header, tuple(rows))
 
 
-def _greatest(force: np.ndarray, band: np.ndarray) -> str:
-    at = int(np.argmax(np.abs(force)))
-    return f"{abs(force[at]):.0f} ± {float(np.hypot(*band[:, at]) / np.sqrt(2)):.0f} N"
+def _along(found: Summary) -> str:
+    """Return the direction in words, where the force passes its band and has one."""
+    if found.rms < found.band:
+        return "in band"
+    if found.straight < _STRAIGHT:
+        return "no one line"
+    if abs(found.mean) > _ONE_SIDED * found.rms:
+        return f"to {math.degrees(np.angle(found.mean)):.0f}°".replace("-", "−")
+    return f"to and fro, {math.degrees(found.axis):.0f}°".replace("-", "−")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
 
 
@@ -19,14 +20,16 @@ def section(evidence: Evidence) -> Section | None:
         return Section(title, (Paragraph("No drop could be held out, so no gain is proved."),))
     from tdbmon.figures.extended_gain import extended_gain
 
+    believed = diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
     if proof.gain is None:
         said = Verdict("The plain model leaves hardly more than noise there: there is nothing to gain.")
     elif proof.gain < 0:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
         said = Verdict(
-            f"The extended model takes away {proof.gain:.0%} of what the plain one leaves there beyond the noise.",
-            "good" if proof.gain > 0.5 else "attention",
+            f"The extended model takes away {proof.gain:.0%} of what the plain one leaves there beyond the noise."
+            + ("" if believed else " The verdict says why it is not believed all the same."),
+            "good" if believed else "attention",
         )
     blocks: list[Block] = [
         Paragraph(

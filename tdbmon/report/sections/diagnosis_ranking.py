@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import percent, titles
@@ -21,7 +20,7 @@ def section(evidence: Evidence) -> Section:
     accused = diagnosis.verdict.accused
     rows = []
     for contender, probability in ranked:
-        words = "; ".join(_held(cause.held) for cause in contender.causes if cause.held)
+        words = "; ".join(_held(cause) for cause in contender.causes if cause.held)
         comparable = contender.horizon == diagnosis.best.horizon
         rows.append(
             Row(
@@ -52,7 +51,7 @@ def section(evidence: Evidence) -> Section:
     return Section("Ranking", tuple(blocks))
 
 
-def _held(held: Mapping[str, float | str]) -> str:
-    return ", ".join(
-        f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in held.items()
-    )
+def _held(cause: Suspect) -> str:
+    """Return the words and whole numbers that a cause was tried with."""
+    each = [(name, cause.declared.parameter(name)) for name in cause.held]
+    return ", ".join(f"{name.replace('_', ' ')} {declared.text(cause.held[name])}" for name, declared in each)

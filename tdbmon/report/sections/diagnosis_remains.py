@@ -9,6 +9,7 @@ from tdbmon.diagnosis.left_over import Line, spectra
 from tdbmon.diagnosis.unexplained import Unexplained, unexplained
 from tdbmon.diagnosis.verdict import EXPLAINED
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
+from tdbmon.report.sections.diagnosis_force import table
 from tdbmon.report.sections.diagnosis_verdict import titles
 
 
@@ -19,17 +20,19 @@ def remains(evidence: Evidence) -> Section:
     name = "plain model" if evidence.extended is None else f"model with {titles(best)}"
     blocks: list[Block] = []
     if best.ratio <= EXPLAINED:
-        blocks.append(
-            Verdict(f"The {name} leaves {best.ratio:.2f} times what noise would: nothing that stands out.", "good")
+        said = (
+            f"The {name} leaves {best.ratio:.2f} times what noise would, with the allowance for how simulations grow apart:"
+            " no more than is expected of a model that lacks nothing."
         )
+        blocks.append(Verdict(said, "good"))
     else:
         blocks.append(Verdict(f"The {name} leaves {best.ratio:.1f} times what noise would.", "attention"))
     blocks.append(Paragraph(_loudest(left)))
     lines = _lines(evidence)
     if lines:
         peaks = "; ".join(
-            f"{line.end}, {line.drop}: {abs(line.frequency):.0f} Hz {'forward' if line.frequency >= 0 else 'backward'}"
-            f" (order {abs(line.order):.2f}), {line.amplitude * 1e6:.2f} µm 0-pk, {line.amplitude / line.noise:.0f} times"
+            f"{line.end}, {line.drop}: {line.words} (order {abs(line.order):.2f}), {line.amplitude * 1e6:.2f} µm 0-pk,"
+            f" {line.amplitude / line.noise:.0f} times"
             " the noise"
             for line in lines
         )
@@ -38,6 +41,7 @@ def remains(evidence: Evidence) -> Section:
         blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
     if evidence.extended is not None:
         blocks.append(_force(evidence))
+        blocks.append(table("extended model", evidence.extended_force, evidence.diagnosis.machine.ends))
     return Section("What remains unexplained", tuple(blocks))
 
 

@@ -70,9 +70,7 @@ def phase_table(model: str, drops: Sequence[LeftOver], evidence: Evidence) -> Ta
         loud = "attention" if any(value > _STANDS_OUT for value in values) else "plain"
         rows.append(Row((f"{probe} ({end})", *(_times(value) for value in values)), loud))  # type: ignore[arg-type]
     header = ("Probe (end)", *(phase.capitalize() for phase in PHASES))
-    caption = (
-        f"Residual of the {model} by phase, times the noise (whitened rms, all drops; marked beyond {_STANDS_OUT:g})"
-    )
+    caption = f"Residual of the {model} by phase, times the noise (whitened rms; marked beyond {_STANDS_OUT:g})"
     return Table(caption, header, tuple(rows))
 
 
@@ -100,22 +98,16 @@ def _lines(lines: Sequence[Line], resolution: float) -> Table | Paragraph:
             (
                 line.drop,
                 line.end,
-                f"{abs(line.frequency):.0f} Hz {_sense(line.frequency)}",
+                line.words,
                 f"{abs(line.order):.2f}",
                 f"{line.amplitude * 1e6:.2f} µm",
                 f"{line.amplitude / line.noise:.0f}",
             )
         )
-        for line in sorted(lines, key=lambda each: (each.end, each.drop, -each.amplitude))
+        for line in lines
     )
     caption = f"Highest peaks of what the plain model leaves (0-pk; frequencies within ± {resolution / 2:.0f} Hz)"
     return Table(caption, ("Drop", "End", "Frequency", "Order", "Amplitude", "Times the noise"), rows)
-
-
-def _sense(frequency: float) -> str:
-    if frequency == 0:
-        return "(offset)"
-    return "forward" if frequency > 0 else "backward"
 
 
 def _times(value: float) -> str:

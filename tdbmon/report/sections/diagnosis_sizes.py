@@ -10,7 +10,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
-from tdbmon.report.sections.diagnosis_verdict import titles
+from tdbmon.report.sections.diagnosis_verdict import place, titles
 
 _PARTNER = 0.5  # correlation from which another value is named
 _PARTNERS = 3
@@ -43,16 +43,16 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
     rows = []
     for free in model.problem.free:
         found = known.get(free.name, {})
-        place = f"{free.declared.title.lower()} at {free.where}"
+        owner = f"{free.declared.title.lower()} at {place(free.where)}"
         for parameter in free.shared:
             name = parameter.name.rpartition(".")[2]
             estimate = found.get(name) or _bare(model, parameter.name, parameter.unit)
             with_ = ", ".join(f"{other} ({_signed(r)})" for other, r in partners.get(parameter.name, ()))
-            rows.append(Row((f"{place}: {name.replace('_', ' ')}", words(estimate), with_ or "–")))
-        rows += [Row((f"{place}: {name}", text, "not fitted")) for name, text in _stays(free)]
+            rows.append(Row((f"{owner}: {name.replace('_', ' ')}", words(estimate), with_ or "–")))
+        rows += [Row((f"{owner}: {name}", text, "not fitted")) for name, text in _stays(free)]
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
-            rows.append(Row((f"{place}: {names}", "fitted to each drop by itself", "–")))
+            rows.append(Row((f"{owner}: {names}", "fitted to each drop by itself", "–")))
     caption = f"{titles(model).capitalize()}: values with 95 % intervals" if many else "Values with 95 % intervals"
     return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
 

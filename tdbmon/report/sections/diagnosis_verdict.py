@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from tdbsim.effect import catalogue
 
 from tdbmon.diagnosis.contest import Contender
@@ -28,7 +26,7 @@ def section(evidence: Evidence) -> Section:
         Paragraph(f"Why: {diagnosis.verdict.why}."),
     ]
     for cause in {cause.name: cause for each in diagnosis.verdict.accused for cause in each.causes}.values():
-        blocks.append(Paragraph(f"{cause.declared.title} at {cause.where}: {cause.declared.what}"))
+        blocks.append(Paragraph(f"{cause.declared.title} at {place(cause.where)}: {cause.declared.what}"))
     if diagnosis.verdict.kind is Kind.NONE:
         blocks.append(
             Paragraph(
@@ -66,7 +64,12 @@ def _sentence(diagnosis: Diagnosis) -> str:
 
 def titles(contender: Contender, empty: str = "plain model") -> str:
     """Return the causes of a model in words, with their places."""
-    return " and ".join(f"{each.declared.title.lower()} at {each.where}" for each in contender.causes) or empty
+    return " and ".join(f"{each.declared.title.lower()} at {place(each.where)}" for each in contender.causes) or empty
+
+
+def place(where: str) -> str:
+    """Return a place in words."""
+    return {"both": "both ends", "rotor": "the rotor"}.get(where, where)
 
 
 def probability_of(diagnosis: Diagnosis, contender: Contender) -> float:
@@ -84,8 +87,3 @@ def percent(probability: float) -> str:
 
 def _share(diagnosis: Diagnosis, contender: Contender) -> str:
     return percent(probability_of(diagnosis, contender))
-
-
-def listed(words: Sequence[str]) -> str:
-    """Return words as in a sentence: a, b and c."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,39 @@
+"""A simulated drop that its model follows exactly, as the diagnosis sees it (synthetic)."""
+
+import numpy as np
+from tdbsim.drop_model import build_model
+from tdbsim.simulate import DropPlan, run
+
+from tdbmon.diagnosis.left_over import LeftOver, to_ends
+from tdbmon.identify.noise import Noise
+from tests.identify import drops
+
+INTERVAL = 1e-4
+COUNT = 240
+SPEED = 97.0
+
+
+def noise(sigma):
+    return Noise(sigma, np.empty(0), sigma, 0.0, 0.0, np.zeros(3, dtype=complex), 0.0, 0j)
+
+
+def bare(sigma, touch=((8e-3, 10e-3), None)):
+    """24 ms from the release on, nothing left; the first contacts are as given."""
+    machine = drops.machine()
+    model = build_model(machine, bending=4)
+    motion = run(model, DropPlan(speed=SPEED, seconds=2 * INTERVAL, levitated=2e-3, sampling=1 / INTERVAL))
+    shape = len(machine.probes), COUNT
+    return LeftOver(
+        name="drop.nc",
+        time=np.arange(COUNT) * INTERVAL,
+        probes=machine.probes,
+        noise=tuple(noise(sigma) for _ in machine.probes),
+        measured=np.zeros(shape),
+        simulated=np.zeros(shape),
+        to_ends=to_ends(machine, machine.probes),
+        place=np.full((2, COUNT), -1e-4j),
+        force=np.zeros((2, COUNT), dtype=complex),
+        touch=touch,
+        omega=2 * np.pi * SPEED,
+        motion=motion,
+    )
