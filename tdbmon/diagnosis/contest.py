@@ -332,6 +332,9 @@ def _invited(
         try:
             widened = with_cause(best, score.suspect, score.start)
             fitted = fit(widened.problem, widened.fit.point, horizon, 0, slopes=widened.fit.slopes)
+            if score.suspect.counted is not None:  # which one it is, is searched with its size known roughly
+                fitted = fit(widened.problem, turn_cages(widened.problem, fitted, horizon), horizon, 1)
+                fitted = fit(widened.problem, turn_cages(widened.problem, fitted, horizon), horizon, 1)
         except InputError:
             continue
         tried.append(replace(widened, fit=fitted))
@@ -339,7 +342,9 @@ def _invited(
             break
     admitted = []
     for each in sorted(tried, key=lambda each: each.bic)[:_ADMITTED]:
-        fitted = fit(each.problem, each.fit.point, horizon, 1)
+        # which ball differs is searched; other suspects are near their minimum
+        counted = each.causes[-1].counted is not None
+        fitted = settled(each, horizon, 2).fit if counted else fit(each.problem, each.fit.point, horizon, 1)
         admitted.append(replace(each, fit=min(each.fit, fitted, key=lambda one: one.misfit)))
     return admitted
 

@@ -15,7 +15,7 @@ PLAIN_LEAD = (
     60.0  # of the plain model in the criterion: there are more than a hundred suspects, and one always fits best
 )
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
-LEAST_GAIN = 0.3  # on the drop held out, below which an extension is not believed
+LEAST_GAIN = 0.1  # on the drop held out, below which an extension is not believed
 CERTAIN = 0.9  # probability from which on a cause is named
 
 

@@ -18,7 +18,8 @@ from tdbmon.identify.problem import Problem, huber, spread
 Array = NDArray[np.float64]
 
 _WORTH = 0.9  # of what is left at the present angle, that another must get below
-_CAGE_GRID = 8  # angles tried over a ball's spacing, an end
+_GRID = 8  # angles tried over a ball's spacing, an end
+_NUMBERED_GRID = 4  # the same where one ball differs from the others, and the whole circle is searched
 
 
 def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:
@@ -43,24 +44,33 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list
     weights, prior = np.sqrt(huber(base, spread(base))), problem.prior[where][others]
     basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(prior)]))
     near = found.point.copy()
-    numbered = any(each.each_held for each in problem.free)
-    for cage in cages:
+    for end, cage in enumerate(cages):
+        numbered = _numbered(problem, end)
+        balls = problem.model.machine.touchdown_bearings[end].balls.count
+        # two spans are a ball's spacing; where the balls have numbers, it takes the whole circle
+        offsets = np.arange(_NUMBERED_GRID * balls) * 2 / _NUMBERED_GRID if numbered else np.arange(_GRID) * 2 / _GRID
         start, least, best = near[where[cage]], math.inf, near[where[cage]]
         stays = math.inf
-        for angle in start + np.arange(_CAGE_GRID) * 2 / _CAGE_GRID:  # two of its scales are a ball's spacing
-            near[where[cage]] = angle
+        for offset in offsets:
+            near[where[cage]] = start + offset
             try:
                 left = problem.residual(near, drop, horizon) * weights
             except InputError:
                 continue
             left = np.concatenate([left, near[where][others] * prior])
             left = left - basis @ (basis.T @ left)
-            if angle == start:
+            if offset == 0:
                 stays = float(left @ left)
             if float(left @ left) < least:
-                least, best = float(left @ left), angle
+                least, best = float(left @ left), start + offset
         if least > _WORTH * stays:
             best = start
-        # a cage turned by whole balls is the same one, unless the balls have numbers
-        near[where[cage]] = best if numbered else (best + 1) % 2 - 1
+        around = balls if numbered else 1
+        near[where[cage]] = (best + around) % (2 * around) - around
     return near[where[cages]]
+
+
+def _numbered(problem: Problem, end: int) -> bool:
+    """True where an effect makes the balls of an end differ."""
+    name = problem.model.machine.ends[end]
+    return any(each.each_held and each.where in (name, "both") for each in problem.free)

@@ -159,8 +159,9 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
     width = min(5 * angle_sigma, math.pi)
     found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
     for end, bearing in enumerate(machine.touchdown_bearings):
-        # turned by one ball the bearing is the same again
-        found.append(Parameter(f"cage_{end}", "deg", 0.0, -math.inf, math.inf, 2 * math.pi / bearing.balls.count / 2))
+        # turned by one ball, which is two of its spans, the bearing is the same again
+        half = math.pi / bearing.balls.count
+        found.append(Parameter(f"cage_{end}", "deg", 0.0, -math.inf, math.inf, math.inf, span=half))
     # from drop to drop the rotor may stand elsewhere along its axis, where its probes see another track
     found += [
         Parameter(f"{end}.runout_{part}_{k}", "um", 0.0, -RUNOUT_LIMIT, RUNOUT_LIMIT, sigma, moves=False)
