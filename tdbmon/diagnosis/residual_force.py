@@ -30,7 +30,7 @@ Complex = NDArray[np.complex128]
 STEP_S = 4e-4  # between the instants: a contact lasts some of them
 _STEPS = np.geomspace(1.0, 3e4, 19)  # N, which are tried; the least keeps the band honest where there is noise alone
 _START = 10.0  # times a step: what may act at the release already
-_STATE_SIGMA = (2e-5, 2e-2)  # m and m/s, of the rigid state at the release beyond what was fitted
+_STATE_SIGMA = (2e-5, 5e-3)  # m and m/s, of the rigid state at the release beyond what was fitted
 _BAND = 1.96
 
 

@@ -1,0 +1,232 @@
+"""The report of a diagnosis, for every verdict; two short synthetic drops whose magnetic force fades slowly."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+from tdbsim.effect import catalogue, parse
+from tdbsim.rotor import build_rotor
+from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.simulate import DropPlan, simulate
+
+from tdbmon.diagnosis.contest import contest, without_cause
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.evidence import Evidence, evidence_of
+from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.left_over import left_over
+from tdbmon.diagnosis.residual_force import residual_force
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.estimate import Estimate
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.problem import build_problem
+from tdbmon.report.diagnosis_report import build_diagnosis_report
+from tdbmon.report.document import Document, Paragraph, Table
+from tdbmon.report.document import Verdict as Tinted
+from tdbmon.report.html import render_html
+from tdbmon.report.pdf import render_pdf
+from tests.identify import drops
+
+HORIZONS = (0.006, 0.012)
+DECAY_S = 0.003
+CAUSE = "residual_magnetic_force@rotor"
+
+
+def _record(speed: float, seed: int):  # type: ignore[no-untyped-def]
+    machine = drops.machine()
+    plan = DropPlan(
+        speed=speed,
+        seconds=0.04,
+        levitated=0.06,
+        set_point=((1e-5, -5e-6), (-8e-6, 4e-6)),
+        cage_angle=(0.1, 0.2),
+        sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
+        seed=seed,
+        bending=12,
+    )
+    record = simulate(machine, plan, effects=(parse(f"residual_magnetic_force:decay_time={DECAY_S} s"),))
+    record.attrs["source_file"] = f"drop_{speed:g}.nc"
+    return record
+
+
+@pytest.fixture(scope="module")
+def named() -> Iterator[Diagnosis]:
+    """A diagnosis that names the magnetic force, which alone was suspected."""
+    machine = drops.machine()
+    measured = tuple(measured_drop(_record(speed, seed), machine) for speed, seed in ((97.0, 1), (148.0, 2)))
+    with ThreadPoolExecutor(2) as pool:
+        problem = build_problem(machine, measured, pool)
+        suspect = next(each for each in suspects(machine, machine.probes, ()) if each.name == CAUSE)
+        found, plain = sorted(contest(problem, [suspect], HORIZONS, lambda _: None), key=lambda each: not each.causes)
+        yield Diagnosis(
+            machine=machine,
+            verdict=Verdict(Kind.NAMED, (found,), (0.97, 0.0), "it leaves less"),
+            contenders=(found, plain),
+            proof=HeldOut("drop_97.nc", 2.0e-6, 0.3e-6, 0.25e-6),
+            parameters={found.name: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
+            next_test="another drop",
+            remarks=("probe 'DE_B' was noisy",),
+            seconds=1.0,
+        )
+
+
+@pytest.fixture(scope="module")
+def evidence(named: Diagnosis) -> Evidence:
+    return evidence_of(named)
+
+
+@pytest.fixture(scope="module")
+def report(named: Diagnosis) -> Document:
+    return build_diagnosis_report(named, "The records are synthetic.")
+
+
+def _words(document: Document) -> str:
+    """All that the document says, without drawing its figures."""
+    out = [document.note]
+    for block in (block for section in document.sections for block in section.blocks):
+        if isinstance(block, Paragraph | Tinted):
+            out.append(block.text)
+        elif isinstance(block, Table):
+            out += [block.caption, *(cell for row in block.rows for cell in row.cells)]
+    return "\n".join(out)
+
+
+def test_the_evidence_comes_in_its_order(report: Document) -> None:
+    assert [section.title for section in report.sections] == [
+        "Verdict",
+        "Measured against the plain model",
+        "Where and when the residual stands out of the noise",
+        "The force that is missing",
+        "Ranking",
+        "Measured against the extended model",
+        "Gain on a drop held out",
+        "Sizes of the causes",
+        "What remains unexplained",
+        "What to do next",
+    ]
+
+
+def test_the_report_says_what_was_found_where_and_how_large(report: Document) -> None:
+    words = _words(report)
+    assert "Named: residual magnetic force at the rotor (probability 97 %, 2 drops)" in words
+    assert "3.00 ms (2.90 to 3.10)" in words
+    assert "takes away 97%" in words
+    assert "probe 'DE_B' was noisy" in words
+    assert "Another drop." in words
+    assert "The records are synthetic." in words
+
+
+def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagnosis) -> None:
+    """The simulations with and without it part by the momentum that the found force has; about the weight for its decay."""
+    found = named.contenders[0]
+    shared, _ = found.problem.values(found.fit.point, 0)
+    decay = shared[f"{CAUSE}.decay_time"]
+    assert decay == pytest.approx(DECAY_S, rel=0.05)
+    rotor = build_rotor(named.machine)
+    pairs = zip(left_over(without_cause(found, 0), found.horizon), left_over(found, found.horizon), strict=True)
+    for bare, whole in pairs:
+        force = residual_force(bare)
+        time, both = force.time[force.fall], force.force.sum(axis=0)[force.fall]
+        assert len(time) > 10
+        n = bare.motion.model.n
+        apart = whole.motion.state - bare.motion.state
+        velocity = apart[:, 2 * n + 15] + 1j * apart[:, 2 * n + 15 + n]  # of the first mode, the rotor's translation
+        momentum = np.sqrt(rotor.total_mass) * np.diff(np.interp(time[[0, -1]], bare.time, velocity))[0]
+        gained = np.trapezoid(both, time)
+        # noise of 0.25 um leaves the velocity right after the release open by some mm/s
+        assert abs(gained - momentum) < 3e-3 * rotor.total_mass
+        assert abs(momentum) > 20e-3 * rotor.total_mass
+        lasting = decay * (np.exp(-time[0] / decay) - np.exp(-time[-1] / decay))
+        # the levitated whirl's force rides on the weight and fades with it
+        assert momentum.imag == pytest.approx(rotor.total_mass * named.machine.gravity * lasting, rel=0.15)
+        assert abs(np.degrees(np.angle(gained)) - 90) < 5
+
+
+def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Evidence) -> None:
+    for plain, extended in zip(evidence.plain_force, evidence.extended_force, strict=True):
+        assert extended.stands_out.max() < 0.1 < plain.stands_out.min()
+        assert np.abs(extended.force).max() < 0.2 * np.abs(plain.force).max()
+    loud = [np.std(left.residual) for left in evidence.plain_left]
+    quiet = [np.std(left.residual) for left in evidence.extended_left]
+    assert np.mean(quiet) < 1.2 * drops.NOISE < np.mean(loud)
+
+
+def test_both_formats_are_made_and_light(report: Document) -> None:
+    assert len(render_html(report).encode()) < 1_500_000
+    assert render_pdf(report).startswith(b"%PDF")
+
+
+def test_figures_are_labelled_and_nothing_is_clipped(report: Document) -> None:
+    for each in report.figures:
+        figure = each.draw()
+        FigureCanvasAgg(figure).draw()
+        for ax in figure.axes:
+            across, upright = ax.get_shared_x_axes().get_siblings(ax), ax.get_shared_y_axes().get_siblings(ax)
+            labels = [max((a.get_xlabel() for a in across), key=len), max((a.get_ylabel() for a in upright), key=len)]
+            if ax.get_label() == "<colorbar>":
+                labels = [ax.get_ylabel()]
+            if each.name == "extended-gain":
+                labels = labels[:1]  # upright are names
+            for label in labels:
+                assert re.search(r"\[.+\]", label), f"{each.name}: '{label}' has no unit"
+        box = figure.get_tightbbox(figure.canvas.get_renderer())  # type: ignore[attr-defined]
+        width, height = figure.get_size_inches()
+        assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, each.name
+        assert not any("$" in text.get_text() for text in figure.findobj(Text)), each.name
+        for first, second in itertools.combinations(figure.axes, 2):
+            assert not first.get_position().overlaps(second.get_position()), each.name
+
+
+def test_none_says_how_well_the_plain_model_fits(named: Diagnosis) -> None:
+    plain = named.plain
+    found = replace(
+        named,
+        contenders=(plain,),
+        verdict=Verdict(Kind.NONE, (), (1.0,), "noise alone"),
+        proof=None,
+        parameters={},
+    )
+    document = build_diagnosis_report(found)
+    words = _words(document)
+    titles = [section.title for section in document.sections]
+    assert "None: the plain model lacks nothing that these 2 drops show." in words
+    assert f"leaves {plain.ratio:.2f} times" in words
+    assert f"{len(catalogue())} kinds of effects were looked for" in words
+    assert not any("extended" in title or "Gain" in title or "Sizes" in title for title in titles)
+
+
+def test_unknown_does_not_pass_the_best_model_off_as_believed(named: Diagnosis) -> None:
+    found = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.01, 0.0), "much is left"), parameters={})
+    document = build_diagnosis_report(found)
+    words = _words(document)
+    assert "Unknown:" in words and "not believed" in words
+    assert "Values of the best model, which is not believed" in [section.title for section in document.sections]
+    ranking = next(s for s in document.sections if s.title == "Ranking")
+    table = next(block for block in ranking.blocks if isinstance(block, Table))
+    assert table.rows[-1].cells[:2] == ("something outside the catalogue", "99 %")
+
+
+def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:
+    other = replace(named.contenders[0])
+    found = replace(
+        named,
+        contenders=(named.contenders[0], other, named.plain),
+        verdict=Verdict(Kind.AMBIGUOUS, (named.contenders[0], other), (0.6, 0.35, 0.0), "they cannot be told apart"),
+    )
+    words = _words(build_diagnosis_report(found))
+    assert (
+        "Ambiguous: residual magnetic force at the rotor (60 %); or residual magnetic force at the rotor (35 %)"
+        in words
+    )
+
+
+def test_one_drop_proves_no_gain(named: Diagnosis) -> None:
+    assert "no gain is proved" in _words(build_diagnosis_report(replace(named, proof=None)))
