@@ -35,6 +35,7 @@ _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count 
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
+_SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
 _NEARLY = 2.0  # misfit a residual, up to which another start may mend it
@@ -194,7 +195,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         for freed in _freed(best, best.horizon):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, _SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
-            if not near.fails:
+            if not near.fails and near.bic < best.bic + _SIMPLER:
                 simpler.append(near)
         if not simpler:
             break

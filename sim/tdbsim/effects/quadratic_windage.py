@@ -31,9 +31,7 @@ class QuadraticWindage(Effect):
     slots: ClassVar = 2
 
     share: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "part of the drag at the reference speed that is quadratic")
-    reference_speed: float = parameter(
-        "Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the drag stays as it was", held=True
-    )
+    reference_speed: float = parameter("Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the drag stays as it was")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         rate = float(draft.arrays.spin[DECAY_RATE])
