@@ -45,7 +45,7 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
     note = "Readings without hum and third harmonic · not filtered · left: measured less simulated"
     figure = new_figure(30 + _PROBE_MM * len(names), note)
     axes = subplots(
-        figure, 2 * len(names), len(shown), Margins(16, 3, 15, 18, across=4, down=2.5),
+        figure, 2 * len(names), len(shown), Margins(17, 3, 15, 18, across=4, down=2.5),
         height_ratios=[1.7, 1.0] * len(names), sharex=True, sharey="row",
     )  # fmt: skip
     for column, drop in enumerate(shown):
@@ -56,10 +56,10 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
         axes[-1, column].set_xlabel("time from the release [ms]")
         axes[-1, column].set_xlim(left.time[0] * 1e3, left.time[-1] * 1e3)
     for row, name in enumerate(names):
-        axes[2 * row, 0].set_ylabel(f"{name} [µm]")
-        axes[2 * row + 1, 0].set_ylabel("left [µm]")
+        axes[2 * row, 0].set_ylabel(f"{name}\n[µm]")
+        axes[2 * row + 1, 0].set_ylabel("left\n[µm]")
         for ax in axes[2 * row : 2 * row + 2, 0]:
-            ax.yaxis.set_label_coords(-12 * len(shown) / 151, 0.5)
+            ax.yaxis.set_label_coords(-10 * len(shown) / 150, 0.5)
     legend_below(figure, 4)
     return figure
 
