@@ -36,18 +36,28 @@ class HeldOut:
         rms of measured less simulated there, m.
     noise : float
         m.
-    gain : float or None
-        1 - (extended - noise)/(plain - noise); None where the plain model leaves hardly more than noise.
+    plain_misfit, extended_misfit : float
+        Robust sums of squares there in units of the noise; they count the speed and the levitated stretch too.
     """
 
     drop: str
     plain: float
     extended: float
     noise: float
+    plain_misfit: float
+    extended_misfit: float
+
+    @property
+    def holds(self) -> bool:
+        """True where the extended model does better."""
+        return self.extended_misfit < self.plain_misfit
 
     @property
     def gain(self) -> float | None:
-        """Share of what the plain model leaves beyond the noise that the extended one takes away."""
+        """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
+
+        1 - (extended - noise)/(plain - noise); None where the plain model leaves hardly more than noise.
+        """
         if self.plain < _DECIDED * self.noise:
             return None
         return 1 - (self.extended - self.noise) / (self.plain - self.noise)
@@ -71,7 +81,7 @@ def held_out(plain: Contender, extended: Contender, index: int) -> HeldOut:
     drop = extended.problem.drops[index]
     noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
     left = [_left(each, index) for each in (plain, extended)]
-    return HeldOut(drop.name, left[0], left[1], noise)
+    return HeldOut(drop.name, left[0][0], left[1][0], noise, left[0][1], left[1][1])
 
 
 def middle_drop(problem: Problem) -> int:
@@ -95,8 +105,8 @@ def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: floa
     return math.sqrt(float(np.mean(squares)))
 
 
-def _left(contender: Contender, index: int) -> float:
-    """Return what a model leaves on a drop that it was not fitted to, m."""
+def _left(contender: Contender, index: int) -> tuple[float, float]:
+    """Return what a model leaves on a drop that it was not fitted to: rms of the readings, m, and misfit."""
     problem, horizon = contender.problem, contender.horizon
     others = [k for k in range(len(problem.drops)) if k != index]
     count = len(problem.shared)
@@ -105,7 +115,7 @@ def _left(contender: Contender, index: int) -> float:
     point = np.concatenate([np.zeros(count), contender.fit.point[_columns(problem, [index])][count:]])
     found = fit(exam, point, horizon, 2)
     found = _better_cages(exam, found, horizon)
-    return rms(exam, found.point, [0], horizon)
+    return rms(exam, found.point, [0], horizon), found.misfit
 
 
 def _better_cages(problem: Problem, found: Fit, horizon: float) -> Fit:

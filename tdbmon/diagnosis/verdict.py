@@ -15,7 +15,6 @@ PLAIN_LEAD = (
     60.0  # of the plain model in the criterion: there are more than a hundred suspects, and one always fits best
 )
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
-LEAST_GAIN = 0.1  # on the drop held out, below which an extension is not believed
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
@@ -67,11 +66,11 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     if best.ratio > EXPLAINED:
         why = f"the best model, {best.name}, still leaves {best.ratio:.1f} times what noise would"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
-    if proof is not None and proof.gain is not None and proof.gain < LEAST_GAIN:
+    if proof is not None and not proof.holds:
         if plain.ratio <= EXPLAINED:
             why = f"{best.name} fits better, but not on {proof.drop}, which was held out"
             return Verdict(Kind.NONE, (), probabilities, why)
-        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {proof.gain:.0%} only"
+        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains nothing"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     total = 0.0
     accused: list[Contender] = []
