@@ -83,7 +83,7 @@ def analyse(
     ] = None,
     forces: Annotated[
         bool,
-        typer.Option("--forces", help="fit the simulation to the first contacts: forces, stresses (half a minute)"),
+        typer.Option("--forces", help="fit the simulation to the first contacts: forces, stresses (some ten seconds)"),
     ] = False,
     calibrated: Annotated[
         Path | None,
@@ -221,6 +221,28 @@ def diagnose(
         else:
             write_machine(wider, extended, extended_head(result))
             typer.echo(f"extended machine file: {extended}")
+
+
+@app.command()
+def identifiability(
+    machine: MachineFile,
+    speed: Annotated[list[str], typer.Option(help='speed at a release, e.g. "100 Hz"; once a drop')],
+    noise: Annotated[str, typer.Option(help="of each probe, rms")] = "0.3 um",
+    json_file: JsonFile = None,
+) -> None:
+    """Say before any record what drops could tell: how small effects show, which look alike, which drop to add."""
+    from tdbsim.machine import load_machine
+
+    from tdbmon.diagnosis.identifiability import identifiability as run
+    from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines, read_noise
+    from tdbmon.simulation import read_speed
+
+    with _progress() as tell:
+        tell("reading the machine and compiling the model")
+        found = run(load_machine(machine), [read_speed(text) for text in speed], read_noise(noise), tell)
+    for line in identifiability_lines(found):
+        typer.echo(line)
+    _write_json(json_file, lambda: identifiability_json(found))
 
 
 @app.command()
