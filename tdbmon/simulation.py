@@ -24,6 +24,13 @@ _AT_SPEED = 0.98
 _EXACT = "a simulated value, without an interval"
 
 
+def read_speed(text: str) -> float:
+    """Return a speed, Hz (raises InputError where it is none, or has no unit)."""
+    if re.fullmatch(r"[-+.\deE\s]+", text):
+        raise InputError(f'speed \'{text.strip()}\' has no unit; write e.g. "100 Hz" or "6000 rpm"')
+    return to_si(text, "Hz")
+
+
 def simulate_drop(
     machine: Machine, speed: str, seconds: str, effects: Sequence[str], seed: int, progress: Callable[[str], None]
 ) -> xr.Dataset:
@@ -34,10 +41,8 @@ def simulate_drop(
     InputError
         If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
     """
-    if re.fullmatch(r"[-+.\deE\s]+", speed):
-        raise InputError(f'speed \'{speed.strip()}\' has no unit; write e.g. "100 Hz" or "6000 rpm"')
     plan = DropPlan(
-        speed=to_si(speed, "Hz"),
+        speed=read_speed(speed),
         seconds=to_si(seconds, "s"),
         levitated=_LEVITATED_S,
         sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05),

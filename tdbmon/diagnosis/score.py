@@ -9,7 +9,7 @@ differences of finite size, since effects are not small and contacts not smooth.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 _SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
 _LARGE = 2.5  # of the typical size
-_FURTHEST = 4.0  # trial sizes, to which a trial is believed
+FURTHEST = 4.0  # trial sizes, to which a trial is believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,19 +70,42 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     point = fitted.point
     linear = list(zip(fitted.residuals, fitted.slopes, strict=True))
     weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
-    rows = [len(r) for r, _ in linear]
-    design = np.zeros((sum(rows) + len(point), len(point)))
-    begin = np.concatenate([[0], np.cumsum(rows)])
-    for drop, (_, jacobian) in enumerate(linear):
-        design[begin[drop] : begin[drop + 1], problem.columns(drop)] = jacobian * weights[drop][:, None]
-    design[begin[-1] :] = np.diag(np.maximum(problem.prior, 1e-3))
-    basis, _ = np.linalg.qr(design)
+    basis, begin = directions(problem, [j for _, j in linear], weights)
     left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
     left = left - basis @ (basis.T @ left)
-    tried = problem.each(lambda drop: _changes(problem, point, drop, horizon, suspects, weights[drop], linear[drop][0]))
+    tried = problem.each(
+        lambda drop: changes_by(problem, point, drop, horizon, suspects, weights[drop], linear[drop][0])
+    )
     bench = _Bench(basis, begin, left)
     found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
     return sorted((each for each in found if each is not None), key=lambda each: -each.gain)
+
+
+def directions(problem: Problem, slopes: Sequence[Array], weights: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
+    """Return what the fitted values can do, as orthonormal columns, and the row at which each drop begins.
+
+    Parameters
+    ----------
+    problem : Problem
+    slopes : sequence of (m, columns) array
+        Of each drop.
+    weights : sequence of (m,) array
+        By which its residuals count.
+
+    Returns
+    -------
+    basis : (rows, n) array
+        Rows of the drops one after the other, then what is known of each value beforehand.
+    begin : (drops + 1,) array
+    """
+    begin = np.concatenate([[0], np.cumsum([len(weight) for weight in weights])])
+    count = len(problem.parameters)
+    design = np.zeros((int(begin[-1]) + count, count))
+    for drop, (jacobian, weight) in enumerate(zip(slopes, weights, strict=True)):
+        design[begin[drop] : begin[drop + 1], problem.columns(drop)] = jacobian * weight[:, None]
+    design[begin[-1] :] = np.diag(np.maximum(problem.prior, 1e-3))
+    basis, _ = np.linalg.qr(design)
+    return basis, begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,15 +135,16 @@ class _Bench:
         amounts = np.linalg.solve(square + (1e-9 * float(np.trace(square)) + 1e-30) * np.eye(len(square)), toward)
         # beyond the size of the trials nothing is known; so far, and no further, they are believed
         size = float(np.max(np.abs(amounts)))
-        if size > _FURTHEST:
-            amounts = amounts * (_FURTHEST / size)
+        if size > FURTHEST:
+            amounts = amounts * (FURTHEST / size)
         return amounts, float(2 * amounts @ toward - amounts @ square @ amounts)
 
 
-Trials = Mapping[tuple[float, ...], Array | None]
+Key = tuple[float, ...]
+Trials = Mapping[Key, Array | None]
 
 
-def _trial_keys(suspect: Suspect) -> list[tuple[float, ...]]:
+def trial_keys(suspect: Suspect) -> list[Key]:
     """Return the trials: number of the size, share, its angle in quarters of a period, and the count."""
     counts = range(1, int(min(suspect.counted.high, 60)) + 1) if suspect.counted else [0]
     return [
@@ -141,7 +165,7 @@ def _shares(suspect: Suspect) -> tuple[float, ...]:
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
     number, share, quarter, count = key
     size, angle = suspect.sizes[int(number)]
-    values = {size.name: _sized(size, share)}
+    values = {size.name: sized(size, share)}
     if angle is not None:
         values[angle.name] = quarter * math.pi / 2 / angle.harmonic
     if suspect.counted is not None:
@@ -149,7 +173,7 @@ def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
     return suspect.effect(values)
 
 
-def _sized(size: Declared, share: float) -> float:
+def sized(size: Declared, share: float) -> float:
     """Return a share of the typical size, counted from where the effect is off."""
     off = size.off if isinstance(size.off, float) else 0.0
     if math.isinf(off):  # a spring that is off when it is stiff
@@ -157,7 +181,7 @@ def _sized(size: Declared, share: float) -> float:
     return off + share * (size.typical - off)
 
 
-def _changes(
+def changes_by(
     problem: Problem,
     point: Array,
     drop: int,
@@ -165,7 +189,8 @@ def _changes(
     suspects: Sequence[Suspect],
     weight: Array,
     base: Array,
-) -> list[dict[tuple[float, ...], Array | None]]:
+    keys: Callable[[Suspect], Sequence[Key]] = trial_keys,
+) -> list[dict[Key, Array | None]]:
     """Return how each trial of each suspect changes a drop's weighted residuals; None where it cannot be simulated."""
     shared, own = problem.values(point, drop)
     measured, machine = problem.drops[drop], problem.model.machine
@@ -174,8 +199,8 @@ def _changes(
     still = predict(measured, with_effects(bare, standing) if standing else bare, own, horizon)
     found = []
     for suspect in suspects:
-        changes: dict[tuple[float, ...], Array | None] = {}
-        for key in _trial_keys(suspect):
+        changes: dict[Key, Array | None] = {}
+        for key in keys(suspect):
             if suspect.counted and key[3] > machine.bearing(suspect.where).balls.count:
                 continue
             effects = (*standing, _effect(suspect, key))
@@ -281,8 +306,8 @@ def _scaled(size: Declared, share: float, amount: float) -> float | None:
     """Return the value of a size that is `amount` of its trial, within its bounds; None where its sign is impossible."""
     off = size.off if isinstance(size.off, float) else 0.0
     if math.isinf(off):
-        return None if amount <= 0 else float(np.clip(_sized(size, share) / amount, size.low, size.high))
-    value = off + amount * (_sized(size, share) - off)
+        return None if amount <= 0 else float(np.clip(sized(size, share) / amount, size.low, size.high))
+    value = off + amount * (sized(size, share) - off)
     if not size.low <= value <= size.high and (value - off) * (size.typical - off) < 0:
         return None
     return float(np.clip(value, size.low, size.high))

@@ -1,0 +1,381 @@
+"""What drops from given speeds could tell, before any record: what is told apart, what shows, which drop to add.
+
+A nominal drop is simulated at each speed and every suspect put into it at a small trial size.  The change of the
+residuals, less what the values that a fit adjusts could do in its place, is all that a diagnosis has to go by: its
+length in standard deviations of the noise tells what is detectable, and the angle between the changes of two suspects
+(H. Hotelling, Biometrika 28 (1936) 321, where an unknown angle makes either a plane) what can be told apart.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.effect import Parameter as Declared
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.simulate import DropPlan, simulate
+
+from tdbmon.diagnosis.score import FURTHEST, Key, Trials, changes_by, directions, sized, trial_keys
+from tdbmon.diagnosis.suspects import Suspect, suspects
+from tdbmon.estimate import Estimate
+from tdbmon.identify.drop import MeasuredDrop, measured_drop
+from tdbmon.identify.problem import Problem, build_problem, check_start
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+HORIZON = 0.022  # s after the release, past the first contacts of usual gaps
+DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
+ALIKE = 0.95  # similarity above which two suspects are not told apart
+CANDIDATES = (0.5, 1.0, 1.5)  # of the greatest speed given, for one more drop
+
+_LEVITATED_S, _AFTER_S = 0.1, 0.03
+_OFF_CENTRE = 0.1  # of the gap
+_BENDING = 12  # as the fit's model has it
+_ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
+_METHOD = f"linear, {DETECTABLE:g} standard deviations of the stated noise"
+_THREADS = 2
+
+LIMITS = (
+    "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
+    "linear: each effect is tried at one small size, and its change taken in proportion; contacts are not linear",
+    "the stated noise and the fit's own allowance for the model's error only: no hum, no drift, no unknown physics",
+    f"to {HORIZON * 1e3:g} ms after the release, from one set-point a tenth of the gap off centre a drop",
+    "one effect at a time; of an unknown angle the least favourable one, of an off-sized ball the one that shows most",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Detectable:
+    """How small an effect shows.
+
+    Attributes
+    ----------
+    suspect : Suspect
+    parameter : str
+        The one that is its size.
+    size : Estimate
+        Smallest detectable difference from where the effect is off; of a spring that is off when stiff, its greatest
+        detectable stiffness.
+    looks_like : tuple of (Suspect, float) or None
+        The most similar other suspect, and how similar from 0 to 1.
+    """
+
+    suspect: Suspect
+    parameter: str
+    size: Estimate
+    looks_like: tuple[Suspect, float] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """What drops from some speeds could tell.
+
+    Attributes
+    ----------
+    machine : Machine
+    speeds : tuple of float
+        Hz.
+    noise : float
+        Of a probe, m rms.
+    detectable : tuple of Detectable
+    pairs : tuple of (Suspect, Suspect, float)
+        Not to be told apart, with their similarity, the most similar first.
+    next_drops : tuple of (float, int)
+        Speeds for one more drop, Hz, with the pairs that would still not be told apart, the best first.
+    seconds : float
+        Of reckoning.
+    """
+
+    machine: Machine
+    speeds: tuple[float, ...]
+    noise: float
+    detectable: tuple[Detectable, ...]
+    pairs: tuple[tuple[Suspect, Suspect, float], ...]
+    next_drops: tuple[tuple[float, int], ...]
+    seconds: float
+
+
+def identifiability(
+    machine: Machine,
+    speeds: Sequence[float],
+    noise: float,
+    progress: Progress = lambda _: None,
+    among: Sequence[Suspect] | None = None,
+) -> Identifiability:
+    """Find what drops of a machine could tell, from its nominal values alone.
+
+    Parameters
+    ----------
+    machine : Machine
+    speeds : sequence of float
+        At the release, Hz; a drop each.
+    noise : float
+        Of each probe, m rms, white.
+    progress : callable, optional
+        Is told each step as it begins.
+    among : sequence of Suspect, optional
+        By default every effect of the catalogue at every place.
+
+    Raises
+    ------
+    InputError
+        If no speed is given, speed or noise are not positive, or a nominal drop cannot be simulated or read.
+    """
+    began = time.monotonic()
+    if not speeds:
+        raise InputError('no speed given; give --speed "100 Hz" once a drop')
+    if not noise > 0:
+        raise InputError(f"noise {noise * 1e6:g} um must be positive; without noise everything shows")
+    drops = []
+    for k, speed in enumerate(speeds):
+        if not speed > 0:
+            raise InputError(f"speed {speed:g} Hz must be positive")
+        progress(f"simulating a drop from {speed:g} Hz")
+        drops.append(_nominal_drop(machine, speed, noise, k))
+    further = []
+    for k, share in enumerate(CANDIDATES):
+        try:
+            further.append((share * max(speeds), _nominal_drop(machine, share * max(speeds), noise, len(drops) + k)))
+        except InputError:  # a speed that the machine cannot be dropped from is no advice
+            continue
+    with ThreadPoolExecutor(_THREADS) as pool:
+        every = build_problem(machine, (*drops, *(drop for _, drop in further)), pool)
+        check_start(every, HORIZON)
+        wanted = suspects(machine, drops[0].probes, every.standing) if among is None else tuple(among)
+        progress(f"trying {len(wanted)} effects in {len(every.drops)} drops")
+        seen = every.each(lambda drop: _observe(every, drop, wanted))
+    first = _Comparison.of(every, seen, range(len(drops)), wanted)
+    pairs = first.alike()
+    after = [
+        (speed, len(_Comparison.of(every, seen, (*range(len(drops)), len(drops) + k), wanted).alike()))
+        for k, (speed, _) in enumerate(further)
+    ]
+    return Identifiability(
+        machine=machine,
+        speeds=tuple(speeds),
+        noise=noise,
+        detectable=tuple(each for k in range(len(wanted)) for each in first.detectable(k)),
+        pairs=tuple((wanted[i], wanted[j], similar) for i, j, similar in pairs),
+        next_drops=tuple(sorted(after, key=lambda each: each[1])),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> MeasuredDrop:
+    """Return a simulated drop as the diagnosis would read it; its number seeds noise, set-point and angles."""
+    rng = np.random.default_rng(number)
+    toward = 2 * np.pi * rng.uniform(size=2)
+    reach = [_OFF_CENTRE * bearing.radial_gap.nominal for bearing in machine.touchdown_bearings]
+    a, b = ((r * math.cos(t), r * math.sin(t)) for r, t in zip(reach, toward, strict=True))
+    plan = DropPlan(
+        speed=speed,
+        seconds=_AFTER_S,
+        levitated=_LEVITATED_S,
+        set_point=(a, b),
+        shaft_angle=float(rng.uniform(0, 2 * np.pi)),
+        sensors=SensorChain(probe=ProbeChain(noise=noise), speed_noise_hz=0.05),
+        seed=number,
+        bending=_BENDING,
+    )
+    record = simulate(machine, plan)
+    record.attrs["source_file"] = f"nominal drop {number + 1} from {speed:g} Hz"
+    return measured_drop(record, machine)
+
+
+def _keys(suspect: Suspect) -> list[Key]:
+    """Return the trials at the smallest share; which ball it is shows at its full size only."""
+    return [key for key in trial_keys(suspect) if key[1] == _share(suspect)]
+
+
+def _share(suspect: Suspect) -> float:
+    shares = sorted({key[1] for key in trial_keys(suspect)})
+    return shares[1] if suspect.counted else shares[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Observed:
+    """A drop's slopes (m, columns) and the change of its residuals (m,) by each trial of each suspect."""
+
+    slopes: Array
+    trials: Sequence[Trials]
+
+
+def _observe(problem: Problem, drop: int, wanted: Sequence[Suspect]) -> _Observed:
+    base, slopes = problem.slopes(problem.start, drop, HORIZON)
+    ones = np.ones(len(base))
+    return _Observed(slopes, changes_by(problem, problem.start, drop, HORIZON, wanted, ones, base, _keys))
+
+
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Suspects as some drops would show them.
+
+    Attributes
+    ----------
+    suspects : tuple of Suspect
+    blocks : tuple of tuple
+        Of each suspect: for each size the groups of columns that one unknown angle turns, a group a drop where the
+        angle differs from drop to drop; empty where a trial could not be simulated.
+    gram : (n, n) array
+        Scalar products of all columns, less what fitted values could do in their place; a trial's full size is 1.
+    """
+
+    suspects: tuple[Suspect, ...]
+    blocks: tuple[tuple[tuple[tuple[int, ...], ...], ...], ...]
+    gram: Array
+
+    @classmethod
+    def of(
+        cls, problem: Problem, seen: Sequence[_Observed], drops: Sequence[int], wanted: Sequence[Suspect]
+    ) -> _Comparison:
+        """Return what these drops show."""
+        # the others' rows weigh nothing, so the fitted values do not hear of them
+        weights = [np.full(len(each.slopes), float(k in drops)) for k, each in enumerate(seen)]
+        basis, begin = directions(problem, [each.slopes for each in seen], weights)
+        columns: list[Mapping[int, Array]] = []
+        blocks = []
+        for k, suspect in enumerate(wanted):
+            of_suspect = []
+            for number, (_, angle) in enumerate(suspect.sizes):
+                groups = _groups({d: seen[d].trials[k] for d in drops}, number, angle)
+                if groups is None:
+                    of_suspect = []
+                    break
+                first = len(columns)
+                columns += [column for group in groups for column in group]
+                ends = first + np.cumsum([0, *(len(group) for group in groups)])
+                of_suspect.append(tuple(tuple(range(a, b)) for a, b in pairwise(ends)))
+            blocks.append(tuple(of_suspect))
+        full = np.zeros((int(begin[-1]), len(columns)))
+        for c, column in enumerate(columns):
+            for d, change in column.items():
+                full[begin[d] : begin[d + 1], c] = change
+        fitted = basis[: begin[-1]].T @ full
+        gram = full.T @ full
+        left = gram - fitted.T @ fitted
+        hidden = np.diag(left) <= _ABSORBED * np.diag(gram)
+        left[hidden, :] = 0.0
+        left[:, hidden] = 0.0
+        return cls(tuple(wanted), tuple(blocks), left)
+
+    def _parts(self, suspect: int) -> list[list[int]]:
+        """Return a suspect's columns that show at all; by drops, where its angle differs from drop to drop."""
+        sizes = self.blocks[suspect]
+        if not sizes:
+            return []
+        apart = len(sizes[0]) if all(len(size) == len(sizes[0]) for size in sizes) else 1
+        groups = [[size[d] for size in sizes] for d in range(apart)] if apart > 1 else [[g for s in sizes for g in s]]
+        return [[c for group in part for c in group if self.gram[c, c] > 0] for part in groups]
+
+    def _white(self, columns: Sequence[int]) -> Array:
+        """Return what makes columns orthonormal."""
+        scale = 1 / np.sqrt(np.diag(self.gram)[columns])
+        values, vectors = np.linalg.eigh(self.gram[np.ix_(columns, columns)] * np.outer(scale, scale))
+        keep = values > 1e-6
+        white: Array = scale[:, None] * vectors[:, keep] / np.sqrt(values[keep])
+        return white
+
+    def _correlation(self, one: Sequence[int], other: Sequence[int]) -> float:
+        """Return the greatest canonical correlation of columns, 0 where there are none."""
+        if not one or not other:
+            return 0.0
+        shared = self._white(one).T @ self.gram[np.ix_(one, other)] @ self._white(other)
+        return min(1.0, float(np.linalg.norm(shared, 2)))
+
+    def _similarity(self, one: int, other: int) -> float:
+        """Return the cosine of two suspects' changes at the angles where they are most alike.
+
+        Where the angles of both differ from drop to drop each drop has its own, but the size is the same in all: the
+        cosine is the sum of the drops', each weighted by the lengths of both in it.
+        """
+        parts, others = self._parts(one), self._parts(other)
+        if len(parts) != len(others) or len(parts) == 1:
+            return self._correlation([c for part in parts for c in part], [c for part in others for c in part])
+        share = np.sqrt(self._shares(parts) * self._shares(others))
+        each = [self._correlation(a, b) for a, b in zip(parts, others, strict=True)]
+        return min(1.0, float(share @ np.array(each)))
+
+    def _shares(self, parts: Sequence[Sequence[int]]) -> Array:
+        """Return how the square of a suspect's length is shared among drops."""
+        square = np.array([float(np.diag(self.gram)[list(part)].sum()) for part in parts])
+        total = float(square.sum())
+        return square / total if total > 0 else square
+
+    @cached_property
+    def similarities(self) -> Array:
+        """Similarity of each pair, (suspects, suspects), 0 with itself."""
+        count = len(self.suspects)
+        out = np.zeros((count, count))
+        for i, j in combinations(range(count), 2):
+            out[i, j] = out[j, i] = self._similarity(i, j)
+        return out
+
+    def alike(self) -> list[tuple[int, int, float]]:
+        """Return the pairs that cannot be told apart, the most similar first."""
+        similar = self.similarities
+        found = [(i, j, float(similar[i, j])) for i, j in combinations(range(len(similar)), 2)]
+        return sorted((each for each in found if each[2] > ALIKE), key=lambda each: -each[2])
+
+    def detectable(self, suspect: int) -> list[Detectable]:
+        """Return how small each size of a suspect shows."""
+        similar = self.similarities[suspect]
+        nearest = int(np.argmax(similar))
+        like = (self.suspects[nearest], float(similar[nearest])) if similar[nearest] > 0 else None
+        of = self.suspects[suspect]
+        if not self.blocks[suspect]:
+            why = "its trial could not be simulated"
+            return [Detectable(of, size.name, Estimate.missing(size.unit, why), None) for size, _ in of.sizes]
+        return [
+            Detectable(of, size.name, _smallest(size, _share(of), self._length(groups)), like)
+            for (size, _), groups in zip(of.sizes, self.blocks[suspect], strict=True)
+        ]
+
+    def _length(self, groups: Sequence[tuple[int, ...]]) -> float:
+        """Return how many standard deviations a trial changes the residuals, at the least favourable angle."""
+        least = [float(np.linalg.eigvalsh(self.gram[np.ix_(group, group)])[0]) for group in groups]
+        return math.sqrt(sum(max(0.0, each) for each in least))
+
+
+def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -> list[list[dict[int, Array]]] | None:
+    """Return the columns of a size, a list for each unknown angle; None where a drop has no trial that ran.
+
+    A column is the change of each drop by its number.
+    """
+    parts: list[dict[int, Array]] = []
+    for quarter in (0, 1) if angle else (0,):
+        part: dict[int, Array] = {}
+        for drop, trial in trials.items():
+            found = [c for key, c in trial.items() if (key[0], key[2]) == (number, quarter) and c is not None]
+            if not found:
+                return None
+            part[drop] = max(found, key=lambda change: float(change @ change))  # of the balls that which shows most
+        parts.append(part)
+    if angle is not None and angle.per_drop:
+        return [[{drop: part[drop]} for part in parts] for drop in trials]
+    return [parts]
+
+
+def _smallest(size: Declared, share: float, length: float) -> Estimate:
+    """Return the size whose change has the length that is detectable."""
+    if length <= 0:
+        return Estimate.missing(size.unit, "fitted values can do the same: it does not show")
+    amount, trial = DETECTABLE / length, sized(size, share)
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):
+        value, beyond = trial / amount, trial / amount < size.low
+    else:
+        value, beyond = abs(amount * (trial - off)), abs(amount * (trial - off)) > max(size.high - off, off - size.low)
+    if beyond:
+        return Estimate.missing(size.unit, "it does not show within its bounds")
+    far = f"; {amount:.2g} trial sizes, too far to be believed" if amount > FURTHEST else ""
+    return Estimate(value, unit=size.unit, method=_METHOD, why=f"a linear reckoning, without an interval{far}")

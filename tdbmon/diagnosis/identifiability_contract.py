@@ -1,0 +1,103 @@
+"""The JSON of `tdbmon identifiability`, and its lines on a terminal."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from tdbsim.errors import InputError
+from tdbsim.units import to_si
+
+from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Identifiability
+from tdbmon.diagnosis.suspects import Suspect
+
+_SHOWN = 20  # pairs on a terminal; the JSON has all
+
+
+def read_noise(text: str) -> float:
+    """Return a probe's noise, m rms (raises InputError where it is no length, has no unit, or is not positive)."""
+    if re.fullmatch(r"[-+.\deE\s]+", text):
+        raise InputError(f"noise '{text.strip()}' has no unit; write e.g. \"0.3 um\"")
+    noise = to_si(text, "m")
+    if noise <= 0:
+        raise InputError(f"noise '{text.strip()}' must be positive; without noise everything shows")
+    return noise
+
+
+def identifiability_json(found: Identifiability) -> dict[str, Any]:
+    """Return the content of the JSON."""
+    return {
+        "machine": found.machine.name,
+        "speeds_hz": list(found.speeds),
+        "noise_um": found.noise * 1e6,
+        "horizon_s": HORIZON,
+        "detectable_sigmas": DETECTABLE,
+        "alike_above": ALIKE,
+        "effects": [
+            {
+                **_suspect(each.suspect),
+                "parameter": each.parameter,
+                "smallest_detectable": each.size.to_json(),
+                "looks_like": {**_suspect(each.looks_like[0]), "similarity": each.looks_like[1]}
+                if each.looks_like
+                else None,
+            }
+            for each in found.detectable
+        ],
+        "pairs": [
+            {"one": _suspect(one), "other": _suspect(other), "similarity": similar}
+            for one, other, similar in found.pairs
+        ],
+        "next_drops": [{"speed_hz": speed, "pairs_left": left} for speed, left in found.next_drops],
+        "next_test": _advice(found),
+        "limits": list(LIMITS),
+        "synthetic": True,
+        "seconds": found.seconds,
+    }
+
+
+def identifiability_lines(found: Identifiability) -> list[str]:
+    """Return what the command says."""
+    speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
+    out = [
+        f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
+        f"{'effect':<44}{'at':<12}{'smallest detectable':<34}looks most like",
+    ]
+    for each in found.detectable:
+        size = f"{each.parameter.replace('_', ' ')} {each.size if each.size.known else 'not detectable'}"
+        like = (
+            f"{each.looks_like[1]:.2f} {_text(each.looks_like[0])} at {each.looks_like[0].where}"
+            if each.looks_like
+            else ""
+        )
+        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{size:<34}{like}".rstrip())
+    if found.pairs:
+        out.append(f"not to be told apart (similarity above {ALIKE:g}): {len(found.pairs)} pairs")
+    for one, other, similar in found.pairs[:_SHOWN]:
+        out.append(f"  {similar:.3f}  {_text(one)} at {one.where} - {_text(other)} at {other.where}")
+    if len(found.pairs) > _SHOWN:
+        out.append(f"  and {len(found.pairs) - _SHOWN} more, in the JSON")
+    out.append(f"next drop: {_advice(found)}")
+    out += [f"limit: {each}" for each in LIMITS]
+    return out
+
+
+def _advice(found: Identifiability) -> str:
+    now = len(found.pairs)
+    if not now:
+        return "none needed to tell these effects apart; drop from one more speed to hold it out"
+    if not found.next_drops:
+        return "none of the speeds tried can be simulated; drop from another set-point"
+    speed, left = found.next_drops[0]
+    if left >= now:
+        return f"none of the speeds tried parts more pairs; a drop from {speed:g} Hz lowers the sizes that show"
+    return f"from {speed:g} Hz, another set-point: of {now} pairs that are not told apart it leaves {left}"
+
+
+def _suspect(suspect: Suspect) -> dict[str, Any]:
+    return {"effect": suspect.declared.identifier, "where": suspect.where, "held": dict(suspect.held)}
+
+
+def _text(suspect: Suspect) -> str:
+    held = ", ".join(f"{name} {value:g}" if isinstance(value, float) else value for name, value in suspect.held.items())
+    return suspect.declared.identifier + (f" ({held})" if held else "")

@@ -1,0 +1,96 @@
+"""What drops could tell before any record: on suspects of the sensors and a few of the machine, quick to reckon."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tdbmon.cli import main
+from tdbmon.diagnosis.identifiability import ALIKE, identifiability
+from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.shipped import shipped
+from tests.identify import drops
+
+NOISE = 2e-6
+
+
+@pytest.fixture(scope="module")
+def among():
+    machine = drops.machine()
+    wanted = {"probe_gain@DE_A", "probe_gain@NDE_A", "oval_clearance@NDE", "off_sized_ball@DE"}
+    found = [each for each in suspects(machine, machine.probes, ()) if each.name in wanted]
+    gain = next(each for each in found if each.name == "probe_gain@DE_A")
+    return [gain, *found]  # the gain of DE_A twice
+
+
+@pytest.fixture(scope="module")
+def found(among):
+    return identifiability(drops.machine(), [100.0], NOISE, among=among)
+
+
+def test_sizes_are_positive_and_known(found, among):
+    assert {each.suspect.name for each in found.detectable} == {each.name for each in among}
+    values = [each.size.value for each in found.detectable if each.size.known]
+    assert len(values) >= len(among) - 1
+    assert min(values) > 0
+
+
+def test_an_effect_looks_like_itself_and_not_like_another_probes_gain(found):
+    similar = {(one.name, other.name): s for one, other, s in found.pairs}
+    assert similar["probe_gain@DE_A", "probe_gain@DE_A"] == pytest.approx(1.0, abs=1e-9)
+    assert all(s > ALIKE for s in similar.values())
+    assert ("probe_gain@DE_A", "probe_gain@NDE_A") not in similar
+    gain = next(each for each in found.detectable if each.suspect.name == "probe_gain@DE_A")
+    assert gain.looks_like is not None
+    assert gain.looks_like[0].name == "probe_gain@DE_A"
+
+
+def test_no_further_drop_parts_an_effect_from_itself(found):
+    assert found.next_drops
+    assert all(left >= 1 for _, left in found.next_drops)
+
+
+def test_a_gains_size_goes_with_the_noise(found, among):
+    louder = identifiability(drops.machine(), [100.0], 2 * NOISE, among=among[:1])
+    before = next(each.size.value for each in found.detectable if each.suspect.name == "probe_gain@DE_A")
+    # what is known beforehand of the machine does not grow with the noise, so it falls a little short of twice
+    assert louder.detectable[0].size.value / before == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_second_drop_shows_smaller_gains(found, among):
+    both = identifiability(drops.machine(), [100.0, 150.0], NOISE, among=among[:1])
+    assert both.detectable[0].size.value < next(
+        each.size.value for each in found.detectable if each.suspect.name == "probe_gain@DE_A"
+    )
+
+
+def test_json_and_lines_hold_every_size(found):
+    content = json.loads(json.dumps(identifiability_json(found), allow_nan=False))
+    assert len(content["effects"]) == len(found.detectable)
+    for each in content["effects"]:
+        quantity = each["smallest_detectable"]
+        assert quantity["value"] is not None or quantity["why"]
+    lines = "\n".join(identifiability_lines(found))
+    assert all(each.suspect.declared.identifier in lines for each in found.detectable)
+    assert np.isclose(content["noise_um"], NOISE * 1e6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--speed", "100 parsec"], "parsec"),
+        (["--speed", "100"], "has no unit"),
+        (["--speed", "-5 Hz"], "positive"),
+        (["--speed", "100 Hz", "--noise", "0.3"], "has no unit"),
+        (["--speed", "100 Hz", "--noise", "0 um"], "positive"),
+        ([], "--speed"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_two(arguments, told, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["identifiability", str(shipped("short/machine.toml")), *arguments])
+    assert end.value.code == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1
