@@ -198,12 +198,15 @@ def diagnose(
         check_new_file(extended, machine)
     with _progress() as tell:
         tell("reading the machine and the records")
-        result = run(load_machine(machine), [read(path) for path in records], tell)
+        channels = [read(path) for path in records]
+        result = run(load_machine(machine), channels, tell)
         if writers:
+            from tdbmon.report.compare_report import SYNTHETIC
             from tdbmon.report.diagnosis_report import build_diagnosis_report
 
             tell("drawing the figures")
-            document = build_diagnosis_report(result)
+            computed = any("synthetic" in str(each.attrs).lower() for each in channels)
+            document = build_diagnosis_report(result, note=SYNTHETIC if computed else "")
             for write in writers:
                 write(document)
     for line in diagnosis_lines(result):
