@@ -243,9 +243,9 @@ class _Comparison:
         weights = [np.full(len(each.slopes), float(k in drops)) for k, each in enumerate(seen)]
         basis, begin = directions(problem, [each.slopes for each in seen], weights)
         columns: list[Mapping[int, Array]] = []
-        blocks = []
+        blocks: list[tuple[tuple[tuple[int, ...], ...], ...]] = []
         for k, suspect in enumerate(wanted):
-            of_suspect = []
+            of_suspect: list[tuple[tuple[int, ...], ...]] = []
             for number, (_, angle) in enumerate(suspect.sizes):
                 groups = _groups({d: seen[d].trials[k] for d in drops}, number, angle)
                 if groups is None:
