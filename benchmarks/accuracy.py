@@ -92,9 +92,7 @@ def _true_bearing(bearing: TouchdownBearing, truth: dict, end: str) -> Touchdown
     stiffness = bearing.support_stiffness.model_copy(
         update={"nominal": truth["ends"][end]["support_stiffness_y_n_per_m"]}
     )
-    clearance = bearing.balls.diametral_clearance.model_copy(
-        update={"nominal": truth["ends"][end]["ball_clearance_m"]}
-    )
+    clearance = bearing.balls.diametral_clearance.model_copy(update={"nominal": truth["ends"][end]["ball_clearance_m"]})
     balls = bearing.balls.model_copy(update={"diametral_clearance": clearance})
     return bearing.model_copy(update={"support_stiffness": stiffness, "balls": balls})
 

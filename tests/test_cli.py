@@ -138,7 +138,9 @@ def test_analyse_writes_what_the_contract_promises(capsys, tmp_path):
 def test_forces_come_from_a_fitted_model(capsys, tmp_path):
     """The rig program's own peak forces (synthetic) lie in the intervals that displacement alone gives."""
     files = [tmp_path / "f.json", tmp_path / "f.html"]
-    code, out, _ = run(capsys, "analyse", MACHINE, RECORD, "--forces", "--json", str(files[0]), "--report", str(files[1]))
+    code, out, _ = run(
+        capsys, "analyse", MACHINE, RECORD, "--forces", "--json", str(files[0]), "--report", str(files[1])
+    )
     assert code == 0
     assert "peak force on the ring" in out
     assert "Forces and stresses" in files[1].read_text()
