@@ -2,7 +2,7 @@
 
 import pytest
 
-from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.calibrate import HORIZONS, fit_drops
 from tests.identify import drops
 
 
@@ -15,4 +15,4 @@ def same_model():
 @pytest.fixture(scope="session")
 def calibration(same_model):
     machine, records = same_model
-    return fit_drops(machine, records, horizons=(0.012, 0.025))
+    return fit_drops(machine, records, horizons=HORIZONS[:5])  # in small steps, as it is used
