@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from tdbsim.errors import InputError
@@ -21,7 +20,9 @@ from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.study import Order
 from tdbmon.machine_file import write_machine
+from tdbmon.progress import Progress
 from tdbmon.record.read import read
+from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.diagnosis_report import build_diagnosis_report
 from tdbmon.report.drop_report import build_report
@@ -30,23 +31,23 @@ from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_first_page, write_pdf
 from tdbmon.shipped import shipped
 
+_COASTDOWNS = ("drop_100", "drop_150")
 _WORKERS = 2
-SYNTHETIC = "Synthetic record: made by an independent rig program, not measured on a machine."
 
 
-def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
+def run_demo(out: Path, progress: Progress) -> list[str]:
     """Analyse the shipped coast-downs, write JSON, HTML and PDF of each; return the lines to show."""
     out.mkdir(parents=True, exist_ok=True)
     machine = load_machine(shipped("coastdown/machine.toml"))
     lines = []
-    for name in ("drop_100", "drop_150"):
+    for name in _COASTDOWNS:
 
         def tell(step: str, name: str = name) -> None:
             progress(f"{name}: {step}")
 
         result = analyse(read(shipped(f"coastdown/{name}.nc")), machine, tell)
         progress(f"{name}: drawing the figures and writing the reports")
-        document = build_report(result, note=SYNTHETIC)
+        document = build_report(result, note=synthetic_note(1))
         write_html(document, out / f"{name}.html")
         write_pdf(document, out / f"{name}.pdf")
         write_text(out / f"{name}.json", json.dumps(analysis_json(result), indent=1, allow_nan=False) + "\n")
@@ -54,16 +55,16 @@ def run_demo(out: Path, progress: Callable[[str], None]) -> list[str]:
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json")
     lines += _hidden_fault(out, progress)
     lines += _years(out, progress)
-    return [SYNTHETIC, *lines, f"open {out / 'drop_100.html'} in a browser"]
+    return [synthetic_note(len(_COASTDOWNS)), *lines, f"open {out / 'drop_100.html'} in a browser"]
 
 
-def _hidden_fault(out: Path, progress: Callable[[str], None]) -> list[str]:
+def _hidden_fault(out: Path, progress: Progress) -> list[str]:
     """Find what the model of a machine lacks from four of its drops; write JSON, reports and the extended machine file."""
     folder = shipped("loose")
     records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
     found = diagnose(load_machine(folder / "machine.toml"), records, lambda step: progress(f"diagnosis: {step}"))
     progress("diagnosis: drawing the figures and writing the reports")
-    document = build_diagnosis_report(found, note=SYNTHETIC)
+    document = build_diagnosis_report(found, note=synthetic_note(len(records)))
     write_html(document, out / "diagnosis.html")
     write_pdf(document, out / "diagnosis.pdf")
     write_text(out / "diagnosis.json", json.dumps(diagnosis_json(found), indent=1, allow_nan=False) + "\n")
@@ -74,7 +75,7 @@ def _hidden_fault(out: Path, progress: Callable[[str], None]) -> list[str]:
     return lines + [f"  {line}" for line in diagnosis_lines(found)]
 
 
-def _years(out: Path, progress: Callable[[str], None]) -> list[str]:
+def _years(out: Path, progress: Progress) -> list[str]:
     """File ten drops of one machine, compare each with those before it, and report the last and the machine."""
     folder = shipped("years")
     archive = open_archive(out / "archive", create=True)
@@ -92,8 +93,8 @@ def _years(out: Path, progress: Callable[[str], None]) -> list[str]:
     progress("archive: drawing the figures and writing the reports")
     last = history.last
     for name, document in (
-        ("comparison", build_compare_report(last.comparison, last.verdict, note=SYNTHETIC)),
-        ("machine", build_machine_report(history, note=SYNTHETIC)),
+        ("comparison", build_compare_report(last.comparison, last.verdict)),
+        ("machine", build_machine_report(history)),
     ):
         write_html(document, out / f"{name}.html")
         write_pdf(document, out / f"{name}.pdf")

@@ -1,10 +1,10 @@
-"""``python -m tdbmon.effects_page`` writes docs/effects.md from the effects' own declarations."""
+"""The catalogue of effects as text: `tdbmon effects`, and docs/effects.md by ``python -m tdbmon.effects_page``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from tdbsim.effect import EffectDeclaration, catalogue
+from tdbsim.effect import EffectDeclaration, catalogue, declaration
 
 from tdbmon.atomic import write_text
 
@@ -29,6 +29,25 @@ and in a machine file:
 def render() -> str:
     """Return the page."""
     return _HEAD + "".join(_section(each) for each in catalogue())
+
+
+def catalogue_lines() -> list[str]:
+    """Return a line an effect."""
+    return [f"{each.identifier:<26}{each.place:<18}{each.what}" for each in catalogue()]
+
+
+def effect_lines(identifier: str) -> list[str]:
+    """Return one effect with its parameters (raises `InputError` where there is none of that name)."""
+    found = declaration(identifier)
+    lines = [f"{found.identifier}: {found.title}", found.what]
+    lines += [f"signature: {found.signature}", f"where: {found.place}"]
+    for one in found.parameters:
+        if one.choices:
+            lines.append(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}")
+        else:
+            bounds = f"{one.text(one.low)} to {one.text(one.high)}"
+            lines.append(f"  {one.name}: {one.meaning}; {bounds}, off or default {one.text(one.off)}")
+    return lines
 
 
 def _section(effect: EffectDeclaration) -> str:

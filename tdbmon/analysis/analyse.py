@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,21 +28,16 @@ from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing, predicted_swing
 from tdbmon.analysis.whirl import Whirl, find_whirl
 from tdbmon.estimate import Estimate
+from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.quality import Check, check, usable
 
-Progress = Callable[[str], None]
-
 _UNSETTLED = "the shaft does not settle long enough to know its clearance circle and its position at rest"
 
 
-def _silent(_: str) -> None:
-    return None
-
-
-def analyse(record: xr.Dataset, machine: Machine, progress: Progress = _silent) -> Analysis:
+def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
     """Analyse one dropdown record.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -14,8 +14,7 @@ from tdbsim.errors import InputError
 from tdbmon.history.archive import Archive, Filed
 from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.study import Order, study
-
-Progress = Callable[[str], None]
+from tdbmon.progress import Progress, silent
 
 _REACH_S = 20.0  # to wait for a scheduler
 
@@ -51,7 +50,7 @@ def add_all(
     orders: Sequence[Order],
     workers: int = 1,
     scheduler: str = "",
-    progress: Progress = lambda _: None,
+    progress: Progress = silent,
 ) -> Iterator[Outcome]:
     """Study records and file them as they come; what is filed already is passed over, what fails is told and the rest done.
 

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import typer
 from tdbsim.errors import InputError
 
-from tdbmon.atomic import write_text
 from tdbmon.history.archive import Archive, open_archive
-
-Tell = Callable[[str], None]
-ReportWriter = Callable[[Any], None]
+from tdbmon.json_file import write_json
+from tdbmon.progress import Progress
+from tdbmon.report_file import ReportWriter
 
 
 def add(
@@ -28,7 +25,7 @@ def add(
     workers: int,
     scheduler: str,
     json_file: Path | None,
-    tell: Tell,
+    tell: Progress,
 ) -> int:
     """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
     from datetime import datetime
@@ -60,7 +57,7 @@ def add(
     failed = [o for o in outcomes if o.failed]
     typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
     rows = [{"file": str(o.record), "drop": o.drop or None, "state": o.state, "why": o.why} for o in outcomes]
-    _json(json_file, {"archive": str(folder), "records": rows})
+    write_json(json_file, {"archive": str(folder), "records": rows})
     return 2 if failed else 0
 
 
@@ -81,7 +78,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
             when = entry.dropped or f"filed {entry.filed}"
             typer.echo(f"  {entry.id}  {when:<26}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
-    _json(json_file, {"drops": [entry_json(e) for e in entries]})
+    write_json(json_file, {"drops": [entry_json(e) for e in entries]})
 
 
 def show(folder: Path, drop: str, json_file: Path | None) -> None:
@@ -109,10 +106,12 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
         }
         for f in filing.features
     ]
-    _json(json_file, {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis})
+    write_json(
+        json_file, {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis}
+    )
 
 
-def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Tell) -> int:
+def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progress) -> int:
     """Check the archive; return 2 where something is wrong that no repeated add mends by itself."""
     from tdbmon.history import verify as check
 
@@ -126,7 +125,7 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Tell) -
     if not wrong:
         typer.echo(f"{folder}: sound, {len(archive.entries())} drops")
     rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
-    _json(json_file, {"sound": not wrong, "faults": rows})
+    write_json(json_file, {"sound": not wrong, "faults": rows})
     if wrong:
         raise InputError(
             f"{folder}: {len(wrong)} fault{'' if len(wrong) == 1 else 's'} found ({wrong[0].file}: {wrong[0].what})"
@@ -148,7 +147,7 @@ def export(folder: Path, out: Path) -> None:
     typer.echo(f"{rows} features: {out}")
 
 
-def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], tell: Tell) -> None:
+def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], tell: Progress) -> None:
     """Report one drop, one machine, or the fleet."""
     if not writers:
         raise InputError("no --report file is named; write e.g. --report machine.html")
@@ -173,7 +172,7 @@ def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], t
         write(document)
 
 
-def _drop_document(archive: Archive, drop: str, tell: Tell) -> Any:
+def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
     """The report of a drop, made again from its raw file."""
     from tdbsim.machine import load_machine
 
@@ -195,7 +194,7 @@ def compare(
     fail_on: str,
     json_file: Path | None,
     writers: list[ReportWriter],
-    tell: Tell,
+    tell: Progress,
 ) -> int:
     """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
     from tdbmon.history.compare import compare as run
@@ -212,7 +211,7 @@ def compare(
     verdict = verdict_of(comparison)
     for line in comparison_lines(comparison, verdict):
         typer.echo(line)
-    _json(json_file, comparison_json(comparison, verdict))
+    write_json(json_file, comparison_json(comparison, verdict))
     if writers:
         from tdbmon.report.compare_report import build_compare_report
 
@@ -221,9 +220,3 @@ def compare(
         for write in writers:
             write(document)
     return 3 if fail_on == "alarm" and verdict.alarm else 0
-
-
-def _json(path: Path | None, content: dict[str, Any]) -> None:
-    if path is not None:
-        write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
-        typer.echo(f"json: {path}")

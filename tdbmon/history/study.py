@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tdbmon.history.filing import Filing, StressBox, sha256_of
+from tdbmon.progress import Progress, silent
+from tdbmon.record.synthetic import is_synthetic
 
 if TYPE_CHECKING:
     import xarray as xr
     from tdbsim.machine import Machine
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -38,11 +37,7 @@ class Order:
     dropped: str = ""
 
 
-def _silent(_: str) -> None:
-    return None
-
-
-def study(order: Order, progress: Progress = _silent) -> Filing:
+def study(order: Order, progress: Progress = silent) -> Filing:
     """Read and analyse a record for the archive.
 
     Raises
@@ -71,7 +66,7 @@ def study_record(
     forces: bool = False,
     assembly: str = "",
     dropped: str = "",
-    progress: Progress = _silent,
+    progress: Progress = silent,
 ) -> Filing:
     """Analyse a record that was read from a file (raises `InputError` where it holds no orbit of the machine)."""
     from tdbsim.errors import InputError
@@ -109,7 +104,7 @@ def study_record(
         dropped=dropped or str(record.attrs.get("drop_time") or ""),
         filed=datetime.now(UTC).isoformat(timespec="seconds"),
         assembly=assembly,
-        synthetic=_says_synthetic(record),
+        synthetic=is_synthetic(record.attrs),
         version=__version__,
         forces=forces,
         features=features_of(result, fitted),
@@ -117,9 +112,3 @@ def study_record(
         failed_checks=tuple(f"{c.check} {c.channel}".strip() for c in result.checks if not c.passed),
         analysis=content,
     )
-
-
-def _says_synthetic(record: xr.Dataset) -> bool:
-    """A record that was computed says so, in an attribute of its own or in its title."""
-    title = str(record.attrs.get("title", "")).lower()
-    return bool(record.attrs.get("synthetic")) or title.startswith(("simulated", "synthetic"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.filing import ID_LENGTH, Filing, sha256_of
 from tdbmon.history.place import INCOMING, sweep, writable
 from tdbmon.history.result_file import read_result
+from tdbmon.progress import Progress, silent
 
 if TYPE_CHECKING:
     from tdbmon.history.archive import Archive
@@ -38,11 +38,7 @@ class Fault:
     harmless: bool = False
 
 
-def _silent(_: str) -> None:
-    return None
-
-
-def verify(archive: Archive, progress: Callable[[str], None] = _silent) -> list[Fault]:
+def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
     """Check every file of an archive against its SHA-256 and the catalogue against the result files."""
     folder = archive.folder
     faults = [Fault(str(p.relative_to(folder)), "left by a writer that was stopped", True) for p in _parts(folder)]
@@ -75,7 +71,7 @@ def verify(archive: Archive, progress: Callable[[str], None] = _silent) -> list[
     return faults
 
 
-def rebuild(archive: Archive, progress: Callable[[str], None] = _silent) -> list[Fault]:
+def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
     """Make the catalogue anew from the result files; what cannot be read is left out and returned.
 
     The old catalogue is kept beside the new one where it is damaged or of an older version.
@@ -145,7 +141,7 @@ def _parts(folder: Path) -> list[Path]:
     return sorted((folder / INCOMING).glob("*"))
 
 
-def _raw_faults(folder: Path, entries: list[catalogue.Entry], progress: Callable[[str], None]) -> list[Fault]:
+def _raw_faults(folder: Path, entries: list[catalogue.Entry], progress: Progress) -> list[Fault]:
     faults = []
     for entry in entries:
         progress(entry.raw)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from tdbmon import __version__
 from tdbmon.history.compare import Comparison
 from tdbmon.history.verdict import Verdict
+from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Section
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
-
-SYNTHETIC = "The records are synthetic: they were computed, not measured."
 
 
 def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "") -> Document:
@@ -25,7 +24,7 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "
     """
     entry = comparison.entry
     if not note and (entry.synthetic or any(e.synthetic for e in comparison.matched)):
-        note = SYNTHETIC
+        note = synthetic_note(1 + len(comparison.matched))
     parts: list[Section | None] = [
         judgement.section(comparison, verdict),
         changes.section(comparison),

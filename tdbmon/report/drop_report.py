@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
+from tdbmon.record.synthetic import is_synthetic, synthetic_note
 from tdbmon.report.document import Document
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
@@ -43,8 +44,8 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         The model fitted to this drop: forces and stresses.
     """
     attributes = analysis.record.attrs
-    if not note and attributes.get("synthetic"):
-        note = "The record is synthetic: it was computed, not measured."
+    if not note and is_synthetic(attributes):
+        note = synthetic_note(1)
     when = moment(str(attributes["drop_time"])) if attributes.get("drop_time") else ""
     parts = (attributes.get("title"), when, attributes.get("source_file"))
     drop = " · ".join(str(part) for part in parts if part)

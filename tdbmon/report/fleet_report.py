@@ -6,7 +6,7 @@ from functools import partial
 
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
-from tdbmon.report.compare_report import SYNTHETIC
+from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.quantity import moment, words
@@ -18,7 +18,7 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
     from tdbmon.figures.fleet import fleet
 
     if not note and any(m.comparison.entry.synthetic for m in members):
-        note = SYNTHETIC
+        note = synthetic_note(sum(m.drops for m in members))
     alarms = [m for m in members if m.verdict.alarm]
     if alarms:
         first = Finding(f"{len(alarms)} of {len(members)} machines ask for attention.", "attention")

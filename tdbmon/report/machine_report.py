@@ -7,7 +7,7 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import MachineHistory
-from tdbmon.report.compare_report import SYNTHETIC
+from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.quantity import moment, words
@@ -21,7 +21,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
     """Return the report of a machine as a document."""
     last = history.last
     if not note and any(e.synthetic for e in history.entries):
-        note = SYNTHETIC
+        note = synthetic_note(len(history.entries))
     parts = [
         _summary(history),
         _courses(history),

@@ -1,0 +1,66 @@
+"""`tdbmon analyse`: it calls the library and writes; nothing is computed here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+from tdbsim.machine import load_machine
+
+from tdbmon.analysis.analyse import analyse as run
+from tdbmon.analysis.contract import analysis_json
+from tdbmon.analysis.summary import summary_lines
+from tdbmon.json_file import write_json
+from tdbmon.progress import on_terminal
+from tdbmon.record.read import read
+from tdbmon.report_file import report_writers
+
+
+def analyse(
+    machine: Path,
+    record: Path,
+    json_file: Path | None,
+    report: list[Path] | None,
+    forces: bool,
+    calibrated: Path | None,
+) -> None:
+    """Analyse a record, fit the simulation where asked, and write what was asked for."""
+    writers = report_writers(report)
+    if calibrated is not None:
+        from tdbmon.machine_file import calibration_head, check_new_file, write_machine
+
+        check_new_file(calibrated, machine)
+    with on_terminal() as tell:
+        tell("reading the machine and the record")
+        plan = load_machine(machine)
+        channels = read(record)
+        result = run(channels, plan, tell)
+        fitted = None
+        if forces or calibrated is not None:
+            from tdbmon.identify.fitted import fit_drop
+
+            fitted = fit_drop(plan, channels, tell)
+        if writers:
+            from tdbmon.report.drop_report import build_report
+
+            tell("drawing the figures")
+            document = build_report(result, fitted=fitted)
+            for write in writers:
+                write(document)
+    for line in summary_lines(result):
+        typer.echo(line)
+    content = analysis_json(result)
+    if fitted is not None:
+        from tdbmon.identify.contract import calibration_json, end_json, force_lines
+
+        for end, found in fitted.forces.ends.items():
+            content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
+        content["calibration"] = calibration_json(fitted.calibration)
+        for line in force_lines(fitted.calibration, fitted.forces):
+            typer.echo(line)
+        if calibrated is not None:
+            write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
+            typer.echo(f"machine: {calibrated}")
+    write_json(json_file, content)
+    for path in report or []:
+        typer.echo(f"report: {path}")

@@ -1,0 +1,128 @@
+"""`tdbmon archive` and `tdbmon compare`: their arguments; `tdbmon.history.command` does what they say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tdbmon.arguments import JsonFile, MachineFile, Reports
+from tdbmon.progress import on_terminal
+from tdbmon.report_file import report_writers
+
+archive_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="File drops over years, and look them up.")
+DropID = Annotated[str, typer.Argument(metavar="ID", help="a drop's identifier, or the first digits of it")]
+ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
+Forces = Annotated[
+    bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")
+]
+
+
+@archive_app.command("add")
+def archive_add(
+    machine: MachineFile,
+    records: Annotated[list[Path], typer.Argument(metavar="RECORD...", help="dropdown records")],
+    archive: ArchiveFolder,
+    forces: Forces = False,
+    assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
+    dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
+    workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
+    json_file: JsonFile = None,
+) -> None:
+    """Analyse drops and file them; what is filed already is passed over."""
+    from tdbmon.history import command
+
+    with on_terminal() as tell:
+        code = command.add(archive, machine, records, forces, assembly, dropped, workers, scheduler, json_file, tell)
+    raise typer.Exit(code)
+
+
+@archive_app.command("list")
+def archive_list(
+    archive: ArchiveFolder,
+    machine: Annotated[str, typer.Option(metavar="NAME", help="of one machine only")] = "",
+    json_file: JsonFile = None,
+) -> None:
+    """List the drops in the order of their fall."""
+    from tdbmon.history import command
+
+    command.list_drops(archive, machine, json_file)
+
+
+@archive_app.command("show")
+def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = None) -> None:
+    """Show what is filed of one drop."""
+    from tdbmon.history import command
+
+    command.show(archive, drop, json_file)
+
+
+@archive_app.command("verify")
+def archive_verify(
+    archive: ArchiveFolder,
+    rebuild: Annotated[bool, typer.Option("--rebuild", help="make the catalogue anew from the result files")] = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Check every file against what was filed, and the catalogue against the files."""
+    from tdbmon.history import command
+
+    with on_terminal() as tell:
+        command.verify(archive, rebuild, json_file, tell)
+
+
+@archive_app.command("remove")
+def archive_remove(drop: DropID, archive: ArchiveFolder) -> None:
+    """Take a drop out, with its raw file and results."""
+    from tdbmon.history import command
+
+    command.remove(archive, drop)
+
+
+@archive_app.command("export")
+def archive_export(
+    archive: ArchiveFolder,
+    out: Annotated[Path, typer.Option(metavar="F.csv|F.parquet", help="the table to write")],
+) -> None:
+    """Write the features of all drops as a table for other tools."""
+    from tdbmon.history import command
+
+    command.export(archive, out)
+
+
+@archive_app.command("report")
+def archive_report(
+    archive: ArchiveFolder,
+    report: Reports = None,
+    drop: Annotated[str, typer.Option(metavar="ID", help="report one drop")] = "",
+    machine: Annotated[str, typer.Option(metavar="NAME", help="report one machine; by default the fleet")] = "",
+) -> None:
+    """Report a machine over all its drops, or the fleet, worst first."""
+    writers = report_writers(report)
+    from tdbmon.history import command
+
+    with on_terminal() as tell:
+        command.report(archive, drop, machine, writers, tell)
+    for path in report or []:
+        typer.echo(f"report: {path}")
+
+
+def compare(
+    archive: ArchiveFolder,
+    drop: Annotated[str, typer.Argument(metavar="[RECORD or ID]", help="by default the archive's last drop")] = "",
+    machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="of a record that is not filed")] = None,
+    forces: Forces = False,
+    fail_on: Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")] = "",
+    json_file: JsonFile = None,
+    report: Reports = None,
+) -> None:
+    """Say whether a drop differs from those before it, in what, and what that means."""
+    writers = report_writers(report)
+    from tdbmon.history import command
+
+    with on_terminal() as tell:
+        code = command.compare(archive, drop, machine, forces, fail_on, json_file, writers, tell)
+    for path in report or []:
+        typer.echo(f"report: {path}")
+    raise typer.Exit(code)
