@@ -19,7 +19,7 @@ import xarray as xr
 
 from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
 from tdbsim.errors import InputError
-from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.observe import ENERGIES, FORCES, observed
 from tdbsim.rhs import LEDGER
 from tdbsim.sensors import Motion, at_probes, measure
 from tdbsim.simulate import Trajectory
@@ -48,15 +48,13 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
     nq = 2 * n + 15
-    count, balls = len(state), model.arrays.ball_cosine.shape[1]
-    forces, loads = np.zeros((2, len(FORCES), count)), np.zeros((2, balls, count))
-    energies = np.zeros((len(ENERGIES), count))
-    observe(model.arrays, state, forces, loads, energies)
+    seen = observed(model.arrays, state)
+    forces, loads, energies = seen.forces, seen.loads, seen.energies
 
     record = sensed(trajectory).assign_coords(
         probe=[probe.name for probe in machine.probes],
         end=list(machine.ends),
-        ball=np.arange(1, balls + 1),
+        ball=np.arange(1, loads.shape[1] + 1),
         energy_kind=list(ENERGIES),
         work_kind=list(LEDGER),
     )

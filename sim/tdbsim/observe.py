@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import compiled
@@ -24,6 +27,7 @@ from tdbsim.columns import (
     SUPPORT_MASS,
 )
 from tdbsim.contact import EXPONENT, elastic_force
+from tdbsim.drop_model import Arrays
 from tdbsim.hooks import ball
 from tdbsim.rhs import HEAT, contact_forces, positions, touching
 from tdbsim.support import spring_force
@@ -34,6 +38,25 @@ ENERGIES = ("lateral", "spin", "ring_spin", "elastic", "weight")
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _NODES = (_NODES + 1) / 2
 _WEIGHTS = _WEIGHTS / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """Forces (2, `FORCES`, k), N, m/s and m, ball loads (2, balls, k), N, and energies (`ENERGIES`, k), J, of k states."""
+
+    forces: NDArray[np.float64]
+    loads: NDArray[np.float64]
+    energies: NDArray[np.float64]
+
+
+def observed(arrays: Arrays, states: NDArray[np.float64]) -> Observed:
+    """Return what no probe sees of states (k, size)."""
+    count = len(states)
+    forces = np.zeros((2, len(FORCES), count))
+    loads = np.zeros((2, arrays.ball_cosine.shape[1], count))
+    energies = np.zeros((len(ENERGIES), count))
+    observe(arrays, states, forces, loads, energies)
+    return Observed(forces, loads, energies)
 
 
 @compiled

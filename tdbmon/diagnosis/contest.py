@@ -17,7 +17,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
-from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.cages import better_cages, turn_cages
 from tdbmon.identify.calibrate import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.problem import Problem
@@ -38,7 +38,7 @@ _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
-_NEARLY = 2.0  # misfit a residual, up to which another start may mend it
+_NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _SHARE = 0.1  # of all that is left, which a further cause must promise
@@ -82,9 +82,9 @@ class Contender:
         return self.misfit / self.residuals
 
     @property
-    def freedom(self) -> float:
+    def freedom(self) -> int:
         """Parameters that its causes add; a whole number among n counts as one."""
-        return freedom(self.problem)
+        return sum(each.freedom for each in self.problem.free)
 
     @property
     def bic(self) -> float:
@@ -119,12 +119,6 @@ def _share(size: Declared, value: float) -> float:
     return abs(value - off) / abs(size.typical - off)
 
 
-def freedom(problem: Problem) -> float:
-    """Return how many parameters the free effects of a problem have; a whole number among n counts as one."""
-    own = sum(len(each.own(0)) + (1 if each.each_held else 0) for each in problem.free)
-    return sum(len(each.shared) for each in problem.free) + own * len(problem.drops)
-
-
 def contest(
     problem: Problem, suspects: Sequence[Suspect], horizons: Sequence[float], progress: Progress
 ) -> list[Contender]:
@@ -149,7 +143,7 @@ def contest(
             plain = settled(plain, horizon, _SLOPES)
         field = _refitted(field, horizon)
         plain, field = _compared(plain, field, horizon, suspects, last, progress)
-        best = min([plain, *field], key=lambda each: each.misfit / each.residuals)
+        best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
         # where nothing explains the first contacts, nothing will explain the later ones
         lost = lost + 1 if best.ratio > _LOST else 0
@@ -235,12 +229,7 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
     if horizon < CONTACT_S or not found.fails or slopes < 2:
         return found
-    try:
-        turned = fit(problem, turn_cages(problem, found.fit, horizon), horizon, 3)
-        found = replace(found, fit=min(found.fit, turned, key=lambda each: each.misfit))
-    except InputError:
-        pass
-    return found
+    return replace(found, fit=better_cages(problem, found.fit, horizon, 3))
 
 
 def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contender:
@@ -321,8 +310,8 @@ def _invited(
     found = scores(best.problem, best.fit, horizon, open_to)
     tried: list[Contender] = []
     kinds: dict[str, int] = {}
-    drops, price = len(best.problem.drops), math.log(best.residuals)
-    worth = {each: each.gain - freedom_of(each.start, drops) * price for each in found}
+    price = math.log(best.residuals)
+    worth = {each: each.gain - each.start.free(each.suspect).freedom * price for each in found}
     for score in sorted(found, key=lambda each: -worth[each]):
         if worth[score] < _SURE or (best.causes and score.gain < _SHARE * score.total):
             continue
@@ -363,9 +352,3 @@ def _freed(best: Contender, horizon: float) -> list[Contender]:
         except InputError:
             continue
     return out
-
-
-def freedom_of(start: Start, drops: int) -> float:
-    """Return how many parameters a start adds to a fit of so many drops."""
-    own = (len(start.each[0]) if start.each else 0) + (1 if start.each_held else 0)
-    return len(start.shared) + own * drops

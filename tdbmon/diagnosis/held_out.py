@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contest import Contender
-from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.least_squares import Fit, fit
+from tdbmon.identify.cages import better_cages
+from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import Parameter
-from tdbmon.identify.prediction import predict, readings
 from tdbmon.identify.problem import Problem
 
 LEAST_DROPS = 2  # to hold one out
@@ -92,16 +90,7 @@ def middle_drop(problem: Problem) -> int:
 
 def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: float) -> float:
     """Return the rms of measured less simulated readings of drops from release to horizon, m."""
-    squares = []
-    for drop in drops:
-        shared, own = problem.values(point, drop)
-        measured = problem.drops[drop]
-        model, effects = problem.setting(shared, own, drop)
-        prediction = predict(measured, model, own, horizon)
-        sensors = problem.sensors(effects, shared, own, drop)
-        seen = readings(prediction, measured, problem.model.machine, sensors)
-        span = slice(prediction.first, prediction.first + seen.shape[1])
-        squares.append(np.mean((measured.reading[:, span] - seen)[:, measured.time[span] >= measured.release] ** 2))
+    squares = [np.mean(problem.simulated(point, drop, horizon).left_after ** 2) for drop in drops]
     return math.sqrt(float(np.mean(squares)))
 
 
@@ -113,17 +102,8 @@ def _left(contender: Contender, index: int) -> tuple[float, float]:
     taught = fit(_only(problem, others), contender.fit.point[_columns(problem, others)], horizon, 2, 3e-3)
     exam = _frozen(_only(problem, [index]), taught.point[:count])
     point = np.concatenate([np.zeros(count), contender.fit.point[_columns(problem, [index])][count:]])
-    found = fit(exam, point, horizon, 2)
-    found = _better_cages(exam, found, horizon)
+    found = better_cages(exam, fit(exam, point, horizon, 2), horizon, 1)
     return rms(exam, found.point, [0], horizon), found.misfit
-
-
-def _better_cages(problem: Problem, found: Fit, horizon: float) -> Fit:
-    try:
-        turned = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
-    except InputError:
-        return found
-    return min(found, turned, key=lambda each: each.misfit)
 
 
 def _only(problem: Problem, drops: Sequence[int]) -> Problem:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.machine import Machine, Probe
-from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import Trajectory
 
 from tdbmon.diagnosis.contest import Contender
+from tdbmon.identify.drop import straight_shaft
 from tdbmon.identify.noise import Noise
-from tdbmon.identify.prediction import predict, readings
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -127,40 +127,30 @@ def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
 def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
     problem = contender.problem
     measured, machine = problem.drops[drop], problem.model.machine
-    shared, own = problem.values(contender.fit.point, drop)
-    model, effects = problem.setting(shared, own, drop)
-    prediction = predict(measured, model, own, horizon)
-    seen = readings(prediction, measured, machine, problem.sensors(effects, shared, own, drop))
-    span = slice(prediction.first, prediction.first + seen.shape[1])
-    time = measured.time[span] - measured.release - own["release"]
-    force = _forces(prediction.motion)
-    n, state = prediction.motion.model.n, prediction.motion.state
-    at_end = prediction.motion.model.arrays.at_end
+    _, own = problem.values(contender.fit.point, drop)
+    found = problem.simulated(contender.fit.point, drop, horizon)
+    motion, time = found.prediction.motion, found.since - own["release"]
+    force = _forces(motion)
+    n, state, at_end = motion.model.n, motion.state, motion.model.arrays.at_end
     return LeftOver(
         name=measured.name,
         time=time,
         probes=measured.probes,
         noise=measured.noise,
-        measured=measured.reading[:, span],
-        simulated=seen,
+        measured=measured.reading[:, found.span],
+        simulated=found.readings,
         to_ends=to_ends(machine, measured.probes),
         place=at_end @ state[:, :n].T + 1j * (at_end @ state[:, n : 2 * n].T),
         force=force,
         touch=tuple(_first(time, np.abs(row) > 0) for row in force),
         omega=measured.omega,
-        motion=prediction.motion,
+        motion=motion,
     )
 
 
 def to_ends(machine: Machine, probes: Sequence[Probe]) -> Complex:
     """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros where they do not tell."""
-    first, second = (bearing.position for bearing in machine.touchdown_bearings)
-    rows = []
-    for probe in probes:
-        share = (probe.position - first) / (second - first)
-        direction = np.array([math.cos(probe.angle), math.sin(probe.angle)])
-        rows.append(np.concatenate([(1 - share) * direction, share * direction]))
-    design = np.array(rows)
+    design = straight_shaft(machine, probes)
     if np.linalg.matrix_rank(design, tol=1e-3) < 4:
         return np.zeros((2, len(probes)), dtype=complex)
     inverse = np.linalg.pinv(design)
@@ -169,10 +159,7 @@ def to_ends(machine: Machine, probes: Sequence[Probe]) -> Complex:
 
 def _forces(motion: Trajectory) -> Complex:
     """Return the force of the ring on the rotor at both ends, (2, k), N."""
-    arrays, state = motion.model.arrays, motion.state
-    forces = np.zeros((2, len(FORCES), len(state)))
-    loads = np.zeros((2, arrays.ball_cosine.shape[1], len(state)))
-    observe(arrays, state, forces, loads, np.zeros((len(ENERGIES), len(state))))
+    forces = observed(motion.model.arrays, motion.state).forces
     out: Complex = forces[:, FORCES.index("force_x")] + 1j * forces[:, FORCES.index("force_y")]
     return out
 

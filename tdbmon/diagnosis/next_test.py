@@ -9,7 +9,7 @@ from tdbmon.identify.free_effect import acts_on_sensors
 
 def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
     """Return one piece of advice."""
-    speeds = sorted(abs(drop.omega) / 6.283185307 for drop in contenders[0].problem.drops)
+    speeds = sorted(drop.speed for drop in contenders[0].problem.drops)
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:

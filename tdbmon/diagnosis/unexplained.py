@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbmon.diagnosis.contest import Contender
-from tdbmon.identify.prediction import predict, readings
 
 Array = NDArray[np.float64]
 
@@ -48,7 +47,8 @@ def unexplained(contender: Contender) -> Unexplained:
     """Return what a model leaves."""
     loudest: tuple[float, int, int, Array, Array] | None = None
     for drop in range(len(contender.problem.drops)):
-        since, left = residual(contender, drop)
+        found = contender.problem.simulated(contender.fit.point, drop, contender.horizon)
+        since, left = found.since[found.since >= 0], found.left_after
         for row, noise in enumerate(contender.problem.drops[drop].noise):
             over = float(np.std(left[row])) / noise.sigma
             if loudest is None or over > loudest[0]:
@@ -72,16 +72,3 @@ def unexplained(contender: Contender) -> Unexplained:
         frequency=frequency,
         ratio=contender.ratio,
     )
-
-
-def residual(contender: Contender, drop: int) -> tuple[Array, Array]:
-    """Return s after the release (k,), and measured less simulated (probes, k), m, up to the horizon."""
-    problem, measured = contender.problem, contender.problem.drops[drop]
-    shared, own = problem.values(contender.fit.point, drop)
-    model, effects = problem.setting(shared, own, drop)
-    prediction = predict(measured, model, own, contender.horizon)
-    seen = readings(prediction, measured, problem.model.machine, problem.sensors(effects, shared, own, drop))
-    span = slice(prediction.first, prediction.first + seen.shape[1])
-    since = measured.time[span] - measured.release
-    after = since >= 0
-    return since[after], (measured.reading[:, span] - seen)[:, after]

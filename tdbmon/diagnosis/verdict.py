@@ -11,9 +11,7 @@ from tdbmon.diagnosis.contest import Contender
 from tdbmon.diagnosis.held_out import HeldOut
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
-PLAIN_LEAD = (
-    60.0  # of the plain model in the criterion: there are more than a hundred suspects, and one always fits best
-)
+PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 CERTAIN = 0.9  # probability from which on a cause is named
 
@@ -59,7 +57,7 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         Of the best one with a cause against the plain model; None where no drop could be held out.
     """
     plain = next(each for each in contenders if not each.causes)
-    probabilities = _probabilities(contenders, proof)
+    probabilities = _probabilities(contenders)
     best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
     if not best.causes and best.ratio <= EXPLAINED:
         return Verdict(Kind.NONE, (), probabilities, f"the plain model leaves {best.ratio:.2f} times what noise would")
@@ -87,7 +85,7 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
 
 
-def _probabilities(contenders: Sequence[Contender], proof: HeldOut | None) -> tuple[float, ...]:
+def _probabilities(contenders: Sequence[Contender]) -> tuple[float, ...]:
     criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
     least = min(criteria)
     weights = [math.exp(-(c - least) / (2 * TEMPERATURE)) for c in criteria]

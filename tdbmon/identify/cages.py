@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.least_squares import Fit
+from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.problem import Problem, huber, spread
 
 Array = NDArray[np.float64]
@@ -34,6 +34,15 @@ def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:
     for drop, angles in enumerate(turned):
         point[problem.columns(drop)[cages]] = angles
     return point
+
+
+def better_cages(problem: Problem, found: Fit, horizon: float, linearisations: int) -> Fit:
+    """Return a fit with its cages turned and fitted anew, or as it was where that is no better."""
+    try:
+        turned = fit(problem, turn_cages(problem, found, horizon), horizon, linearisations)
+    except InputError:
+        return found
+    return min(found, turned, key=lambda each: each.misfit)
 
 
 def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list[int]) -> Array:

@@ -21,7 +21,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit, linearised
@@ -29,7 +29,6 @@ from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
 )
-from tdbmon.identify.prediction import predict, readings
 from tdbmon.identify.problem import Problem, build_problem, check_start
 
 Array = NDArray[np.float64]
@@ -99,8 +98,7 @@ def fit_drops(
             progress(f"fitting the first {horizon * 1e3:g} ms")
             found = fit(problem, point, horizon)
             if horizon > CONTACT_S and found.misfit > FAILING * sum(len(r) for r in found.residuals):
-                turned = fit(problem, turn_cages(problem, found, horizon), horizon, 3)
-                found = min(found, turned, key=lambda each: each.misfit)
+                found = better_cages(problem, found, horizon, 3)
             point = found.point
             if horizon > 2 * CONTACT_S:
                 passed.append(point)
@@ -141,18 +139,15 @@ def _drift(passed: Sequence[Array], point: Array) -> Array:
 
 def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, horizons: Sequence[float]) -> DropFit:
     measured, machine = problem.drops[drop], problem.model.machine
-    shared, own = problem.values(point, drop)
+    _, own = problem.values(point, drop)
     where = dict(zip((p.name for p in problem.own[drop]), problem.columns(drop)[len(problem.shared) :], strict=True))
     scale = {p.name: p.scale for p in problem.own[drop]}
 
     def sigma(name: str) -> float:
         return scale[name] * math.sqrt(covariance[where[name], where[name]])
 
-    model, effects = problem.setting(shared, own, drop)
-    prediction = predict(measured, model, own, horizons[-1])
-    left = measured.reading[:, prediction.first : prediction.first + prediction.x.shape[1]]
-    left = left - readings(prediction, measured, machine, problem.sensors(effects, shared, own, drop))
-    since = measured.time[prediction.first : prediction.first + left.shape[1]] - measured.release
+    found = problem.simulated(point, drop, horizons[-1])
+    prediction, left, since = found.prediction, found.left, found.since
     residuals = []
     for horizon in horizons:
         rms = np.sqrt(np.mean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
@@ -177,7 +172,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
         )
     return DropFit(
         name=measured.name,
-        speed=abs(measured.omega) / (2 * math.pi),
+        speed=measured.speed,
         release=Estimate.from_sigma(measured.release + own["release"], sigma("release"), "s", rule),
         shaft_angle=Estimate.from_sigma(own["shaft_angle"], sigma("shaft_angle"), "deg", rule),
         position={name: (p[0], p[1]) for name, p in position.items()},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,6 +79,11 @@ class MeasuredDrop:
         """Length of the record after the release, s."""
         return float(self.time[-1]) - self.release
 
+    @property
+    def speed(self) -> float:
+        """At the release, Hz."""
+        return abs(self.omega) / (2 * math.pi)
+
 
 @dataclass(frozen=True)
 class _Turning:
@@ -88,6 +94,17 @@ class _Turning:
     omega: float
     acceleration: float
     acceleration_sigma: float
+
+
+def straight_shaft(machine: Machine, probes: Sequence[Probe]) -> Array:
+    """Return the matrix (probes, 4) from x, y of the one end and x, y of the other of a straight shaft to readings."""
+    first, second = (bearing.position for bearing in machine.touchdown_bearings)
+    rows = []
+    for probe in probes:
+        share = (probe.position - first) / (second - first)
+        direction = np.array([math.cos(probe.angle), math.sin(probe.angle)])
+        rows.append(np.concatenate([(1 - share) * direction, share * direction]))
+    return np.array(rows)
 
 
 def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:

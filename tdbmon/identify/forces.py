@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tdbsim.columns import GAP, JOURNAL_RADIUS
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.observe import ENERGIES, FORCES, observe
+from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import run
 
 from tdbmon.estimate import Estimate
@@ -216,11 +216,9 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     except InputError:
         return None
     n, state, arrays = motion.model.n, motion.state, motion.model.arrays
-    forces = np.zeros((2, len(FORCES), len(state)))
-    loads = np.zeros((2, arrays.ball_cosine.shape[1], len(state)))
-    observe(arrays, state, forces, loads, np.zeros((len(ENERGIES), len(state))))
+    seen = observed(arrays, state)
     bearings = problem.model.machine.touchdown_bearings
-    stress = np.stack([ball_stress(b, loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
+    stress = np.stack([ball_stress(b, seen.loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
     surface = np.abs(state[:, 2 * n + 15 + 2 * n + 12]) * arrays.end[:, JOURNAL_RADIUS, None]
     ring = np.abs(state[:, 2 * n + 15 + 2 * n + 13 : 2 * n + 15 + 2 * n + 15]).T
     ring = ring * (arrays.end[:, JOURNAL_RADIUS] + arrays.end[:, GAP])[:, None]
@@ -228,7 +226,7 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     return _Member(
         time=motion.time - motion.plan.levitated,
         place=place,
-        normal=forces[:, FORCES.index("normal_force")],
+        normal=seen.forces[:, FORCES.index("normal_force")],
         stress=stress,
         slip=1 - ring / surface,
         peak=motion.peak_normal,

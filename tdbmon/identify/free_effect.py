@@ -56,6 +56,11 @@ class FreeEffect:
             return ()
         return tuple(self._parameter(name, value) for name, value in self.each_start[drop].items())
 
+    @property
+    def freedom(self) -> int:
+        """How many parameters it adds to a fit; a whole number of a drop among n counts as one."""
+        return len(self.start) + sum(map(len, self.each_start)) + len(self.each_held)
+
     def _parameter(self, name: str, value: float) -> Parameter:
         of = self.declared.parameter(name)
         full, moves = f"{self.name}.{name}", not acts_on_sensors(self.declared)

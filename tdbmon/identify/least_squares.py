@@ -79,18 +79,19 @@ def fit(
     """
     point = np.clip(point, problem.low, problem.high)
     known = slopes is not None
-    residuals, current = _residuals(problem, point, horizon), list(slopes or ())
+    start = (
+        _as_it_stands(problem, point, horizon, slopes) if slopes is not None else linearised(problem, point, horizon)
+    )
+    residuals, current = list(start.residuals), list(start.slopes)
+    linearisations -= 0 if known else 1
     while True:
-        if not known:
-            linear = problem.linearised(point, horizon)
-            residuals, current = [r for r, _ in linear], [j for _, j in linear]
-            linearisations -= 1
         tries = _STALE_TRIES if known else _FRESH_TRIES
         point, residuals, current, gained = _chords(problem, point, residuals, current, horizon, enough, tries)
         if linearisations <= 0 or (not known and gained < enough):
-            break
-        known = False
-    return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
+            return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
+        fresh = linearised(problem, point, horizon)
+        residuals, current, known = list(fresh.residuals), list(fresh.slopes), False
+        linearisations -= 1
 
 
 def linearised(problem: Problem, point: Array, horizon: float) -> Fit:
@@ -98,6 +99,13 @@ def linearised(problem: Problem, point: Array, horizon: float) -> Fit:
     linear = problem.linearised(point, horizon)
     residuals = tuple(r for r, _ in linear)
     return Fit(point, residuals, tuple(j for _, j in linear), misfit_of(problem, residuals, point))
+
+
+def _as_it_stands(problem: Problem, point: Array, horizon: float, slopes: Sequence[Array]) -> Fit:
+    residuals = problem.all_residuals(point, horizon)
+    if residuals is None:
+        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
+    return Fit(point, tuple(residuals), tuple(slopes), misfit_of(problem, residuals, point))
 
 
 def _chords(
@@ -130,13 +138,6 @@ def _chords(
         if 1 - cost / value < enough:
             break
     return point, residuals, slopes, 1 - kept
-
-
-def _residuals(problem: Problem, point: Array, horizon: float) -> list[Array]:
-    found = problem.all_residuals(point, horizon)
-    if found is None:
-        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
-    return found
 
 
 def _cost(problem: Problem, weights: Sequence[Array], residuals: Sequence[Array], point: Array) -> float:
@@ -192,14 +193,6 @@ def _step(point: Array, curvature: Array, slope: Array, damping: float, low: Arr
 def misfit_of(problem: Problem, residuals: Sequence[Array], point: Array) -> float:
     """Return the robust misfit of residuals at a point in fixed units, so that points compare."""
     return sum(float(huber(r, 1.0) @ r**2) for r in residuals) + float(problem.prior @ point**2)
-
-
-def misfit(problem: Problem, point: Array, horizon: float) -> float:
-    """Return the robust misfit of a point in fixed units, so that points compare."""
-    residuals = problem.all_residuals(point, horizon)
-    if residuals is None:
-        return math.inf
-    return misfit_of(problem, residuals, point)
 
 
 def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -13,9 +14,9 @@ from tdbsim import hooks
 from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
 from tdbsim.levitation import synchronous_response
-from tdbsim.machine import Machine, Probe
+from tdbsim.machine import Machine
 from tdbsim.modes import Modes
-from tdbsim.sensors import SensorChain, clean_readings
+from tdbsim.sensors import Runout, SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
 from tdbmon.identify.drop import MeasuredDrop
@@ -73,7 +74,7 @@ class Sensors:
     Attributes
     ----------
     chain : SensorChain
-        What effects do to the channels.
+        What effects do to the channels, and how the surface at each end runs out (`with_surface`).
     shared, own : mapping
         Values (SI) by name, of all drops and of this one.
     """
@@ -81,6 +82,18 @@ class Sensors:
     chain: SensorChain
     shared: Values
     own: Values
+
+
+def with_surface(chain: SensorChain, machine: Machine, own: Values) -> SensorChain:
+    """Return a chain whose probes also see what a usual surface at their end runs out once and twice a revolution."""
+    probes = dict(chain.probes)
+    for end in machine.ends:
+        parts = [complex(own[f"{end}.runout_cosine_{k}"], own[f"{end}.runout_sine_{k}"]) for k in (1, 2)]
+        surface = tuple(Runout(k, abs(part), cmath.phase(part) / k) for k, part in enumerate(parts, start=1))
+        for probe in machine.probes_at(end):
+            link = chain.of(probe.name)
+            probes[probe.name] = replace(link, runout=(*link.runout, *surface))
+    return replace(chain, probes=probes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,9 +179,7 @@ def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, senso
     offset = np.array([centre(machine, sensors.shared, probe.position) for probe in drop.probes])
     x, y = prediction.x + offset.real[:, None], prediction.y + offset.imag[:, None]
     out = clean_readings(x, y, prediction.angle, drop.probes, sensors.chain)
-    turn = np.exp(1j * prediction.angle)
     for row, probe in zip(out, drop.probes, strict=True):
-        row += (_runout(sensors.own, probe, 1) * turn + _runout(sensors.own, probe, 2) * turn**2).real
         row += sensors.own[f"zero_{probe.name}"]
     return out
 
@@ -196,7 +207,6 @@ def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
             phasors[rows[name]] += part * alone[1][rows[source]]
     for i, probe in enumerate(drop.probes):
         means[i] += sensors.own[f"zero_{probe.name}"]
-        phasors[i] += [_runout(sensors.own, probe, 1), _runout(sensors.own, probe, 2)]
     return Levitated(means, phasors)
 
 
@@ -229,12 +239,6 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
         rows.append(np.concatenate([[still], apart.real, apart.imag]))
     rows.append(_coasting_residual(prediction, drop))
     return np.concatenate(rows)
-
-
-def _runout(own: Values, probe: Probe, order: int) -> complex:
-    """Return how the surface at a probe's end runs out: it reads as Re(runout exp(i order angle))."""
-    about = complex(own[f"{probe.end}.runout_cosine_{order}"], own[f"{probe.end}.runout_sine_{order}"])
-    return about * complex(np.exp(-1j * order * probe.angle))
 
 
 def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:

@@ -17,16 +17,45 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
 
-from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
-from tdbmon.identify.prediction import Sensors, predict, residuals
+from tdbmon.identify.prediction import Prediction, Sensors, predict, readings, residuals, with_surface
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
 _BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
 _ROBUST = 3.0  # times the spread: from there on a residual counts linearly (Huber)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """A drop as a point of the fit has it (SI); p probes, k samples.
+
+    Attributes
+    ----------
+    prediction : Prediction
+    span : slice
+        Samples of the record that were simulated.
+    since : (k,) array
+        s after the first guess of the release.
+    readings : (p, k) array
+        What the probes would read, m.
+    left : (p, k) array
+        Measured less that, m.
+    """
+
+    prediction: Prediction
+    span: slice
+    since: Array
+    readings: Array
+    left: Array
+
+    @property
+    def left_after(self) -> Array:
+        """What is left from the release on."""
+        return self.left[:, self.since >= 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +144,7 @@ class Problem:
         chain = SensorChain()
         for effect in effects:
             chain = effect.sense(chain, self.model.machine, 1 / self.drops[drop].interval)
-        return Sensors(chain, shared, own)
+        return Sensors(with_surface(chain, self.model.machine, own), shared, own)
 
     def residual(self, point: Array, drop: int, horizon: float) -> Array:
         """Return a drop's residuals (raises InputError where the values are impossible)."""
@@ -124,6 +153,17 @@ class Problem:
         prediction = predict(self.drops[drop], model, own, horizon)
         sensors = self.sensors(effects, shared, own, drop)
         return residuals(prediction, self.drops[drop], self.model.machine, sensors)
+
+    def simulated(self, point: Array, drop: int, horizon: float) -> Simulated:
+        """Return a drop as a point has it (raises InputError where the values are impossible)."""
+        shared, own = self.values(point, drop)
+        measured = self.drops[drop]
+        model, effects = self.setting(shared, own, drop)
+        prediction = predict(measured, model, own, horizon)
+        seen = readings(prediction, measured, self.model.machine, self.sensors(effects, shared, own, drop))
+        span = slice(prediction.first, prediction.first + seen.shape[1])
+        since = measured.time[span] - measured.release
+        return Simulated(prediction, span, since, seen, measured.reading[:, span] - seen)
 
     def all_residuals(self, point: Array, horizon: float) -> list[Array] | None:
         """Return the residuals of all drops, or None where the values are impossible."""
@@ -204,13 +244,8 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], pool: Execu
 
 def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:
     """Return the levitated mean (x, y) an end that the probes' means come nearest to, (2, 2), m."""
-    first, second = machine.touchdown_bearings
-    rows = []
-    for probe in drop.probes:
-        share = (probe.position - first.position) / (second.position - first.position)
-        direction = np.array([math.cos(probe.angle), math.sin(probe.angle)])
-        rows.append(np.concatenate([(1 - share) * direction, share * direction]))
-    solution, *_ = np.linalg.lstsq(np.array(rows), np.array([n.mean for n in drop.noise]), rcond=None)
+    means = np.array([n.mean for n in drop.noise])
+    solution, *_ = np.linalg.lstsq(straight_shaft(machine, drop.probes), means, rcond=None)
     return np.asarray(solution, dtype=float).reshape(2, 2)
 
 
