@@ -109,8 +109,8 @@ def find_contacts(
     after = after[np.isfinite(xy[after]).all(axis=1)]
     t, d = time[after], xy[after] - centre
     r = np.hypot(d[:, 0], d[:, 1])
-    events = _events(t, d, r, touching)
-    counts = [len(_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
+    events = contact_events(t, d, r, touching)
+    counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
     first = _first(t, d, events, touching, radius, sigma_level, gravity) if events else None
     return Contacts(first, events, min(*counts, len(events)), max(*counts, len(events)))
 
@@ -121,8 +121,20 @@ def _value_sigma(estimate: Estimate) -> tuple[float, float]:
     return estimate.value, (estimate.high - estimate.value) / 1.96
 
 
-def _events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
-    """Stretches beyond the level; gaps and stretches under 0.2 ms belong to their neighbours (noise)."""
+def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
+    """Return the stretches beyond a level of the radius; gaps and stretches under 0.2 ms belong to their neighbours (noise).
+
+    Parameters
+    ----------
+    t : (n,) array
+        s.
+    d : (n, 2) array
+        Displacement from the clearance centre, m.
+    r : (n,) array
+        Its radius, m.
+    level : float
+        Radius at which the shaft touches, m.
+    """
     beyond = r > level
     edges = np.flatnonzero(np.diff(beyond.astype(np.int8))) + 1
     if beyond[0]:

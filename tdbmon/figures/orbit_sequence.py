@@ -145,12 +145,12 @@ def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
         middle, reach = centre, max(1.12 * radius, 1.05 * float(np.nanmax(np.abs(xy - centre[:, None]))))
     ax.set_xlim(middle[0] - reach, middle[0] + reach)
     ax.set_ylim(middle[1] - reach, middle[1] + reach)
-    _rotation(ax, analysis.machine.sense, middle + 0.72 * reach, 0.16 * reach)
+    rotation_arrow(ax, analysis.machine.sense, middle + 0.72 * reach, 0.16 * reach)
     return magnified
 
 
-def _rotation(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
-    """An arc with an arrowhead: which way the rotor turns."""
+def rotation_arrow(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
+    """Draw an arc with an arrowhead: which way the rotor turns."""
     ax.add_patch(Arc(tuple(at), 2 * radius, 2 * radius, theta1=-60, theta2=200, color=GREY, linewidth=1.1))
     tip = np.deg2rad(200.0 if sense > 0 else -60.0)
     point = at + radius * np.array([np.cos(tip), np.sin(tip)])

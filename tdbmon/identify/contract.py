@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from tdbmon.analysis.contacts import Contact
 from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.forces import DropForces, EndForces
+from tdbmon.identify.friction_choice import FrictionChoice
 from tdbmon.identify.stress import Stress
 
 
@@ -53,6 +56,46 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
             for fit, found in _with_forces(calibration, forces)
         ],
     }
+
+
+def agreement_json(found: Agreement, friction: FrictionChoice | None) -> dict[str, Any]:
+    """Return measured against simulated: what is left to growing horizons, contact times, the friction by sensitivity.
+
+    Times in s after the release.
+    """
+    out: dict[str, Any] = {
+        "fitted_to_s": found.fitted_to,
+        "residual": [
+            {
+                "horizon_s": each.horizon,
+                "over_noise": each.ratio,
+                "rms_um": {probe: value * OUTSIDE["um"] for probe, value in each.rms.items()},
+            }
+            for each in found.residuals
+        ],
+        "contacts": {
+            name: [
+                {
+                    "measured_s": _span(pair.measured),
+                    "simulated_s": _span(pair.simulated),
+                    "force_s": None if pair.force is None else list(pair.force),
+                }
+                for pair in end.contacts
+            ]
+            for name, end in found.ends.items()
+        },
+    }
+    if friction is not None:
+        out["friction_by_sensitivity"] = {
+            "value": friction.chosen,
+            "seconds": friction.seconds,
+            "fitted": {end: value.to_json() for end, value in friction.fitted.items()},
+        }
+    return out
+
+
+def _span(contact: Contact | None) -> list[float] | None:
+    return None if contact is None else [contact.start, contact.end]
 
 
 def stress_json(stress: Stress) -> dict[str, Any]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.identify.agreement import Agreement, agreement
 from tdbmon.identify.calibrate import Progress, fit_drops
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.forces import DropForces, forces_of
+from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +21,16 @@ class FittedDrop:
 
     calibration: Calibration
     forces: DropForces
+
+    @cached_property
+    def agreement(self) -> Agreement:
+        """The drop as measured against the drop as simulated."""
+        return agreement(self.calibration)
+
+    @cached_property
+    def friction(self) -> FrictionChoice | None:
+        """The friction as the source chooses it; None where the probes show the orbit of no end."""
+        return choose_friction(self.calibration) if self.agreement.ends else None
 
 
 def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress) -> FittedDrop:

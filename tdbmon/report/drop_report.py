@@ -10,6 +10,7 @@ from tdbmon.record.synthetic import is_synthetic, synthetic_note
 from tdbmon.report.document import Document
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
+    agreement,
     contact,
     forces,
     gap,
@@ -28,7 +29,7 @@ from tdbmon.report.sections import (
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
-_BEFORE_FORCES = contact
+_FITTED = {contact: (agreement, forces)}  # sections of the fitted model, after those of the record alone
 _SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, spectra, whirl, tracking, limits, source)
 
 
@@ -41,7 +42,7 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     note : str, optional
         Said under the title, e.g. that the record is synthetic.  A record that says so itself needs none.
     fitted : FittedDrop, optional
-        The model fitted to this drop: forces and stresses.
+        The model fitted to this drop: how far it follows the record, forces, stresses.
     """
     attributes = analysis.record.attrs
     if not note and is_synthetic(attributes):
@@ -54,8 +55,8 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         made = limits.section(analysis, fitted is not None) if part is limits else part.section(analysis)
         if made is not None:
             sections.append(made)
-        if part is _BEFORE_FORCES and fitted is not None:
-            sections.append(forces.section(fitted))
+        if fitted is not None:
+            sections += [each.section(fitted) for each in _FITTED.get(part, ())]
     return Document(
         "Dropdown report",
         f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,

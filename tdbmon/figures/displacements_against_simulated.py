@@ -1,0 +1,83 @@
+"""Displacement at both ends as measured and as simulated, with what is left: as far as was fitted, and on from there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import (
+    GREY,
+    LIGHT,
+    UM,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    styled,
+    subplots,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.identify.agreement import Agreement, EndAgreement
+
+MEASURED = "#BBBBBB"
+_ROW_MM = 27
+
+
+@styled
+def displacements_against_simulated(found: Agreement) -> Figure:
+    """Draw x and y of each end, a pair of rows each: displacement above, measured less simulated below.
+
+    The left column ends where the fit ended, the right one shows all that was simulated.
+    """
+    planes = {end: each.plane for end, each in found.ends.items()}
+    where = "at the bearing planes" if set(planes.values()) == {"bearing"} else ", ".join(
+        f"{end} at the {plane} plane" for end, plane in planes.items()
+    )  # fmt: skip
+    note = f"Displacement {where}, from the fitted bearing centres · x right, y up · not filtered · left: measured less simulated"
+    rows = [(end, axis) for end in found.ends.values() for axis in range(2)]
+    figure = new_figure(32 + _ROW_MM * len(rows), note)
+    axes = subplots(
+        figure, 2 * len(rows), 2, Margins(17, 3, 15, 18, across=13, down=2.5),
+        height_ratios=[1.7, 1.0] * len(rows), sharex=False,
+    )  # fmt: skip
+    last = float(found.time[-1])
+    spans = ((f"to {found.fitted_to * 1e3:.0f} ms: fitted", found.fitted_to), ("and on, not fitted", last))
+    for column, (words, stop) in enumerate(spans):
+        axes[0, column].set_title(words)
+        for row, (end, axis) in enumerate(rows):
+            pair = axes[2 * row, column], axes[2 * row + 1, column]
+            _pair(*pair, found, end, axis, stop)
+            for ax in pair:
+                ax.set_xlim(0, stop * 1e3)
+                if ax is not axes[-1, column]:
+                    ax.tick_params(labelbottom=False)
+            if column == 0:
+                pair[0].set_ylabel(f"{end.end} {'xy'[axis]}\n[µm]")
+                pair[1].set_ylabel("left\n[µm]")
+        axes[-1, column].set_xlabel("time from the release [ms]")
+    for ax in axes[:, 0]:
+        ax.yaxis.set_label_coords(-0.115, 0.5)
+    legend_below(figure, 4)
+    return figure
+
+
+def _pair(above: Axes, below: Axes, found: Agreement, end: EndAgreement, axis: int, stop: float) -> None:
+    inside = (found.time >= 0) & (found.time <= stop)
+    time = found.time[inside] * 1e3
+    above.plot(time, end.measured[axis, inside] * UM, color=MEASURED, linewidth=2.2, label="measured", rasterized=True)
+    above.plot(
+        time, end.simulated[axis, inside] * UM, color=VERMILION, linewidth=0.8, label="simulated", rasterized=True
+    )
+    band = 2 * end.noise[axis] * UM
+    below.axhspan(-band, band, color=LIGHT, linewidth=0, label="twice the noise")
+    left = end.residual[axis, inside] * UM
+    below.plot(time, left, color=VERMILION, linewidth=0.7, rasterized=True)
+    reach = 1.1 * max(2 * band, float(np.max(np.abs(left))))
+    below.set_ylim(-reach, reach)
+    if stop > found.fitted_to + 1e-9:
+        for ax in (above, below):
+            ax.axvline(found.fitted_to * 1e3, color=GREY, linestyle=":", linewidth=0.9, label="end of the fit")

@@ -1,0 +1,55 @@
+"""Orbits of both ends as measured and as simulated, as far as was fitted and on from there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from tdbmon.figures.displacements_against_simulated import MEASURED
+from tdbmon.figures.orbit_sequence import rotation_arrow
+from tdbmon.figures.style import BLACK, UM, VERMILION, Margins, legend_below, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.identify.agreement import Agreement, EndAgreement
+
+_PANEL_MM = 62
+
+
+@styled
+def orbits_against_simulated(found: Agreement, sense: int) -> Figure:
+    """Draw an end a row with the fitted clearance circle; `sense` is that of the rotation, +1 counter-clockwise."""
+    note = "Orbits from the fitted bearing centres · not filtered · circle: fitted radial gap · runout not compensated"
+    figure = new_figure(24 + _PANEL_MM * len(found.ends), note)
+    axes = subplots(figure, len(found.ends), 2, Margins(15, 3, 14, 16, across=15, down=17))
+    last = float(found.time[-1])
+    spans = (
+        (f"to {found.fitted_to * 1e3:.0f} ms: fitted", 0.0, found.fitted_to),
+        (f"{found.fitted_to * 1e3:.0f} to {last * 1e3:.0f} ms: not fitted", found.fitted_to, last),
+    )
+    for row, end in zip(axes, found.ends.values(), strict=True):
+        for ax, (words, start, stop) in zip(row, spans, strict=True):
+            inside = (found.time >= start) & (found.time <= stop)
+            _orbit(ax, end, inside, sense)
+            ax.set_title(f"{end.end}, {words}")
+    legend_below(figure, 4)
+    return figure
+
+
+def _orbit(ax: Axes, end: EndAgreement, inside: np.ndarray, sense: int) -> None:
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("x (right) [µm]")
+    ax.set_ylabel("y (up) [µm]")
+    for path, colour, width, words in (
+        (end.measured, MEASURED, 2.0, "measured"), (end.simulated, VERMILION, 0.8, "simulated")
+    ):  # fmt: skip
+        ax.plot(*(path[:, inside] * UM), color=colour, linewidth=width, label=words, rasterized=True)
+    ax.add_patch(Circle((0.0, 0.0), end.gap * UM, fill=False, color=BLACK, linewidth=0.9, label="clearance circle"))
+    ax.plot(0, 0, "+", color=BLACK, markersize=5)
+    reach = 1.08 * max(end.gap, float(np.abs(end.measured).max()), float(np.abs(end.simulated).max())) * UM
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    rotation_arrow(ax, sense, np.array([0.72, 0.72]) * reach, 0.16 * reach)

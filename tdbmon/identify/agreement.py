@@ -1,0 +1,217 @@
+"""A drop as measured against the drop as simulated: displacement at both ends, contact times, what is left.
+
+Measured and simulated readings go through the same steps: the rigid line through the probes carries both to the bearing
+planes, and one level of displacement tells the contacts of both.  What the model's own force says of the contacts stands
+beside them.  Up to the horizon of the fit the agreement was sought; beyond it nothing was fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tdbsim.machine import Machine
+from tdbsim.observe import FORCES, observed
+
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.contacts import Contact, contact_events
+from tdbmon.identify.calibration import Calibration, Residual
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.prediction import centre
+
+Array = NDArray[np.float64]
+
+SECONDS = 0.2  # shown after the release, as far as the record goes
+HORIZONS = (0.012, 0.025, 0.06, 0.1, 0.2)  # s after the release, for which what is left is stated
+
+
+@dataclass(frozen=True)
+class ContactPair:
+    """A contact as measured and as simulated, s after the release; None where the other has none.
+
+    Attributes
+    ----------
+    measured, simulated : Contact or None
+        By the displacement's passing of the touching radius.
+    force : tuple of float or None
+        Begin and end of the simulated normal force in that contact.
+    """
+
+    measured: Contact | None
+    simulated: Contact | None
+    force: tuple[float, float] | None
+
+
+@dataclass(frozen=True, eq=False)
+class EndAgreement:
+    """One end (SI).
+
+    Attributes
+    ----------
+    end : str
+    plane : str
+        ``"bearing"``, or ``"probe"`` where the rigid line could not be drawn.
+    measured, simulated : (2, k) arrays
+        x and y from the bearing's fitted centre, m.
+    noise : (2,) array
+        Standard deviation of the noise of x and y, m.
+    gap, touching : float
+        Fitted radial gap, and with half of the balls' clearance: the radius at which the shaft touches a ring that hangs
+        at the bottom of its balls, m.
+    contacts : tuple of ContactPair
+        In the order of time, as far as the drop was simulated.
+    """
+
+    end: str
+    plane: str
+    measured: Array
+    simulated: Array
+    noise: Array
+    gap: float
+    touching: float
+    contacts: tuple[ContactPair, ...]
+
+    @property
+    def residual(self) -> Array:
+        """Measured less simulated (2, k), m."""
+        return self.measured - self.simulated
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """One drop.
+
+    Attributes
+    ----------
+    name : str
+        The record's file.
+    fitted_to : float
+        s after the release: beyond it nothing was fitted.
+    time : (k,) array
+        s after the fitted release.
+    ends : dict
+        By the end's name; those whose orbit the probes show.
+    residuals : tuple of Residual
+        Of the probes' readings, to growing horizons.
+    """
+
+    name: str
+    fitted_to: float
+    time: Array
+    ends: dict[str, EndAgreement]
+    residuals: tuple[Residual, ...]
+
+
+def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS) -> Agreement:
+    """Simulate a calibrated drop on from its fitted state, and hold the record against it.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    drop : int
+        Which of its drops.
+    seconds : float
+        After the release; less where the record ends before.
+
+    Raises
+    ------
+    InputError
+        If the drop cannot be simulated so far.
+    """
+    problem, machine = calibration.problem, calibration.calibrated
+    measured = problem.drops[drop]
+    shared, own = problem.values(calibration.point, drop)
+    found = problem.simulated(calibration.point, drop, seconds)
+    time, motion = found.since - own["release"], found.prediction.motion
+    readings = measured.reading[:, found.span]
+    planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings)]
+    forces = observed(motion.model.arrays, motion.state).forces[:, FORCES.index("normal_force")]
+    ends = {}
+    for i, bearing in enumerate(machine.touchdown_bearings):
+        plane = str(planes[0].plane[i].item())
+        if plane == "none":
+            continue
+        weights = planes[0].weights[i].to_numpy()
+        at = bearing.position if plane == "bearing" else _probe_plane(measured, bearing.name)
+        origin = centre(machine, shared, at)
+        apart = np.array([[origin.real], [origin.imag]])
+        paths = [each.displacement[i].to_numpy() - apart for each in planes]
+        touching = bearing.radial_gap.nominal + bearing.balls.diametral_clearance.nominal / 2
+        ends[bearing.name] = EndAgreement(
+            end=bearing.name,
+            plane=plane,
+            measured=paths[0],
+            simulated=paths[1],
+            noise=np.sqrt(weights**2 @ np.array([noise.sigma**2 for noise in measured.noise])),
+            gap=bearing.radial_gap.nominal,
+            touching=touching,
+            contacts=_contacts(time, paths, touching, forces[i]),
+        )
+    return Agreement(
+        name=measured.name,
+        fitted_to=calibration.horizon,
+        time=time,
+        ends=ends,
+        residuals=_residuals(found.since, found.left, measured, seconds),
+    )
+
+
+def at_planes(readings: Array, time: Array, drop: MeasuredDrop, machine: Machine) -> xr.Dataset:
+    """Return readings (probes, k) carried to the bearing planes, as `tdbmon.analysis.axes.to_planes` does."""
+    names = [probe.name for probe in drop.probes]
+    channels = {name: ("time", row) for name, row in zip(names, readings, strict=True)}
+    return to_planes(xr.Dataset(channels, coords={"time": time}), machine, names)
+
+
+def _probe_plane(drop: MeasuredDrop, end: str) -> float:
+    return float(np.mean([probe.position for probe in drop.probes if probe.end == end]))
+
+
+def _contacts(time: Array, paths: Sequence[Array], touching: float, force: Array) -> tuple[ContactPair, ...]:
+    """Pair the contacts of the measured and the simulated path that overlap in time."""
+    after = time > 0
+    t = time[after]
+    seen = [contact_events(t, path[:, after].T, np.hypot(*path[:, after]), touching) for path in paths]
+    pressed = np.flatnonzero(np.diff(np.concatenate([[False], force[after] > 0, [False]]).astype(np.int8)))
+    spans = [(float(t[a]), float(t[b - 1])) for a, b in pressed.reshape(-1, 2)]
+    pairs, taken = [], set()
+    for contact in seen[0]:
+        overlaps = [min(contact.end, s.end) - max(contact.start, s.start) for s in seen[1]]
+        best = int(np.argmax(overlaps)) if overlaps else -1
+        partner = seen[1][best] if best >= 0 and overlaps[best] > 0 and best not in taken else None
+        if partner is not None:
+            taken.add(best)
+        pairs.append((contact, partner))
+    pairs += [(None, contact) for i, contact in enumerate(seen[1]) if i not in taken]
+    rows = [ContactPair(a, b, None if b is None else _force_within(spans, b)) for a, b in pairs]
+    return tuple(sorted(rows, key=_start))
+
+
+def _start(pair: ContactPair) -> float:
+    return min(contact.start for contact in (pair.measured, pair.simulated) if contact is not None)
+
+
+def _force_within(spans: Sequence[tuple[float, float]], contact: Contact) -> tuple[float, float] | None:
+    """Return begin and end of the force in a contact, breaks within it passed over."""
+    inside = [(a, b) for a, b in spans if a < contact.end and b > contact.start]
+    return (inside[0][0], inside[-1][1]) if inside else None
+
+
+def _residuals(since: Array, left: Array, drop: MeasuredDrop, seconds: float) -> tuple[Residual, ...]:
+    found = []
+    for horizon in HORIZONS:
+        if horizon > min(seconds, float(since[-1])) + 1.5 * drop.interval:
+            break
+        rms = np.sqrt(np.mean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
+        names = [probe.name for probe in drop.probes]
+        found.append(
+            Residual(
+                horizon,
+                dict(zip(names, (float(value) for value in rms), strict=True)),
+                dict(zip(names, (noise.sigma for noise in drop.noise), strict=True)),
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,106 @@
+"""Measured against simulated, on drops of known values by the same simulator: places, contact times, residuals, friction."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tdbmon.analysis.contacts import Contact
+from tdbmon.identify.agreement import _contacts, agreement
+from tdbmon.identify.contract import agreement_json
+from tdbmon.identify.friction_choice import GRID, choose_friction
+from tests.identify import drops
+
+
+@pytest.fixture(scope="module")
+def found(calibration):
+    return agreement(calibration, drop=0, seconds=0.05)
+
+
+def test_what_is_left_of_the_fitted_stretch_is_noise(found):
+    first = found.residuals[0]
+    assert first.horizon == 0.012 < found.fitted_to
+    assert first.ratio == pytest.approx(1.0, abs=0.15)
+    assert [each.horizon for each in found.residuals] == [0.012, 0.025]  # as far as was simulated
+
+
+def test_places_at_the_ends_are_those_of_the_drop(found, same_model):
+    """The record knows the shaft at the bearings; falling, it is straight, and the line through the probes leads there."""
+    record = same_model[1][0]
+    inside = (found.time > 0) & (found.time < 0.0065)  # before the first touch
+    true_time = record.time.to_numpy() - record.attrs["release_time_s"]
+    for name, end in found.ends.items():
+        assert np.ptp(end.measured[1, inside]) > 150e-6  # it falls
+        for axis, channel in enumerate(("rotor_x", "rotor_y")):
+            true = np.interp(found.time[inside], true_time, record[channel].sel(end=name).to_numpy())
+            left = end.measured[axis, inside] - true
+            assert np.std(left) < 2 * end.noise[axis]
+            assert abs(left.mean()) < 5e-6  # where the bearing's centre was fitted
+
+
+def test_contacts_are_when_the_force_was(found, same_model):
+    record = same_model[1][0]
+    time = record.time.to_numpy() - record.attrs["release_time_s"]
+    for name, end in found.ends.items():
+        pressed = time[record.normal_force.sel(end=name).to_numpy() > 0]
+        pair = end.contacts[0]
+        assert pair.measured is not None and pair.simulated is not None and pair.force is not None
+        assert pair.force[0] == pytest.approx(pressed[0], abs=1e-4)
+        # the ring hangs at the bottom of its balls: within its 10 um or so of play the displacement passes later or earlier
+        assert pair.measured.start == pytest.approx(pressed[0], abs=3e-4)
+        assert pair.simulated.start == pytest.approx(pair.measured.start, abs=5e-5)
+        assert pair.simulated.end == pytest.approx(pair.measured.end, abs=5e-5)
+
+
+def test_contacts_that_only_one_of_both_has_stand_alone():
+    """Two half sines beyond the radius as measured, of which the simulation has the first, later, and another at the end."""
+    time = np.arange(1, 1001) * 1e-4
+
+    def path(*starts):
+        radius = np.full(len(time), 250e-6)
+        for start in starts:
+            inside = (time >= start) & (time <= start + 0.01)
+            radius[inside] += 20e-6 * np.sin(np.pi * (time[inside] - start) / 0.01)
+        return np.stack([np.zeros_like(radius), -radius])
+
+    simulated = path(0.022, 0.08)
+    force = np.where(np.hypot(*simulated) > 252e-6, 100.0, 0.0)
+    pairs = _contacts(time, [path(0.02, 0.05), simulated], 251e-6, force)
+    assert [(p.measured is None, p.simulated is None, p.force is None) for p in pairs] == [
+        (False, False, False),
+        (False, True, True),
+        (True, False, False),
+    ]
+    first = pairs[0].measured, pairs[0].simulated
+    assert first[1].start - first[0].start == pytest.approx(0.002, abs=1e-5)
+    rise = 0.01 / np.pi * np.arcsin(2 / 20)
+    assert pairs[2].force == pytest.approx((0.08 + rise, 0.09 - rise), abs=1.1e-4)  # a sample
+
+
+def test_friction_by_sensitivity_finds_a_common_coefficient():
+    """A drop with 0.12 at both ends, and a model that has all else right: the nearest orbit is that of 0.12."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from tdbmon.identify.calibrate import fit_drops
+
+    truth = {**drops.TRUTH, "NDE.friction": 0.12, "DE.friction": 0.12}
+    calibration = fit_drops(drops.machine(), [drops.drop(truth, speed=97.0)], horizons=(0.006, 0.01, 0.014))
+    with ThreadPoolExecutor(1) as pool:
+        problem = replace(calibration.problem, pool=pool)
+        choice = choose_friction(replace(calibration, problem=problem), seconds=0.03)
+    assert choice.chosen == pytest.approx(0.12, abs=0.006)
+    at = list(choice.tried).index(choice.chosen)
+    for end, distance in choice.distance.items():
+        assert distance[at] < 3e-6 < 0.2 * distance[0]
+        assert choice.deepest[end][at] == pytest.approx(choice.measured_deepest[end], rel=0.01)
+        assert choice.fitted[end].low < choice.fitted[end].value < choice.fitted[end].high
+    assert len(choice.tried) > len(GRID) and np.all(np.diff(choice.tried) > 0)
+
+
+def test_json_is_plain(found):
+    back = json.loads(json.dumps(agreement_json(found, None), allow_nan=False))
+    assert back["residual"][0]["over_noise"] == found.residuals[0].ratio
+    first = back["contacts"]["NDE"][0]
+    assert first["measured_s"][0] < first["measured_s"][1]
+    assert isinstance(found.ends["NDE"].contacts[0].measured, Contact)
