@@ -12,7 +12,7 @@ from pathlib import Path
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, Filed
-from tdbmon.history.filing import Filing, sha256_of
+from tdbmon.history.filing import Filing, satisfying_names, sha256_of
 from tdbmon.history.study import Order, study
 from tdbmon.progress import Progress, silent
 
@@ -101,8 +101,7 @@ def _already(archive: Archive, order: Order) -> Outcome | None:
         sha256, machine = sha256_of(order.record), sha256_of(order.machine)
     except OSError:
         return None  # the study tells what is wrong with it
-    names = [f"{__version__}-{machine[:8]}{suffix}.nc" for suffix in ("-forces", "")]
-    if any(archive.has(sha256, name) for name in (names[:1] if order.forces else names)):
+    if any(archive.has(sha256, name) for name in satisfying_names(__version__, machine, order.forces)):
         return Outcome(order.record, sha256[:12], "already filed")
     return None
 

@@ -225,13 +225,14 @@ def entries(base: sqlite3.Connection, where: str = "1", values: Iterable[object]
     return [_entry(row) for row in found]
 
 
-def features(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Feature, ...]]:
-    """Return the features of results."""
+def features(base: sqlite3.Connection, results: list[int], name: str = "") -> dict[int, tuple[Feature, ...]]:
+    """Return the features of results, or those of one name."""
     rows: dict[int, list[Feature]] = {result: [] for result in results}
     words = dict(base.execute("SELECT id, words FROM wordings"))
     for some in _batches(results):
         marks = ",".join("?" * len(some))
-        for row in base.execute(f"SELECT * FROM feature_values WHERE result_id IN ({marks})", some):
+        asked = f"SELECT * FROM feature_values WHERE result_id IN ({marks})" + (" AND name = ?" if name else "")
+        for row in base.execute(asked, [*some, name] if name else some):
             factor = OUTSIDE[row[6]]
             value, low, high = (None if x is None else x / factor for x in row[3:6])
             estimate = Estimate(value, low, high, row[6], words[row[8]], words[row[9]], row[7])

@@ -155,6 +155,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         matched = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in of_machine])
+        fatigue = catalogue.features(base, [e.result for e in of_machine], "fatigue_cycles")
         other = _otherwise_made(base, drop, matched)
     remarks = clock_remarks(drop.entry, of_machine)
     if other:
@@ -178,7 +179,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         changes=changes,
         tested=tested,
         stress={end: tuple(rows) for end, rows in ends.items()},
-        life=life_of(drop, of_machine, boxes, settings.life),
+        life=life_of(drop, of_machine, boxes, fatigue, settings.life),
         remarks=tuple(remarks),
         settings=settings,
     )

@@ -136,6 +136,16 @@ _KINDS = (
         forces=True,
     ),
     FeatureKind(
+        "fatigue_cycles",
+        "Fatigue of the worst ball, in cycles of 2000 MPa",
+        "1",
+        0.2,
+        "load and its share among the balls",
+        relative=True,
+        forces=True,
+        judged=False,
+    ),
+    FeatureKind(
         "ring_at_speed_s",
         "Inner ring at shaft speed after",
         "s",

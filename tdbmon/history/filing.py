@@ -83,7 +83,24 @@ class Filing:
     @property
     def name(self) -> str:
         """Name of the result file: one for each drop, version, machine file, and with or without forces."""
-        return f"{self.version}-{self.machine_sha256[:8]}{'-forces' if self.forces else ''}.nc"
+        return result_name(self.version, self.machine_sha256, self.forces)
+
+
+def result_name(version: str, machine_sha256: str, forces: bool) -> str:
+    """Return the name of the result file that a program version makes of a drop with a machine file.
+
+    "forces2" holds the fatigue of the drop; what was filed as "forces" before that was counted stays, and is made again
+    where its drop is added again.
+    """
+    return f"{version}-{machine_sha256[:8]}{'-forces2' if forces else ''}.nc"
+
+
+def satisfying_names(version: str, machine_sha256: str, forces: bool) -> tuple[str, ...]:
+    """Return the names of the results that hold what is wanted of a drop: with forces where they are wanted, else any."""
+    own = result_name(version, machine_sha256, True)
+    if forces:
+        return (own,)
+    return (own, f"{version}-{machine_sha256[:8]}-forces.nc", result_name(version, machine_sha256, False))
 
 
 def sha256_of(path: Path) -> str:

@@ -4,10 +4,11 @@ API 617 asks that touchdown bearings stand an agreed number of coast-downs from 
 replacement, and ten partial contacts; ISO 14839-4 leaves the number to vendor and user.  So the number is the owner's
 setting, and there is no default for it.
 
-The damage is a Palmgren-Miner sum with one cycle a drop at the greatest Hertz stress and the stress-life exponent 9 of
-rolling contact (G. Lundberg, A. Palmgren, 1947; ISO 281), told in drops like the machine's first: sum over drops of
-(stress / stress of the first)^9.  It compares drops of one machine, and is no life in hours: a drop slides, and comes
-near the static limits, where that law was not measured.
+The damage is a Palmgren-Miner sum with the stress-life exponent 9 of rolling contact (G. Lundberg, A. Palmgren, 1947; ISO
+281), told in drops like the machine's first.  A drop counts with the rainflow cycles of its stress history
+(`tdbmon.history.fatigue`); where some were filed before these were counted, all count with one cycle at their greatest
+stress, and it is said.  It compares drops of one machine, and is no life in hours: a drop slides, and comes near the
+static limits, where that law was not measured.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING
 from tdbmon.estimate import Estimate
 from tdbmon.history import settings as settings_of
 from tdbmon.history.catalogue import Entry
+from tdbmon.history.feature import Feature
 from tdbmon.history.filing import StressBox
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 EXPONENT = 9.0
 _FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
-_STRESS_SHARE = 0.03  # standard deviation of a drop's greatest stress beside its own interval: the model's own error
+_STRESS_SHARE = 0.03  # standard deviation of a drop's stresses beside its own interval: the model's own error
 
 
 @dataclass(frozen=True)
@@ -52,41 +54,93 @@ class Life:
     margin: Estimate
 
 
+@dataclass(frozen=True)
+class _Wear:
+    """What a drop did to an end, in any unit, and the standard deviation of its logarithm."""
+
+    size: float
+    error: float
+
+
 def life_of(
-    drop: Drop, of_machine: list[Entry], boxes: dict[int, tuple[StressBox, ...]], agreed: settings_of.Life
+    drop: Drop,
+    of_machine: list[Entry],
+    boxes: dict[int, tuple[StressBox, ...]],
+    fatigue: dict[int, tuple[Feature, ...]],
+    agreed: settings_of.Life,
 ) -> Life:
-    """Return what the assembly of a drop went through up to and with this drop."""
+    """Return what the assembly of a drop went through up to and with this drop.
+
+    Parameters
+    ----------
+    drop : Drop
+    of_machine : list of Entry
+    boxes, fatigue : dict
+        Stress boxes and the features ``fatigue_cycles`` by result.
+    agreed : Life
+        Of the settings.
+    """
     earlier = [
         e
         for e in of_machine
         if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.moment < drop.entry.moment
     ]
-    drops = [(e.speed, boxes.get(e.result, ())) for e in earlier] + [(drop.entry.speed, drop.stress)]
+    speeds = [*(e.speed for e in earlier), drop.entry.speed]
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed
-    full = sum(limit is None or speed is None or speed >= limit for speed, _ in drops)
-    damage = _damage([found for _, found in drops])
-    return Life(full, len(drops) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
+    full = sum(limit is None or speed is None or speed >= limit for speed in speeds)
+    own = tuple(f for f in drop.features if f.name == "fatigue_cycles")
+    damage = _damage(
+        [_counted(found) for found in (*(fatigue.get(e.result, ()) for e in earlier), own)],
+        [_greatest(found) for found in (*(boxes.get(e.result, ()) for e in earlier), drop.stress)],
+    )
+    return Life(full, len(speeds) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
 
 
-def _damage(drops: list[tuple[StressBox, ...]]) -> Estimate:
-    without = sum(not boxes for boxes in drops)
+def _counted(features: tuple[Feature, ...]) -> dict[str, _Wear]:
+    """Return the rainflow fatigue of a drop by end."""
+    found = {}
+    for feature in features:
+        e = feature.estimate
+        if e.value is not None and e.low is not None and e.high is not None and e.low > 0:
+            found[feature.end] = _Wear(e.value, math.log(e.high / e.low) / (2 * 1.96))
+    return found
+
+
+def _greatest(boxes: tuple[StressBox, ...]) -> dict[str, _Wear]:
+    """Return one cycle at a drop's greatest stress by end."""
+    return {box.end: _Wear(box.greatest**EXPONENT, 0.0) for box in boxes if box.greatest > 0}
+
+
+def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> Estimate:
+    """Return the damage of the end that suffered most, by rainflow cycles where every drop has them."""
+    without = sum(not a and not b for a, b in zip(counted, greatest, strict=True))
     if without:
-        why = f"{without} of {len(drops)} drops were filed without forces: file them with --forces"
+        why = f"{without} of {len(counted)} drops were filed without forces: file them with --forces"
         return Estimate.missing("1", why)
-    worst = Estimate.missing("1", "no drop has stresses")
-    for end in sorted({box.end for boxes in drops for box in boxes}):
-        stresses = [box.greatest for boxes in drops for box in boxes if box.end == end]
-        if len(stresses) < len(drops) or stresses[0] <= 0:
+    old = sum(not each for each in counted)
+    if not old:
+        return _worst(counted, "sum of the drops' rainflow fatigue over that of the first")
+    return _worst(
+        greatest,
+        "sum of (greatest stress / that of the first drop)^9, one cycle a drop",
+        f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them again for that",
+    )
+
+
+def _worst(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> Estimate:
+    worst = Estimate.missing("1", "no end has stresses in every drop")
+    for end in sorted(set.intersection(*(set(each) for each in drops))):
+        first, *later = (each[end] for each in drops)
+        shares = [each.size / first.size for each in later]
+        more = math.fsum(shares)
+        total = 1 + more
+        if worst.value is not None and total <= worst.value:
             continue
-        shares = [(s / stresses[0]) ** EXPONENT for s in stresses]
-        total = math.fsum(shares)
         # the first counts 1 by definition; its error is in all the others
-        own = math.fsum((EXPONENT * _STRESS_SHARE * share) ** 2 for share in shares[1:])
-        common = (EXPONENT * _STRESS_SHARE * math.fsum(shares[1:])) ** 2
-        rule = f"sum of (greatest stress / that of the first drop)^9 at {end}, one cycle a drop"
-        found = Estimate.from_sigma(total, math.sqrt(own + common), "1", rule)
-        if worst.value is None or total > worst.value:
-            worst = found
+        errors = [math.hypot(each.error, EXPONENT * _STRESS_SHARE) for each in (first, *later)]
+        own = math.hypot(*(share * error for share, error in zip(shares, errors[1:], strict=True))) / (more or 1.0)
+        factor = math.exp(1.96 * math.hypot(own, errors[0]))
+        worst = Estimate(total, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
     return worst
 
 

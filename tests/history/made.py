@@ -40,21 +40,26 @@ def filing(
     speed: float = 100.0,
     seed: int = 0,
     stress: float | None = None,
+    fatigue: float | None = None,
     version: str = "0.1.0",
     assembly: str = "",
     few: bool = False,
 ) -> Filing:
     """Return a filing of a raw file, its features drawn around what is `USUAL`.
 
-    `values`, in units of that, sets some of them; `few` keeps but six.
+    `values`, in units of that, sets some of them; `few` keeps but six.  With `stress` the drop has forces; `fatigue` is in
+    cycles, by default one at that stress, and 0 files it as before these were counted.
     """
     rng = np.random.default_rng(seed)
     features = [_feature("initial_hz", "", speed / USUAL["Hz"])]
     for kind in KINDS.values():
         for end in ("",) if kind.name in _ROTOR else ENDS:
-            if kind.name != "initial_hz":
+            if kind.name not in ("initial_hz", "fatigue_cycles"):
                 still = kind.name.startswith("whirl")  # no whirl, as in most drops
                 features.append(_feature(kind.name, end, 0.0 if still else float(rng.normal(1.0, 0.01))))
+    if stress is not None and fatigue != 0:
+        cycles = (stress / 2e9) ** 9 if fatigue is None else fatigue
+        features += [_feature("fatigue_cycles", end, cycles) for end in ENDS]
     given = values or {}
     features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
     boxes = (

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
-from tdbmon.history.feature import KINDS
+from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.filing import result_name, satisfying_names
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.matching import clock_remarks
 from tdbmon.history.verdict import verdict_of
 from tests.history.conftest import YEARS
-from tests.history.made import files, filing, fill
+from tests.history.made import files, filing, fill, newer
 
 
 def judged(archive: Archive, drop: str):
@@ -164,6 +168,61 @@ def test_damage_counts_a_harder_drop_as_many(empty, tmp_path):
     assert life.margin.high > 0 > life.margin.low
 
 
+def test_damage_adds_up_the_cycles_of_each_drop(empty, tmp_path):
+    """The same greatest stress, but twice and five times the cycles of the first drop."""
+    (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 10\n")
+    add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9, fatigue=3.0)
+    add(empty, tmp_path, 1, dropped="2020-01-02", stress=2e9, fatigue=6.0)
+    drop = add(empty, tmp_path, 2, dropped="2020-01-03", stress=2e9, fatigue=15.0)
+    life = compare(empty, filed_drop(empty, drop)).life
+    assert life.damage.value == pytest.approx(8.0)
+    assert "rainflow" in life.damage.method
+    assert life.margin.value == pytest.approx(2.0)
+    assert 1 < life.damage.low < 8 < life.damage.high
+    assert life.margin.low == pytest.approx(10 - life.damage.high)
+    assert life.margin.high == pytest.approx(10 - life.damage.low)
+
+
+def test_the_damage_of_a_less_certain_drop_is_less_certain(empty, tmp_path):
+    widths = []
+    for k, (word, stated) in enumerate((("sure", 0.01), ("unsure", 0.5))):
+        for i in range(2):
+            raw, machine = files(tmp_path, 10 * k + i)
+            one = filing(raw, machine, seed=10 * k + i, dropped=f"2020-01-0{i + 1}", assembly=word, stress=2e9)
+            known = [f for f in one.features if f.name != "fatigue_cycles"]
+            doubt = 1 + stated
+            cycles = [Feature("fatigue_cycles", end, Estimate(5.0, 5.0 / doubt, 5.0 * doubt)) for end in ("NDE", "DE")]
+            empty.add(replace(one, features=(*known, *cycles)), raw, machine)
+        damage = compare(empty, filed_drop(empty, one.drop)).life.damage
+        assert damage.value == pytest.approx(2.0)
+        widths.append(damage.high - damage.low)
+    assert widths[1] > 1.1 * widths[0]
+
+
+def test_drops_filed_before_cycles_were_counted_keep_the_old_measure_until_they_are_added_again(empty, tmp_path):
+    """An archive of an older version: nothing is lost, nothing mixed, and the drop's own measure comes with its new result."""
+    old = add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9, fatigue=0.0)
+    drop = add(empty, tmp_path, 1, dropped="2020-01-02", stress=2e9, fatigue=50.0)
+    life = compare(empty, filed_drop(empty, drop)).life
+    assert life.damage.value == pytest.approx(2.0)  # two drops of one stress
+    assert "one cycle a drop" in life.damage.method
+    assert "1 of 2 drops" in life.damage.why
+    raw, machine = files(tmp_path, 0)
+    again = filing(raw, machine, seed=0, dropped="2020-01-01", stress=2e9, fatigue=10.0)
+    assert empty.add(newer(again, "0.1.1"), raw, machine) == "analysed again"
+    assert len(list((empty.folder / "results" / old).glob("*.nc"))) == 2
+    life = compare(empty, filed_drop(empty, drop)).life
+    assert life.damage.value == pytest.approx(6.0)
+    assert life.damage.why == ""
+
+
+def test_results_with_forces_of_before_are_made_again_and_count_as_results_without():
+    wanted = satisfying_names("0.1.0", "ab" * 32, forces=True)
+    assert "0.1.0-abababab-forces.nc" not in wanted
+    assert "0.1.0-abababab-forces.nc" in satisfying_names("0.1.0", "ab" * 32, forces=False)
+    assert wanted == (result_name("0.1.0", "ab" * 32, True),)
+
+
 def test_without_forces_the_damage_is_not_guessed(empty, tmp_path):
     add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
     drop = add(empty, tmp_path, 1, dropped="2020-01-02")
@@ -174,8 +233,6 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     for i in range(3):
         add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
     raw, machine = files(tmp_path, 9)
-    from dataclasses import replace
-
     back = replace(filing(raw, machine, seed=9, dropped="2001-01-01T00:00:00Z"), filed="2026-02-01T00:00:00+00:00")
     empty.add(back, raw, machine)
     ahead = add(empty, tmp_path, 10, dropped="2033-01-01T00:00:00Z")

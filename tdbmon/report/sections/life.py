@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.report.document import Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
@@ -10,21 +11,32 @@ from tdbmon.report.quantity import words
 def section(comparison: Comparison) -> Section:
     """Return counts, damage and margin."""
     life = comparison.life
+    used_up = life.margin.value is not None and life.margin.value <= 0
     rows = (
         Row(("Full drops of this assembly, this one included", f"{life.full_drops}")),
         Row(("Partial drops", f"{life.partial_drops}")),
         Row(("Agreed between vendor and user", "none stated" if life.agreed is None else f"{life.agreed}")),
         Row(("Damage, in drops like the first", words(life.damage))),
-        Row(("Margin", words(life.margin)), "attention" if (life.margin.value or 1.0) <= 0 else "plain"),
+        Row(("Margin", words(life.margin)), "attention" if used_up else "plain"),
     )
     return Section(
         "Drops and life",
         (
             Table("Drops against the agreed number", ("What", "Value"), rows),
-            Paragraph(
-                "API 617 asks that touchdown bearings stand an agreed number of drops from full speed, at least two;"
-                " ISO 14839-4 leaves the number to vendor and user. The damage counts each drop by the ninth power of its"
-                " greatest Hertz stress: it compares drops of one machine and is no life in hours."
-            ),
+            Paragraph(_explanation(life.damage)),
         ),
     )
+
+
+def _explanation(damage: Estimate) -> str:
+    said = (
+        "API 617 asks that touchdown bearings stand an agreed number of drops from full speed, at least two;"
+        " ISO 14839-4 leaves the number to vendor and user."
+    )
+    if not damage.known:
+        return said
+    said += (
+        f" The damage is the {damage.method}: it compares drops of one machine by the ninth power of their Hertz stresses,"
+        " and is no life in hours."
+    )
+    return said + (f" {damage.why[0].upper()}{damage.why[1:]}." if damage.why else "")

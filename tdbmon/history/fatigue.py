@@ -1,0 +1,103 @@
+"""What a drop uses up of the fatigue life of a bearing's balls: the rainflow sum of the fitted model's stresses.
+
+`tdbsim.fatigue` counts and sums.  Each ball's Hertz pressure over the first 0.2 s after the release, which hold the hard
+contacts, is counted in a simulation from the fitted values and in some drawn from what the fit does not know.  Which ball
+suffers most differs from one to the next, and so does how much: the ninth power of a stress that bounces decide.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from tdbsim.errors import InputError
+from tdbsim.fatigue import drop_fatigue
+
+from tdbmon.estimate import Estimate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tdbmon.identify.calibration import Calibration
+
+REFERENCE = 2000e6  # Pa, in cycles of which a drop is told
+SECONDS = 0.2
+_MEMBERS = 24
+_MODEL_SHARE = 0.06  # standard deviation of its logarithm: 2 % of a force that reduced modes and steps leave, cubed
+
+
+def fatigue_of(
+    calibration: Calibration, drop: int = 0, seconds: float = SECONDS, members: int = _MEMBERS, seed: int = 0
+) -> dict[str, Estimate]:
+    """Return the fatigue of a calibrated drop an end, in cycles from nothing to `REFERENCE` of the ball that suffers most.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    drop : int
+        Its place among the calibration's drops.
+    seconds : float
+        After the release.
+    members : int
+        Simulations, the fitted one among them: their median, and in the logarithm 1.96 times their standard deviation
+        with that of the model.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    dict
+        By the end's name; missing where fewer than half of the simulations can be made.
+    """
+    ends = calibration.machine.ends
+    worst = [
+        found for point in _draws(calibration, members, seed) if (found := _worst(calibration, point, drop, seconds))
+    ]
+    if len(worst) < max(members // 2, 2):
+        why = f"only {len(worst)} of {members} draws from the calibration can be simulated"
+        return {end: Estimate.missing("1", why) for end in ends}
+    rule = (
+        f"rainflow (ASTM E1049), Palmgren-Miner with exponent 9, cycles of {REFERENCE * 1e-6:.0f} MPa,"
+        f" {len(worst)} simulations drawn from the calibration"
+    )
+    return {end: _estimate(np.array([each[i] for each in worst]), rule, end) for i, end in enumerate(ends)}
+
+
+def _estimate(sums: NDArray[np.float64], rule: str, end: str) -> Estimate:
+    if np.any(sums <= 0):
+        return Estimate.missing("1", f"no ball at {end} is loaded and unloaded in every simulation of the drop")
+    middle, half = float(np.median(sums)), 1.96 * math.hypot(float(np.std(np.log(sums), ddof=1)), _MODEL_SHARE)
+    return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule)
+
+
+def _draws(calibration: Calibration, members: int, seed: int) -> list[NDArray[np.float64]]:
+    """Return the fitted point, then points drawn about it and put within the bounds."""
+    problem, point = calibration.problem, calibration.point
+    values, vectors = np.linalg.eigh((calibration.covariance + calibration.covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = point + np.random.default_rng(seed).standard_normal((members - 1, len(point))) @ root.T
+    return [point, *np.clip(drawn, problem.low, problem.high)]
+
+
+def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seconds: float) -> list[float] | None:
+    """Return the sum of the ball that suffers most, an end; None where the values cannot be simulated."""
+    from tdbsim.observe import observed
+    from tdbsim.simulate import run
+
+    from tdbmon.identify.prediction import drop_plan, window
+    from tdbmon.identify.stress import ball_stress
+
+    problem = calibration.problem
+    measured = problem.drops[drop]
+    shared, own = problem.values(point, drop)
+    first, _ = window(measured, 0.0)
+    count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
+    try:
+        model, _ = problem.setting(shared, own, drop)
+        motion = run(model, drop_plan(measured, own, first, count))
+        loads = observed(motion.model.arrays, motion.state).loads
+        bearings = enumerate(problem.model.machine.touchdown_bearings)
+        return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]
+    except InputError:
+        return None
