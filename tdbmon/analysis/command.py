@@ -51,12 +51,19 @@ def analyse(
         typer.echo(line)
     content = analysis_json(result)
     if fitted is not None:
-        from tdbmon.identify.contract import agreement_json, calibration_json, end_json, force_lines
+        from tdbmon.identify.contract import (
+            agreement_json,
+            calibration_json,
+            end_json,
+            force_lines,
+            natural_frequencies_json,
+        )
 
         for end, found in fitted.forces.ends.items():
             content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
         content["calibration"] = calibration_json(fitted.calibration)
         content["measured_against_simulated"] = agreement_json(fitted.agreement, fitted.friction)
+        content["natural_frequencies"] = natural_frequencies_json(fitted.natural_frequencies)
         for line in force_lines(fitted.calibration, fitted.forces):
             typer.echo(line)
         if calibrated is not None:

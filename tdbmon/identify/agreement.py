@@ -177,7 +177,8 @@ def _contacts(time: Array, paths: Sequence[Array], touching: float, force: Array
     seen = [contact_events(t, path[:, after].T, np.hypot(*path[:, after]), touching) for path in paths]
     pressed = np.flatnonzero(np.diff(np.concatenate([[False], force[after] > 0, [False]]).astype(np.int8)))
     spans = [(float(t[a]), float(t[b - 1])) for a, b in pressed.reshape(-1, 2)]
-    pairs, taken = [], set()
+    pairs: list[tuple[Contact | None, Contact | None]] = []
+    taken = set()
     for contact in seen[0]:
         overlaps = [min(contact.end, s.end) - max(contact.start, s.start) for s in seen[1]]
         best = int(np.argmax(overlaps)) if overlaps else -1

@@ -10,6 +10,7 @@ from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
+from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
 
 
@@ -92,6 +93,19 @@ def agreement_json(found: Agreement, friction: FrictionChoice | None) -> dict[st
             "fitted": {end: value.to_json() for end, value in friction.fitted.items()},
         }
     return out
+
+
+def natural_frequencies_json(found: NaturalFrequencies) -> list[dict[str, Any]]:
+    """Return the natural frequencies of the rotor at rest on its calibrated touchdown bearings."""
+    return [
+        {
+            "frequency_hz": mode.frequency.to_json(),
+            "direction": mode.direction,
+            "massless_supports_hz": mode.massless,
+            "critical_speed_hz": {f"{order:g}X": speed for order, speed in zip(ORDERS, mode.critical, strict=True)},
+        }
+        for mode in found.modes
+    ]
 
 
 def _span(contact: Contact | None) -> list[float] | None:

@@ -13,6 +13,7 @@ from tdbmon.identify.calibrate import Progress, fit_drops
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.forces import DropForces, forces_of
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
+from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,11 @@ class FittedDrop:
     def friction(self) -> FrictionChoice | None:
         """The friction as the source chooses it; None where the probes show the orbit of no end."""
         return choose_friction(self.calibration) if self.agreement.ends else None
+
+    @cached_property
+    def natural_frequencies(self) -> NaturalFrequencies:
+        """Of the calibrated rotor at rest on its touchdown bearings."""
+        return natural_frequencies(self.calibration)
 
 
 def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress) -> FittedDrop:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
 from tdbmon.record.synthetic import is_synthetic, synthetic_note
-from tdbmon.report.document import Document
+from tdbmon.report.document import Document, Section
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
     agreement,
@@ -15,6 +16,7 @@ from tdbmon.report.sections import (
     forces,
     gap,
     limits,
+    natural_frequencies,
     orbit,
     quality,
     release,
@@ -29,7 +31,6 @@ from tdbmon.report.sections import (
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
-_FITTED = {contact: (agreement, forces)}  # sections of the fitted model, after those of the record alone
 _SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, spectra, whirl, tracking, limits, source)
 
 
@@ -56,7 +57,7 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         if made is not None:
             sections.append(made)
         if fitted is not None:
-            sections += [each.section(fitted) for each in _FITTED.get(part, ())]
+            sections += _of_model(part, analysis, fitted)
     return Document(
         "Dropdown report",
         f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,
@@ -64,3 +65,12 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         note=note,
         made=f"tdbmon {__version__}",
     )
+
+
+def _of_model(after: ModuleType, analysis: Analysis, fitted: FittedDrop) -> list[Section]:
+    """Return the sections of the fitted model that follow one of the record alone."""
+    if after is contact:
+        return [agreement.section(fitted), forces.section(fitted)]
+    if after is spectra:
+        return [natural_frequencies.section(analysis, fitted)]
+    return []

@@ -1,0 +1,202 @@
+"""Natural frequencies of the rotor at rest on its touchdown bearings: what lines of constant frequency are.
+
+Upwards each end is a chain: shaft - contact - inner ring - balls - outer ring with the support's mass - support's spring,
+contact and balls with their stiffness about the static load.  Sideways the shaft rolls on its ring as a pendulum does:
+load over radius of the path, with the ring that turns along.  Gyroscopics couple the two.  Damping is left out; at a few
+percent it shifts no frequency that is told here.
+
+With m the support's mass the chain is softer than its springs in series: a support that is nearly as heavy as the rotor's
+share lowers even the first bending mode.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eig
+from tdbsim.machine import Machine, TouchdownBearing
+from tdbsim.modes import Modes, free_free
+from tdbsim.rotor import RotorModel, static_loads
+
+from tdbmon.analysis.rest import CONTACT_EXPONENT, ball_travel, rest_travel
+
+Array = NDArray[np.float64]
+
+_BENDING = 10  # free-free bending modes a plane; with the attachment modes the frequencies shown are exact to 1e-5
+
+
+@dataclass(frozen=True)
+class RestingEnd:
+    """What the shaft rests on at one end (SI).
+
+    Attributes
+    ----------
+    end : str
+    position : float
+        Axial, m.
+    load : float
+        Static, N.
+    contact, balls, support : float
+        Stiffness upwards about the static load, N/m.
+    ring_mass, support_mass : float
+        kg; a support mass of 0 leaves the springs in series.
+    pendulum : float
+        Stiffness sideways, N/m: load over the radius of the shaft centre's path.
+    rolling_mass : float
+        kg, of the inner ring that turns along sideways: inertia over the journal's radius squared.
+    """
+
+    end: str
+    position: float
+    load: float
+    contact: float
+    balls: float
+    support: float
+    ring_mass: float
+    support_mass: float
+    pendulum: float
+    rolling_mass: float
+
+    @property
+    def series(self) -> float:
+        """Stiffness of contact, balls and support in series, N/m: what the shaft feels at low frequency."""
+        return 1 / (1 / self.contact + 1 / self.balls + 1 / self.support)
+
+
+@dataclass(frozen=True, eq=False)
+class RestingModes:
+    """Natural frequencies at k speeds or stiffnesses, n modes each by rising frequency.
+
+    Attributes
+    ----------
+    frequencies : (k, n) array
+        Hz.
+    sideways : (k, n) array
+        Share of the horizontal motion in each mode's kinetic energy.
+    """
+
+    frequencies: Array
+    sideways: Array
+
+
+def resting_ends(machine: Machine, rotor: RotorModel) -> tuple[RestingEnd, ...]:
+    """Return what the shaft rests on at both ends, at the machine's nominal values and without its effects."""
+    loads = static_loads(machine, rotor)
+    ends = []
+    for bearing in machine.touchdown_bearings:
+        load = float(loads[bearing.name])
+        travel = rest_travel(bearing, load)
+        contact = travel.contact / CONTACT_EXPONENT  # m for a doubling of the load, linearised
+        on_balls = load + machine.gravity * bearing.inner_ring_mass
+        balls = ball_stiffness(bearing, on_balls)
+        ends.append(
+            RestingEnd(
+                end=bearing.name,
+                position=bearing.position,
+                load=load,
+                contact=load / contact,
+                balls=balls,
+                support=bearing.support_stiffness.nominal,
+                ring_mass=bearing.inner_ring_mass,
+                support_mass=bearing.support_mass,
+                pendulum=load / (bearing.radial_gap.nominal + travel.total),
+                rolling_mass=bearing.inner_ring_inertia / bearing.journal_radius**2,
+            )
+        )
+    return tuple(ends)
+
+
+def ball_stiffness(bearing: TouchdownBearing, load: float) -> float:
+    """Return how the balls resist the inner ring about a load, N/m (mean over the cage angle)."""
+    clearance = bearing.balls.diametral_clearance.nominal
+    step = 0.01 * load
+    return 2 * step / (ball_travel(bearing, load + step, clearance) - ball_travel(bearing, load - step, clearance))
+
+
+def resting_basis(machine: Machine, rotor: RotorModel) -> Modes:
+    """Return the free-free modes in which the frequencies are found."""
+    positions = [bearing.position for bearing in machine.touchdown_bearings]
+    return free_free(rotor, min(_BENDING, len(rotor.plane_mass) - 2 - len(positions)), positions)
+
+
+def resting_modes(
+    basis: Modes, ends: tuple[RestingEnd, ...], speeds_hz: ArrayLike = (0.0,), n: int = 6
+) -> RestingModes:
+    """Return the first n natural frequencies against speed.
+
+    Parameters
+    ----------
+    basis : Modes
+        As `resting_basis` gives it.
+    ends : tuple of RestingEnd
+    speeds_hz : (k,) array
+        Either sense gives the same frequencies.
+    n : int
+        Number of frequencies.
+    """
+    mass, stiffness, gyro = _matrices(basis, ends)
+    found = [_modes(mass, stiffness, 2 * math.pi * speed * gyro, basis.n, n) for speed in np.atleast_1d(speeds_hz)]
+    return RestingModes(np.array([f for f, _ in found]), np.array([s for _, s in found]))
+
+
+def _matrices(basis: Modes, ends: tuple[RestingEnd, ...]) -> tuple[Array, Array, Array]:
+    """Return mass, stiffness and gyroscopic matrix of (a, b, then ring and support of each end upwards)."""
+    n = basis.n
+    size = 2 * n + 2 * len(ends)
+    mass, stiffness, gyro = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
+    elastic = np.diag((2 * math.pi * basis.frequencies) ** 2)
+    stiffness[:n, :n] = stiffness[n : 2 * n, n : 2 * n] = elastic
+    gyro[:n, n : 2 * n], gyro[n : 2 * n, :n] = basis.gyro, -basis.gyro
+    for i, end in enumerate(ends):
+        shape = basis.at(end.position)
+        stiffness[:n, :n] += end.pendulum * np.outer(shape, shape)
+        mass[:n, :n] += end.rolling_mass * np.outer(shape, shape)
+        ring, support = 2 * n + 2 * i, 2 * n + 2 * i + 1
+        mass[ring, ring], mass[support, support] = end.ring_mass, end.support_mass
+        reach = np.zeros(size)
+        reach[n : 2 * n], reach[ring] = shape, -1.0
+        stiffness += end.contact * np.outer(reach, reach)
+        reach = np.zeros(size)
+        reach[ring], reach[support] = 1.0, -1.0
+        stiffness += end.balls * np.outer(reach, reach)
+        stiffness[support, support] += end.support
+    return _condensed(mass, stiffness, gyro)
+
+
+def _condensed(mass: Array, stiffness: Array, gyro: Array) -> tuple[Array, Array, Array]:
+    """Take out coordinates without mass: they follow the others statically."""
+    heavy = np.diag(mass) > 0
+    if heavy.all():
+        return mass, stiffness, gyro
+    light = ~heavy
+    coupling = stiffness[np.ix_(light, heavy)]
+    rest = stiffness[np.ix_(heavy, heavy)] - coupling.T @ np.linalg.solve(stiffness[np.ix_(light, light)], coupling)
+    return mass[np.ix_(heavy, heavy)], rest, gyro[np.ix_(heavy, heavy)]
+
+
+def _modes(mass: Array, stiffness: Array, gyro: Array, basis: int, n: int) -> tuple[Array, Array]:
+    """Return frequencies, Hz, and sideways shares of M q'' + G q' + K q = 0."""
+    size = len(mass)
+    if not gyro.any():
+        from scipy.linalg import eigh
+
+        squares, shapes = eigh(stiffness, mass, subset_by_index=(0, min(n, size) - 1))
+        values = np.sqrt(np.maximum(squares, 0.0))
+    else:
+        unit = math.sqrt(float(np.trace(stiffness) / np.trace(mass)))  # both halves of the state of one size
+        inverse = np.linalg.inv(mass)
+        state = np.block(
+            [[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness / unit**2, -inverse @ gyro / unit]]
+        )
+        roots, vectors = eig(state)
+        up = roots.imag > 1e-9
+        values, shapes = roots[up].imag * unit, vectors[:size, up]
+        order = np.argsort(values)[:n]
+        values, shapes = values[order], shapes[:, order]
+    energy = np.real(np.einsum("in,ij,jn->n", shapes.conj(), mass, shapes))
+    flat = shapes[:basis]
+    sideways = np.real(np.einsum("in,ij,jn->n", flat.conj(), mass[:basis, :basis], flat))
+    return values / (2 * math.pi), sideways / energy

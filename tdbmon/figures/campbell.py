@@ -1,0 +1,62 @@
+"""Campbell diagram of the rotor at rest on its touchdown bearings, with the lines that the record showed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tdbmon.figures.critical_speed_map import COLOUR
+from tdbmon.figures.style import BLACK, GREY, PURPLE, Margins, legend_below, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
+    from tdbmon.analysis.result import Analysis
+    from tdbmon.identify.natural_frequencies import NaturalFrequencies
+
+_ORDERS = (1.0, 2.0, 3.0)
+
+
+@styled
+def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line]) -> Figure:
+    """Draw natural frequencies against speed with orders of rotation, and the measured lines over the speeds they were seen."""
+    figure = new_figure(92, "Rotor at rest on its calibrated touchdown bearings · gyroscopics at each speed · undamped")
+    ax = subplots(figure, 1, 1, Margins(15, 12, 11, 22))[0, 0]
+    speeds = found.speeds
+    top = 1.05 * max(float(found.against_speed.frequencies.max()), 1.0)
+    for k in range(found.against_speed.frequencies.shape[1]):
+        for direction, colour in COLOUR.items():
+            here = (found.against_speed.sideways[:, k] > 0.5) == (direction == "sideways")
+            curve = np.where(here, found.against_speed.frequencies[:, k], np.nan)
+            ax.plot(speeds, curve, color=colour, linewidth=1.1, label=direction)
+    for order in _ORDERS:
+        ax.plot(speeds, order * speeds, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="orders of rotation")
+        at = min(float(speeds[-1]), top / order)
+        ax.annotate(f"{order:g}X", (at, order * at), xytext=(3, -3), textcoords="offset points", color=GREY, fontsize=7,
+                    annotation_clip=False)  # fmt: skip
+    for mode in found.modes:
+        for order, critical in zip(_ORDERS, mode.critical, strict=False):
+            if critical is not None:
+                ax.plot(critical, order * critical, "o", color=BLACK, markersize=3.5, zorder=5, label="critical speed")
+    if len(analysis.speed_time) > 3:
+        for line in lines:
+            seen = np.interp([line.first_s, line.last_s], analysis.speed_time, analysis.speed_hz)
+            hz = line.frequency.value
+            ax.plot(
+                seen,
+                [hz, hz],
+                color=PURPLE,
+                linewidth=3.5,
+                alpha=0.45,
+                solid_capstyle="butt",
+                label="line of the record",
+            )
+    ax.axvline(found.speed, color=GREY, linestyle=":", linewidth=0.9, label="speed at the release")
+    ax.set_xlim(0, speeds[-1])
+    ax.set_ylim(0, top)
+    ax.set_xlabel("speed [Hz]")
+    ax.set_ylabel("frequency [Hz]")
+    legend_below(figure, 3)
+    return figure

@@ -1,0 +1,123 @@
+"""Critical speed map: natural frequencies against support stiffness, with the measured lines of constant frequency beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map
+from tdbmon.figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Margins,
+    colour_bar,
+    legend_below,
+    new_figure,
+    say,
+    styled,
+    subplots,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
+    from tdbmon.analysis.result import Analysis
+    from tdbmon.identify.natural_frequencies import NaturalFrequencies
+
+_BEYOND = 1.1  # times the highest natural frequency of the machine, shown
+_RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+COLOUR = {"sideways": BLUE, "up and down": VERMILION}
+
+
+@styled
+def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line]) -> Figure:
+    """Draw the map (left) and the record's spectra against time (right) over one axis of frequency.
+
+    `lines` of constant frequency are drawn through both.
+    """
+    first, second = found.support
+    note = f"Rotor at rest on its touchdown bearings · supports stiffened together, {second} in the fitted ratio to {first}"
+    figure = new_figure(118, note)
+    left, right = subplots(figure, 1, 2, Margins(15, 22, 20, 22, across=4), sharey=True)[0]
+    top = _BEYOND * max(mode.frequency.value or 0.0 for mode in found.modes)
+    _map(left, found)
+    _spectra(figure, right, analysis, top)
+    for line in lines:
+        hz = float(line.frequency.value or 0.0)
+        if hz > top:
+            continue
+        left.axhline(hz, color=PURPLE, linestyle=(0, (4, 2)), linewidth=0.8, label="line of the record")
+        right.axhline(hz, color="white", linestyle=(0, (1, 3)), linewidth=0.6)
+        left.annotate(
+            f"{line.name}, {hz:.1f} Hz", (0.98, hz), xycoords=("axes fraction", "data"), xytext=(0, 1.5),
+            textcoords="offset points", color=BLACK, fontsize=6, ha="right", clip_on=True,
+        )  # fmt: skip
+    left.set_ylim(0, top)
+    left.set_ylabel("frequency [Hz]")
+    legend_below(figure, 4)
+    return figure
+
+
+def _map(ax: Axes, found: NaturalFrequencies) -> None:
+    first, second = found.support.values()
+    base = float(first.value or 1.0)
+    ratio = float(second.value or 1.0) / base
+    x = found.factors * base
+    for k in range(found.still.frequencies.shape[1]):
+        ax.semilogx(x, found.still.frequencies[:, k], color=GREY, linewidth=2.2, alpha=0.45, label="at standstill")
+        for direction, colour in COLOUR.items():
+            here = (found.turning.sideways[:, k] > 0.5) == (direction == "sideways")
+            curve = np.where(here, found.turning.frequencies[:, k], np.nan)
+            ax.semilogx(x, curve, color=colour, linewidth=1.0, label=f"{direction}, at {found.speed:.0f} Hz")
+    if first.low is not None and first.high is not None:
+        ax.axvspan(first.low, first.high, color=SKY, alpha=0.8, linewidth=0)
+    ax.axvline(base, color=BLACK, linewidth=0.8, label="fitted stiffness (95 % in blue)")
+    for mode in found.modes:
+        ax.plot(base, mode.frequency.value or 0.0, "o", color=COLOUR[mode.direction], markersize=3.5, zorder=5)
+    ax.set_xlim(x[0], x[-1])
+    names = list(found.support)
+    ax.set_xlabel(f"support stiffness {names[0]} [N/m]")
+    above = ax.secondary_xaxis("top", functions=(partial(np.multiply, ratio), partial(np.multiply, 1 / ratio)))
+    for axis in (ax.xaxis, above.xaxis):
+        axis.set_major_locator(LogLocator(10.0))
+        axis.set_major_formatter(FuncFormatter(_power))
+        axis.set_minor_formatter(NullFormatter())
+    above.set_xlabel(f"support stiffness {names[1]} [N/m]")
+
+
+def _power(value: float, _: int) -> str:
+    """Return a power of ten as text (mathtext is off: names come from files)."""
+    return "10" + str(round(math.log10(value))).translate(_RAISED)
+
+
+def _spectra(figure: Figure, ax: Axes, analysis: Analysis, top: float) -> None:
+    ax.set_xlabel("time [s]")
+    ax.set_title("as measured (greatest of all)")
+    spectra = analysis.waterfall
+    if spectra is None:
+        say(ax, "no displacement")
+        return
+    frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
+    keep = frequency <= top
+    db = decibel(spectra.amplitude.max(("end", "axis")).transpose("frequency", "time").to_numpy()[keep])
+    half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
+    extent = (time[0] - half_t, time[-1] + half_t, frequency[0] - half_f, frequency[keep][-1] + half_f)
+    image = draw_map(ax, db, extent, colour_limits(db))
+    ax.set_aspect("auto")
+    ax.grid(False)
+    if len(analysis.speed_time) > 3:
+        speed = np.interp(time, analysis.speed_time, analysis.speed_hz)
+        for order in (1.0, 2.0):
+            ax.plot(time, order * speed, color="white", linestyle=(0, (4, 2)), linewidth=0.6)
+    ax.set_xlim(extent[0], extent[1])
+    colour_bar(figure, image, f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")

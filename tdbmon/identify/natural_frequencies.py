@@ -1,0 +1,195 @@
+"""Natural frequencies of the calibrated rotor at rest on its touchdown bearings, against support stiffness and speed.
+
+The critical speed map of the source (N. Neisi, dissertation, LUT University, fig. 4.23) with what a support is here: a mass
+on a spring, under balls and contact.  Both supports are stiffened in the fitted ratio, so that one line through the map
+meets the machine's own frequencies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.modes import Modes
+from tdbsim.rotor import build_rotor
+
+from tdbmon.analysis.resting_modes import RestingEnd, RestingModes, resting_basis, resting_ends, resting_modes
+from tdbmon.estimate import Estimate
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.parameters import calibrated_machine
+
+Array = NDArray[np.float64]
+
+MODES = 6
+ORDERS = (1.0, 2.0)  # of rotation, that excite
+_FACTORS = np.geomspace(1e-2, 1e2, 81)  # of the fitted support stiffness
+_SPEEDS = 41
+_MEMBERS = 64
+_BEYOND = 1.2  # times the speed at the release, shown
+
+
+@dataclass(frozen=True)
+class RestingMode:
+    """One natural frequency.
+
+    Attributes
+    ----------
+    frequency : Estimate
+        At standstill, Hz.
+    sideways : float
+        Share of the horizontal motion.
+    massless : float or None
+        The same with supports and rings without mass, Hz; None where there is none such.
+    critical : tuple of float or None
+        Speed, Hz, at which each of `ORDERS` meets it; None where none up to the speed at the release does.
+    """
+
+    frequency: Estimate
+    sideways: float
+    massless: float | None
+    critical: tuple[float | None, ...]
+
+    @property
+    def direction(self) -> str:
+        """ "sideways" or "up and down"."""
+        return "sideways" if self.sideways > 0.5 else "up and down"
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalFrequencies:
+    """The resting rotor of a calibration (SI).
+
+    Attributes
+    ----------
+    ends : tuple of RestingEnd
+    modes : tuple of RestingMode
+    support : dict
+        Fitted support stiffness by the end's name.
+    speed : float
+        At the fastest of the releases, Hz.
+    factors : (k,) array
+        Times the fitted support stiffness, of the map.
+    still, turning : RestingModes
+        The map at standstill and at `speed`.
+    speeds : (s,) array
+        Of the Campbell diagram, Hz.
+    against_speed : RestingModes
+    """
+
+    ends: tuple[RestingEnd, ...]
+    modes: tuple[RestingMode, ...]
+    support: dict[str, Estimate]
+    speed: float
+    factors: Array
+    still: RestingModes
+    turning: RestingModes
+    speeds: Array
+    against_speed: RestingModes
+
+
+def natural_frequencies(calibration: Calibration, members: int = _MEMBERS, seed: int = 0) -> NaturalFrequencies:
+    """Return the natural frequencies of a calibrated machine, with intervals from the calibration's covariance.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    members : int
+        Draws from the covariance.
+    seed : int
+        Of the draws.
+    """
+    machine = calibration.calibrated
+    rotor = build_rotor(machine)
+    basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
+    drawn = [
+        resting_modes(basis, resting_ends(each, rotor), n=MODES).frequencies[0]
+        for each in _machines(calibration, members, np.random.default_rng(seed))
+    ]
+    speed = max(fit.speed for fit in calibration.drops)
+    speeds = np.linspace(0.0, _BEYOND * speed, _SPEEDS)
+    against_speed = resting_modes(basis, ends, speeds, MODES)
+    return NaturalFrequencies(
+        ends=ends,
+        modes=_named(basis, ends, np.array(drawn), speeds, against_speed, speed),
+        support={
+            bearing.name: calibration.values.get(f"{bearing.name}.support_stiffness")
+            or Estimate(
+                bearing.support_stiffness.nominal,
+                unit="N/m",
+                method="machine file",
+                why="the machine file states no tolerance",
+            )
+            for bearing in machine.touchdown_bearings
+        },
+        speed=speed,
+        factors=_FACTORS,
+        still=_map(basis, ends, 0.0),
+        turning=_map(basis, ends, speed),
+        speeds=speeds,
+        against_speed=against_speed,
+    )
+
+
+def _machines(calibration: Calibration, members: int, rng: np.random.Generator):  # type: ignore[no-untyped-def]
+    """Yield machines with values drawn from the calibration's covariance, within their bounds."""
+    problem = calibration.problem
+    count = len(problem.shared)
+    covariance = calibration.covariance[:count, :count]
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    for _ in range(members):
+        point = calibration.point.copy()
+        point[:count] += root @ rng.standard_normal(count)
+        shared, _ = problem.values(np.clip(point, problem.low, problem.high), 0)
+        yield calibrated_machine(calibration.machine, shared)
+
+
+def _map(basis: Modes, ends: tuple[RestingEnd, ...], speed: float) -> RestingModes:
+    found = [
+        resting_modes(basis, tuple(replace(end, support=factor * end.support) for end in ends), speed, MODES)
+        for factor in _FACTORS
+    ]
+    return RestingModes(
+        np.concatenate([each.frequencies for each in found]), np.concatenate([each.sideways for each in found])
+    )
+
+
+def _named(
+    basis: Modes,
+    ends: tuple[RestingEnd, ...],
+    drawn: Array,
+    speeds: Array,
+    against_speed: RestingModes,
+    speed: float,
+) -> tuple[RestingMode, ...]:
+    still, sideways = against_speed.frequencies[0], against_speed.sideways[0]
+    bare = resting_modes(basis, tuple(replace(end, ring_mass=0.0, support_mass=0.0) for end in ends), n=2 * MODES)
+    upwards = [float(f) for f, s in zip(bare.frequencies[0], bare.sideways[0], strict=True) if s < 0.5]
+    level = [float(f) for f, s in zip(bare.frequencies[0], bare.sideways[0], strict=True) if s >= 0.5]
+    rule = f"rotor at rest on the calibrated bearings; {len(drawn)} draws from the calibration"
+    modes = []
+    for k, (frequency, share) in enumerate(zip(still, sideways, strict=True)):
+        queue = level if share >= 0.5 else upwards
+        low, high = (float(q) for q in np.quantile(drawn[:, k], (0.025, 0.975)))
+        modes.append(
+            RestingMode(
+                frequency=Estimate(float(frequency), min(low, frequency), max(high, frequency), "Hz", rule),
+                sideways=float(share),
+                massless=queue.pop(0) if queue else None,
+                critical=tuple(
+                    _crossing(speeds, against_speed.frequencies[:, k] - order * speeds, speed) for order in ORDERS
+                ),
+            )
+        )
+    return tuple(modes)
+
+
+def _crossing(speeds: Array, above: Array, highest: float) -> float | None:
+    """Return the speed at which a difference changes its sign, None where it does not up to the highest speed."""
+    at = np.flatnonzero((above[:-1] > 0) & (above[1:] <= 0))
+    if not at.size:
+        return None
+    i = int(at[0])
+    found = float(speeds[i] + (speeds[i + 1] - speeds[i]) * above[i] / (above[i] - above[i + 1]))
+    return found if found <= highest else None

@@ -1,0 +1,93 @@
+"""Natural frequencies of the resting rotor: critical speed map, Campbell diagram, and the lines that they explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from tdbmon.identify.natural_frequencies import ORDERS, RestingMode
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
+    from tdbmon.analysis.result import Analysis
+    from tdbmon.identify.fitted import FittedDrop
+
+_NEAR = 0.03  # relative: a line so near to a mode may be its
+
+
+def section(analysis: Analysis, fitted: FittedDrop) -> Section:
+    """Return the natural frequencies of the calibrated machine beside the record's lines of constant frequency."""
+    from tdbmon.figures.campbell import campbell
+    from tdbmon.figures.critical_speed_map import critical_speed_map
+
+    found = fitted.natural_frequencies
+    lines = own_lines(analysis.lines)
+    stiffness = "; ".join(f"{end} {words(value)}" for end, value in found.support.items())
+    series = "; ".join(f"{end.end} {end.series / 1e6:.1f} MN/m" for end in found.ends)
+    blocks: list[Block] = [
+        Paragraph(
+            "The rotor at rest at the bottom of its clearances: upwards on contact, balls and support with the support's"
+            " mass, stiffness about the static load; sideways a pendulum. No line of the record was used for it: supports"
+            f" and clearances are those fitted to the first contacts (support stiffness {stiffness}; with balls and contact in"
+            f" series {series})."
+        ),
+        _modes(found.modes, lines),
+        Figure(
+            "critical-speed-map",
+            "Natural frequencies against support stiffness. Dots: the fitted stiffness, whose interval is drawn in blue where"
+            " it is wide enough to be seen. What stands level in the spectra on the right is a line of constant frequency;"
+            " dashed white: 1X and 2X. A support's mass lets even soft supports have modes: where two curves near each other,"
+            " rotor and support exchange their parts.",
+            "Curves of natural frequencies over support stiffness on a logarithmic axis, with the spectra of the record beside.",
+            partial(critical_speed_map, found, analysis, lines),
+        ),
+        Figure(
+            "campbell",
+            "Campbell diagram. A line of the record is drawn over the speeds at which it stood out. Up and down and sideways"
+            " are coupled by the gyroscopic moment alone, which is small here where the curves are level.",
+            "Natural frequencies over speed, with rays of the orders of rotation and the measured lines.",
+            partial(campbell, found, analysis, lines),
+        ),
+    ]
+    if fitted.calibration.machine.effects:
+        blocks.append(Paragraph("The effects that the machine file carries are left out of these frequencies."))
+    return Section("Natural frequencies on the touchdown bearings (fitted model)", tuple(blocks))
+
+
+def own_lines(lines: Sequence[Line]) -> list[Line]:
+    """Return the lines of constant frequency that are no sums or multiples of others, and not the mains."""
+    named = [line for line in lines if line.kind == "constant" and line.frequency.value is not None]
+    return [line for line in named if not any(sign in line.name for sign in (" + ", " - ", " x "))]
+
+
+def nearest(mode: RestingMode, lines: Sequence[Line]) -> Line | None:
+    """Return the line nearest to a natural frequency, None where none is within a few percent."""
+    frequency = mode.frequency.value or 0.0
+    near = [line for line in lines if abs((line.frequency.value or 0.0) / frequency - 1) < _NEAR]
+    return min(near, key=lambda line: abs((line.frequency.value or 0.0) - frequency), default=None)
+
+
+def _modes(modes: Sequence[RestingMode], lines: Sequence[Line]) -> Table:
+    rows = []
+    for k, mode in enumerate(modes):
+        line = nearest(mode, lines)
+        measured, apart = "none", "–"
+        if line is not None and line.frequency.value is not None and mode.frequency.value is not None:
+            measured = f"{line.name}: {words(line.frequency)}"
+            apart = f"{100 * (mode.frequency.value / line.frequency.value - 1):+.1f} %".replace("-", "−")
+        massless = "–" if mode.massless is None else f"{mode.massless:.1f} Hz"
+        critical = " / ".join("–" if each is None else f"{each:.1f} Hz" for each in mode.critical)
+        rows.append(Row((f"{k + 1}, {mode.direction}", words(mode.frequency), massless, measured, apart, critical)))
+    header = (
+        "Mode",
+        "Computed, standstill",
+        "Massless supports",
+        "Line of the record",
+        "Computed off by",
+        "Met at a speed of, by " + " / ".join(f"{order:g}X" for order in ORDERS),
+    )
+    caption = "Natural frequencies (95 % intervals of the calibration alone, without what the model simplifies)"
+    return Table(caption, header, tuple(rows))

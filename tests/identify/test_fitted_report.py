@@ -1,0 +1,145 @@
+"""Sections and figures of the fitted model: labelled with units, nothing clipped or covered, honest where parts are missing."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure as Drawing
+from matplotlib.text import Text
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.lines import Line
+from tdbmon.estimate import Estimate
+from tdbmon.identify.agreement import agreement
+from tdbmon.identify.fitted import FittedDrop
+from tdbmon.identify.forces import forces_of
+from tdbmon.report import build_report
+from tdbmon.report.document import Document, Figure, Paragraph, Table
+from tdbmon.report.sections import natural_frequencies
+from tests.identify import drops
+
+
+def line(name: str, hz: float, kind: str = "constant") -> Line:
+    return Line(
+        kind=kind,  # type: ignore[arg-type]
+        order=None,
+        frequency=Estimate(hz, hz - 0.1, hz + 0.1, "Hz"),
+        direction="both",
+        end="both",
+        amplitude=Estimate(1e-6, unit="um", kind="0-pk"),
+        first_s=0.09,
+        last_s=0.14,
+        name=name,
+    )
+
+
+@pytest.fixture(scope="module")
+def analysed(same_model):
+    return analyse(same_model[1][0], drops.machine())
+
+
+@pytest.fixture(scope="module")
+def fitted(calibration):
+    return FittedDrop(calibration, forces_of(calibration, seconds=0.05, members=8)[0])
+
+
+@pytest.fixture(scope="module")
+def report(analysed, fitted) -> Document:
+    hz = [float(mode.frequency.value or 0.0) for mode in fitted.natural_frequencies.modes]
+    lines = (line("swing 1", 1.004 * hz[0]), line("2 x swing 1", hz[1]), line("bending 1", 0.99 * hz[2]))
+    lines += (line("mains", hz[3], "mains"),)
+    return build_report(replace(analysed, lines=lines), fitted=fitted)
+
+
+def of_model(document: Document) -> list[Figure]:
+    wanted = ("Measured against simulated", "Forces and stresses", "Natural frequencies")
+    found = [b for s in document.sections if s.title.startswith(wanted) for b in s.blocks if isinstance(b, Figure)]
+    assert len(found) >= 6
+    return found
+
+
+def rendered(figure: Figure) -> Drawing:
+    drawing = figure.draw()
+    FigureCanvasAgg(drawing).draw()
+    return drawing
+
+
+def texts(drawing: Drawing) -> str:
+    return "\n".join(text.get_text() for text in drawing.findobj(Text))
+
+
+def test_figures_say_units_and_fit_their_page(report: Document) -> None:
+    for figure in of_model(report):
+        drawing = rendered(figure)
+        renderer = drawing.canvas.get_renderer()  # type: ignore[attr-defined]
+        for ax in drawing.axes:
+            across, upright = ax.get_shared_x_axes().get_siblings(ax), ax.get_shared_y_axes().get_siblings(ax)
+            labels = [max((a.get_xlabel() for a in across), key=len), max((a.get_ylabel() for a in upright), key=len)]
+            if ax.get_label() == "<colorbar>":
+                labels = [ax.get_ylabel()]
+            for label in labels:
+                assert re.search(r"\[.+\]", label) or not label, f"{figure.name}: '{label}' has no unit"
+        assert len(re.findall(r"\[.+\]", texts(drawing))) >= 2, figure.name  # inner panels go without labels
+        assert "mathdefault" not in texts(drawing), figure.name
+        box, (width, height) = drawing.get_tightbbox(renderer), drawing.get_size_inches()
+        assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, (
+            figure.name,
+            box,
+        )
+        parts = [*(ax for ax in drawing.axes if ax.axison), *drawing.legends, *drawing.texts]
+        boxes = [part.get_tightbbox(renderer).padded(-1.5) for part in parts]
+        for (i, a), (j, b) in itertools.combinations(enumerate(boxes), 2):
+            assert not a.overlaps(b), f"{figure.name}: {parts[i]} covers {parts[j]}"
+
+
+def test_orbits_have_equal_axes(report: Document) -> None:
+    drawing = rendered(next(f for f in of_model(report) if f.name == "orbits-against-simulated"))
+    for ax in drawing.axes:
+        box = ax.get_window_extent()
+        assert box.width / np.ptp(ax.get_xlim()) == pytest.approx(box.height / np.ptp(ax.get_ylim()), rel=1e-6)
+
+
+def test_lines_stand_beside_the_modes_they_may_be(report: Document) -> None:
+    section = next(s for s in report.sections if s.title.startswith("Natural frequencies"))
+    table = next(b for b in section.blocks if isinstance(b, Table))
+    told = [row.cells[3] for row in table.rows]
+    assert told[0].startswith("swing 1:") and told[2].startswith("bending 1:")
+    assert told[1] == "none" and not any("2 x swing" in cell or "mains" in cell for cell in told)
+
+
+def test_a_line_a_few_percent_off_is_no_mode(fitted) -> None:
+    mode = fitted.natural_frequencies.modes[2]
+    hz = mode.frequency.value
+    assert natural_frequencies.nearest(mode, [line("a", 1.05 * hz)]) is None
+    assert natural_frequencies.nearest(mode, [line("a", 1.02 * hz), line("b", 0.99 * hz)]).name == "b"
+
+
+def test_residuals_say_what_was_not_fitted(report: Document, fitted) -> None:
+    section = next(s for s in report.sections if s.title == "Measured against simulated")
+    table = next(b for b in section.blocks if isinstance(b, Table))
+    assert fitted.calibration.horizon == 0.022
+    assert [("not fitted" in row.cells[0]) for row in table.rows] == [False, True, True]
+    assert any(isinstance(b, Paragraph) and "no independent proof" in b.text for b in section.blocks)
+
+
+def test_a_drop_with_the_probes_of_one_end_is_compared_there(calibration) -> None:
+    """Two probes at the one end, one at the other: no rigid line, so the first end at its probes' plane, the other not."""
+    problem = calibration.problem
+    whole = problem.drops[0]
+    keep = [i for i, probe in enumerate(whole.probes) if probe.name != "DE_B"]
+    bare = replace(
+        whole,
+        probes=tuple(whole.probes[i] for i in keep),
+        reading=whole.reading[keep],
+        noise=tuple(whole.noise[i] for i in keep),
+    )
+    found = agreement(replace(calibration, problem=replace(problem, drops=(bare, *problem.drops[1:]))), 0, 0.03)
+    assert list(found.ends) == ["NDE"] and found.ends["NDE"].plane == "probe"
+    assert set(found.residuals[0].rms) == {"NDE_A", "NDE_B", "DE_A"}
+    assert found.residuals[0].ratio < 1.3
+    assert found.ends["NDE"].contacts[0].measured is not None

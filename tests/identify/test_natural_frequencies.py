@@ -1,0 +1,69 @@
+"""Natural frequencies of a calibration: intervals, the map through the machine's own values, crossings with the orders."""
+
+import json
+
+import numpy as np
+import pytest
+from tdbsim.rotor import build_rotor
+
+from tdbmon.analysis.resting_modes import resting_basis, resting_ends, resting_modes
+from tdbmon.identify.contract import natural_frequencies_json
+from tdbmon.identify.natural_frequencies import ORDERS, natural_frequencies
+from tdbmon.identify.parameters import calibrated_machine
+from tests.identify import drops
+
+
+@pytest.fixture(scope="module")
+def found(calibration):
+    return natural_frequencies(calibration)
+
+
+def test_intervals_hold_the_frequencies_of_the_true_machine(found):
+    """Gap and support are what the drops were made with; the rotor is the same."""
+    true = calibrated_machine(drops.machine(), drops.TRUTH)
+    rotor = build_rotor(true)
+    expected = resting_modes(resting_basis(true, rotor), resting_ends(true, rotor)).frequencies[0]
+    for mode, value in zip(found.modes, expected, strict=True):
+        width = mode.frequency.high - mode.frequency.low
+        assert mode.frequency.low - 0.25 * width - 1e-3 <= value <= mode.frequency.high + 0.25 * width + 1e-3
+        assert mode.frequency.value == pytest.approx(value, rel=0.01)
+
+
+def test_the_map_passes_through_the_fitted_stiffness(found):
+    at = int(np.argmin(np.abs(found.factors - 1)))
+    assert found.factors[at] == pytest.approx(1)
+    assert found.still.frequencies[at] == pytest.approx([mode.frequency.value for mode in found.modes])
+
+
+def test_stiffer_supports_lower_no_frequency_at_standstill(found):
+    """Rayleigh: of a conservative system that is stiffened."""
+    assert np.all(np.diff(found.still.frequencies, axis=0) >= -1e-9 * found.still.frequencies[1:])
+    assert found.still.frequencies[-1, 2] > 1.1 * found.still.frequencies[0, 2]  # and it does matter
+
+
+def test_a_support_with_mass_is_softer_upwards(found):
+    upwards = [mode for mode in found.modes if mode.direction == "up and down"]
+    assert upwards and all(mode.massless > mode.frequency.value for mode in upwards)
+    for mode in found.modes:
+        if mode.direction == "sideways":
+            assert mode.massless == pytest.approx(mode.frequency.value, rel=1e-6)
+
+
+def test_orders_meet_the_modes_at_their_critical_speeds(found, calibration):
+    machine = calibration.calibrated
+    rotor = build_rotor(machine)
+    basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
+    met = 0
+    for k, mode in enumerate(found.modes):
+        for order, speed in zip(ORDERS, mode.critical, strict=True):
+            if speed is None:
+                assert resting_modes(basis, ends, found.speed).frequencies[0, k] > order * found.speed
+                continue
+            met += 1
+            assert resting_modes(basis, ends, speed).frequencies[0, k] == pytest.approx(order * speed, rel=1e-3)
+    assert met >= 4  # both swings by 1X and 2X
+
+
+def test_json_is_plain(found):
+    back = json.loads(json.dumps(natural_frequencies_json(found), allow_nan=False))
+    assert back[0]["frequency_hz"]["unit"] == "Hz" and set(back[0]["critical_speed_hz"]) == {"1X", "2X"}
