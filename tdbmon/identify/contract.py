@@ -15,9 +15,10 @@ from tdbmon.identify.stress import Stress
 
 
 def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
-    """Return ``support``, ``peak_force_n``, ``stress_mpa`` and ``ring_at_speed_s`` of one end in one drop.
+    """Return ``support``, ``peak_force_n``, ``stress_mpa``, ``ring_at_speed_s``, ``contact_forces`` of one end in one drop.
 
-    They replace the entries of the same names under ``ends`` in the JSON of `tdbmon analyse`.
+    Contacts are told from the release until the ensemble's members have parted.  The rest replaces the entries of the
+    same names under ``ends`` in the JSON of `tdbmon analyse`.
     """
     bearing = calibration.machine.bearing(forces.end)
     mass = Estimate(bearing.support_mass, unit="kg", method="machine file", why="the machine file states no tolerance")
@@ -30,6 +31,21 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
         "peak_force_n": forces.peak.to_json(),
         "stress_mpa": stress_json(forces.stress),
         "ring_at_speed_s": forces.ring_at_speed.to_json(),
+        "contact_forces": [
+            {
+                "start_s": contact.start,
+                "seconds": contact.seconds,
+                "peak_n": contact.peak.to_json(),
+                "impulse_n_s": {
+                    "value": contact.impulse,
+                    "low": contact.impulse_low,
+                    "high": contact.impulse_high,
+                    "unit": "N s",
+                    "method": contact.peak.method,
+                },
+            }
+            for contact in forces.contacts
+        ],
     }
 
 
@@ -123,6 +139,8 @@ def stress_json(stress: Stress) -> dict[str, Any]:
         "q3": factor * stress.q3,
         "outliers": [factor * value for value in stress.outliers],
         "outliers_tukey": [factor * value for value in stress.tukey],
+        "outlier_level": factor * stress.outlier_level,
+        "outlier_level_tukey": factor * stress.tukey_level,
         "assumption": stress.assumption,
     }
 

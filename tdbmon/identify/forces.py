@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ _MODEL_SHARE = 0.02  # of a peak force, standard deviation: what reduced modes a
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _BAND = (0.025, 0.975)
 _THREADS = 2
+_SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 _APART_S = 2e-4  # s without force that part two contacts
 
 
@@ -212,7 +213,8 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     try:
         model, _ = problem.setting(shared, own, drop)
-        motion = run(model, drop_plan(measured, own, first, count))
+        plan = drop_plan(measured, own, first, count)
+        motion = run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING)))
     except InputError:
         return None
     n, state, arrays = motion.model.n, motion.state, motion.model.arrays
@@ -299,8 +301,10 @@ def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, 
             spans.append([begin, stop])
     found = []
     for k, (begin, stop) in enumerate(spans):
-        if stop >= len(time) or time[stop - 1] >= parted or stop - begin < 2:
+        if stop >= len(time) or time[stop - 1] >= parted:
             break
+        if stop - begin < 2:  # a graze of one sample
+            continue
         left = (spans[k - 1][1] + begin) // 2 if k else 0
         right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
         part = normal[:, left:right]

@@ -30,7 +30,9 @@ class Stress:
     mean, median, q1, q3 : float
         Of the fitted drop.
     outliers, tukey : tuple of float
-        Peaks of the stretches beyond three standard deviations from the mean, and beyond Tukey's fences.
+        Peaks of the stretches beyond three standard deviations from the mean, and beyond Tukey's upper fence.
+    outlier_level, tukey_level : float
+        Those two limits.
     assumption : str
         What the stress rests on beside the machine file.
     """
@@ -42,6 +44,8 @@ class Stress:
     q3: float
     outliers: tuple[float, ...]
     tukey: tuple[float, ...]
+    outlier_level: float
+    tukey_level: float
     assumption: str = ASSUMED
 
 
@@ -60,18 +64,20 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
     rule = f"Hertz, most loaded ball; {ASSUMED}"
     if not loaded.size:
         why = f"no ball of bearing '{bearing.name}' is loaded in the fitted drop"
-        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), ())
+        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0)
     mean, spread = float(loaded.mean()), float(loaded.std())
     q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
-    width = _TUKEY * (q3 - q1)
+    levels = mean + _SIGMAS * spread, q3 + _TUKEY * (q3 - q1)
     return Stress(
         greatest=Estimate(middle, low, high, "MPa", rule, "", "0-pk"),
         mean=mean,
         median=median,
         q1=q1,
         q3=q3,
-        outliers=_peaks(fitted, mean + _SIGMAS * spread),
-        tukey=_peaks(fitted, q3 + width),
+        outliers=_peaks(fitted, levels[0]),
+        tukey=_peaks(fitted, levels[1]),
+        outlier_level=levels[0],
+        tukey_level=levels[1],
     )
 
 

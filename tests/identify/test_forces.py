@@ -79,6 +79,9 @@ def test_box_of_known_values(calibration):
     assert (box.q1, box.median, box.q3) == (2e8, 3e8, 4e8)
     assert box.outliers == (41e8,)  # one stretch, its greatest
     assert box.tukey == (41e8,)
+    loaded = values[values > 0]
+    assert box.outlier_level == pytest.approx(loaded.mean() + 3 * loaded.std())
+    assert box.tukey_level == pytest.approx(4e8 + 1.5 * 2e8)
     assert box.mean == pytest.approx(values[values > 0].mean())
 
 
@@ -90,10 +93,14 @@ def test_unloaded_bearing_has_no_stress(calibration):
 def test_json_is_plain_and_complete(calibration, forces):
     text = json.dumps(calibration_json(calibration, forces), allow_nan=False)
     back = json.loads(text)["drops"][0]["ends"]["NDE"]
-    assert set(back) == {"support", "peak_force_n", "stress_mpa", "ring_at_speed_s"}
+    assert set(back) == {"support", "peak_force_n", "stress_mpa", "ring_at_speed_s", "contact_forces"}
     assert back["support"]["stiffness_n_per_m"]["unit"] == "N/m"
     assert back["support"]["damping_n_s_per_m"]["value"] is None  # exact in this machine file
     assert end_json(calibration, forces[0].ends["NDE"]) == back
+    first = back["contact_forces"][0]
+    assert first["impulse_n_s"]["low"] <= first["impulse_n_s"]["value"] <= first["impulse_n_s"]["high"]
+    # a force that rises and falls fills between a third and all of the rectangle under its peak
+    assert 0.3 < first["impulse_n_s"]["value"] / (first["peak_n"]["value"] * first["seconds"]) < 1.0
 
 
 def test_ensembles_are_repeatable(calibration, forces):
