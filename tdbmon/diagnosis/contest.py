@@ -1,21 +1,22 @@
 """Models that compete for the drops: the plain one, and those that a suspect or two extend.
 
-The horizon grows from the free fall past the first contacts.  As soon as the best model fails, the suspects with the
-best scores are fitted to as far as it came, and go on with it; those that fall behind drop out.  So the competition
-takes place where the model begins to fail, before wrong values have made up for what it lacks.
+The horizon grows from the free fall past the first contacts.  As soon as the best model fails, every suspect is fitted
+to as far as it came: roughly, with slopes that are known; those that come out best once more with their own.  They go on
+with it; those that fall behind drop out.  So the competition takes place where the model begins to fail, before wrong
+values have made up for what it lacks.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages, turn_cages
 from tdbmon.identify.calibrate import CONTACT_S, FAILING
@@ -28,9 +29,11 @@ Progress = Callable[[str], None]
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 MOST_CAUSES = 3
 _SLOPES = 8  # times that slopes are taken for the plain model at a horizon
-_INVITED = 6  # suspects fitted at a horizon with the slopes of the model that they extend
-_ADMITTED = 3  # of them, fitted with their own
-_SAME_KIND = 2  # of those invited, of one effect at one place with other words or orders
+_SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
+_ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
+_SAME_KIND = 3  # of one effect among them
+_SEATED = 3  # of them, that go on
+_ROUNDS = 5  # times at most that all suspects are fitted
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
@@ -41,7 +44,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
-_SHARE = 0.1  # of all that is left, which a further cause must promise
+_SHARE = 0.1  # of what is left beyond noise, that a further cause must take away
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,11 @@ class Contender:
     def ratio(self) -> float:
         """Misfit a residual: 1 where only noise is left."""
         return self.misfit / self.residuals
+
+    @property
+    def excess(self) -> float:
+        """Misfit beyond that of the noise."""
+        return max(self.misfit - self.floor * self.residuals, 0.0)
 
     @property
     def freedom(self) -> int:
@@ -134,7 +142,7 @@ def contest(
     floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     field: list[Contender] = []
-    lost = 0
+    lost, rounds = 0, iter(range(_ROUNDS))
     for horizon in horizons:
         last = horizon == horizons[-1]
         progress(f"fitting the first {horizon * 1e3:g} ms")
@@ -142,7 +150,7 @@ def contest(
         if last or not hopeless:
             plain = settled(plain, horizon, _SLOPES)
         field = _refitted(field, horizon)
-        plain, field = _compared(plain, field, horizon, suspects, last, progress)
+        plain, field = _compared(plain, field, horizon, suspects, rounds, last, progress)
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
         # where nothing explains the first contacts, nothing will explain the later ones
@@ -159,12 +167,15 @@ def _compared(
     field: list[Contender],
     horizon: float,
     suspects: Sequence[Suspect],
+    rounds: Iterator[int],
     last: bool,
     progress: Progress,
 ) -> tuple[Contender, list[Contender]]:
     """Return the plain model and the others, after more suspects were asked to explain what the best model leaves."""
     best = _leader(plain, field, horizon)
-    while len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)):
+    while (
+        len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)) and next(rounds, None) is not None
+    ):
         progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
         found = _invited(best, horizon, suspects, field)
         field = field + [each for each in found if not each.negligible]
@@ -175,7 +186,7 @@ def _compared(
             elif freed.misfit < plain.misfit or plain.horizon < horizon:
                 plain = freed
         after = _leader(plain, field, horizon)
-        if after is best or after.bic > best.bic - _SURE:
+        if after is best or after.bic > best.bic - _SURE or best.misfit - after.misfit < _SHARE * best.excess:
             break
         best = after
     return plain, field
@@ -303,40 +314,60 @@ def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
 def _invited(
     best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
 ) -> list[Contender]:
-    """Return the best contender with each of the suspects that promise most, fitted."""
-    taken = {each.name for each in best.causes}
-    known = {each.name for each in field}
-    open_to = [suspect for suspect in suspects if suspect.name not in taken]
-    found = scores(best.problem, best.fit, horizon, open_to)
-    tried: list[Contender] = []
-    kinds: dict[str, int] = {}
-    price = math.log(best.residuals)
-    worth = {each: each.gain - each.start.free(each.suspect).freedom * price for each in found}
-    for score in sorted(found, key=lambda each: -worth[each]):
-        if worth[score] < _SURE or (best.causes and score.gain < _SHARE * score.total):
-            continue
-        kind = score.suspect.declared.identifier
-        if kinds.get(kind, 0) >= _SAME_KIND or " + ".join([*taken, score.suspect.name]) in known:
-            continue
-        kinds[kind] = kinds.get(kind, 0) + 1
+    """Return the best contender with each of the suspects that explain most, fitted.
+
+    The scores say where the fit of each begins.  Where the best contender fails, all are fitted roughly: with the slopes
+    of the model that they extend and their own at their start.  A score follows straight lines; these fits go beyond.
+    """
+    rough = []
+    for score in _asked(best, horizon, suspects, field):
         try:
             widened = with_cause(best, score.suspect, score.start)
             fitted = fit(widened.problem, widened.fit.point, horizon, 0, slopes=widened.fit.slopes)
-            if score.suspect.counted is not None:  # which one it is, is searched with its size known roughly
-                fitted = fit(widened.problem, turn_cages(widened.problem, fitted, horizon), horizon, 1)
-                fitted = fit(widened.problem, turn_cages(widened.problem, fitted, horizon), horizon, 1)
         except InputError:
             continue
-        tried.append(replace(widened, fit=fitted))
-        if len(tried) >= _INVITED:
-            break
-    admitted = []
-    for each in sorted(tried, key=lambda each: each.bic)[:_ADMITTED]:
-        # which ball differs is searched; other suspects are near their minimum
-        counted = each.causes[-1].counted is not None
-        fitted = settled(each, horizon, 2).fit if counted else fit(each.problem, each.fit.point, horizon, 1)
-        admitted.append(replace(each, fit=min(each.fit, fitted, key=lambda one: one.misfit)))
-    return admitted
+        rough.append(replace(widened, fit=fitted))
+    admitted: list[Contender] = []
+    kinds: dict[str, int] = {}
+    for each in sorted(rough, key=lambda each: each.bic):
+        kind = each.causes[-1].declared.identifier
+        kinds[kind] = kinds.get(kind, 0) + 1
+        if kinds[kind] > _SAME_KIND or len(admitted) >= _ADMITTED:
+            continue
+        try:
+            admitted.append(_with_own_slopes(each, horizon))
+        except InputError:
+            continue
+    seated = sorted(admitted, key=lambda each: each.bic)[:_SEATED]
+    return [settled(each, horizon, _SLOPES if place == 0 else 2) for place, each in enumerate(seated)]
+
+
+def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:
+    """Return the suspects to fit roughly: all where the best contender fails, else those that promise a gain."""
+    taken = {each.name for each in best.causes}
+    known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
+    open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
+    price = math.log(best.residuals)
+    asked: list[Score] = []
+    names: dict[str, int] = {}
+    for score in scores(best.problem, best.fit, horizon, open_to):
+        name = score.suspect.name
+        names[name] = names.get(name, 0) + 1
+        worth = score.gain - score.start.free(score.suspect).freedom * price
+        if names[name] <= _SAME_NAME and (best.fails or worth > _SURE):
+            asked.append(score)
+    return asked
+
+
+def _with_own_slopes(contender: Contender, horizon: float) -> Contender:
+    """Return a contender fitted anew; which ball it is that differs is searched too, with its size known roughly."""
+    problem = contender.problem
+    if contender.causes[-1].counted is None:
+        return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
+    found = contender.fit
+    for _ in range(2):
+        found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    return replace(contender, fit=found)
 
 
 def _freed(best: Contender, horizon: float) -> list[Contender]:
