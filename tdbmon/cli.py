@@ -80,7 +80,10 @@ def analyse(
     report: Reports = None,
     forces: Annotated[
         bool,
-        typer.Option("--forces", help="fit the simulation to the first contacts: forces, stresses (some ten seconds)"),
+        typer.Option(
+            "--forces",
+            help="fit the simulation to the first contacts: forces, stresses (some ten seconds; whole coast-downs longer)",
+        ),
     ] = False,
     calibrated: Annotated[
         Path | None,

@@ -40,6 +40,9 @@ def analyse(
             from tdbmon.identify.fitted import fit_drop
 
             fitted = fit_drop(plan, channels, tell)
+            if writers or json_file is not None:
+                tell("simulating on to the end of the record")
+                fitted = fitted.with_coast_down(result)
         if writers:
             from tdbmon.report.drop_report import build_report
 
@@ -49,26 +52,22 @@ def analyse(
                 write(document)
     for line in summary_lines(result):
         typer.echo(line)
-    content = analysis_json(result)
     if fitted is not None:
-        from tdbmon.identify.contract import (
-            agreement_json,
-            calibration_json,
-            end_json,
-            force_lines,
-            natural_frequencies_json,
-        )
+        from tdbmon.identify.contract import force_lines
 
-        for end, found in fitted.forces.ends.items():
-            content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
-        content["calibration"] = calibration_json(fitted.calibration)
-        content["measured_against_simulated"] = agreement_json(fitted.agreement, fitted.friction)
-        content["natural_frequencies"] = natural_frequencies_json(fitted.natural_frequencies)
         for line in force_lines(fitted.calibration, fitted.forces):
             typer.echo(line)
         if calibrated is not None:
             write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
             typer.echo(f"machine: {calibrated}")
-    write_json(json_file, content)
+    if json_file is not None:
+        content = analysis_json(result)
+        if fitted is not None:
+            from tdbmon.identify.contract import end_json, fitted_json
+
+            for end, found in fitted.forces.ends.items():
+                content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
+            content |= fitted_json(fitted)
+        write_json(json_file, content)
     for path in report or []:
         typer.echo(f"report: {path}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map
 from tdbmon.figures.style import (
@@ -24,6 +22,7 @@ from tdbmon.figures.style import (
     colour_bar,
     legend_below,
     new_figure,
+    power_ticks,
     say,
     styled,
     subplots,
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     from tdbmon.identify.natural_frequencies import NaturalFrequencies
 
 _BEYOND = 1.1  # times the highest natural frequency of the machine, shown
-_RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 COLOUR = {"sideways": BLUE, "up and down": VERMILION}
 
 
@@ -89,15 +87,8 @@ def _map(ax: Axes, found: NaturalFrequencies) -> None:
     ax.set_xlabel(f"support stiffness {names[0]} [N/m]")
     above = ax.secondary_xaxis("top", functions=(partial(np.multiply, ratio), partial(np.multiply, 1 / ratio)))
     for axis in (ax.xaxis, above.xaxis):
-        axis.set_major_locator(LogLocator(10.0))
-        axis.set_major_formatter(FuncFormatter(_power))
-        axis.set_minor_formatter(NullFormatter())
+        power_ticks(axis)
     above.set_xlabel(f"support stiffness {names[1]} [N/m]")
-
-
-def _power(value: float, _: int) -> str:
-    """Return a power of ten as text (mathtext is off: names come from files)."""
-    return "10" + str(round(math.log10(value))).translate(_RAISED)
 
 
 def _spectra(figure: Figure, ax: Axes, analysis: Analysis, top: float) -> None:

@@ -8,6 +8,9 @@ from tdbmon.analysis.contacts import Contact
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.coast_down import CoastDown
+from tdbmon.identify.coast_down_comparison import course, paired_lines, resonances, scalars
+from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
 from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
@@ -73,6 +76,51 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
             for fit, found in _with_forces(calibration, forces)
         ],
     }
+
+
+def fitted_json(fitted: FittedDrop) -> dict[str, Any]:
+    """Return what `tdbmon analyse --forces` says beside the ends."""
+    whole = fitted.coast_down
+    return {
+        "calibration": calibration_json(fitted.calibration),
+        "measured_against_simulated": agreement_json(fitted.agreement, fitted.friction),
+        "natural_frequencies": natural_frequencies_json(fitted.natural_frequencies),
+        "coast_down": None if whole is None else coast_down_json(whole, fitted.natural_frequencies),
+    }
+
+
+def coast_down_json(whole: CoastDown, natural: NaturalFrequencies) -> dict[str, Any]:
+    """Return the features of a whole coast-down, measured and simulated; times in s after the release."""
+    found = course(whole)
+    return {
+        "quantities": [
+            {"name": name, "measured": a.to_json(), "simulated": b.to_json()} for name, a, b in scalars(whole)
+        ],
+        "lines": [
+            {
+                "name": name,
+                "measured_hz": None if a is None else a.frequency.to_json(),
+                "simulated_hz": None if b is None else b.frequency.to_json(),
+            }
+            for name, a, b in paired_lines(whole)
+        ],
+        "resonances": [
+            {
+                "order": each.order,
+                "mode": each.mode + 1,
+                "critical_speed_hz": each.critical,
+                "measured": _peak(each.measured),
+                "simulated": _peak(each.simulated),
+            }
+            for each in resonances(whole, natural)
+        ],
+        "speed_parts_s": found.speed_parts,
+        "motion_parts_s": found.motion_parts,
+    }
+
+
+def _peak(found: tuple[float, float] | None) -> dict[str, float] | None:
+    return None if found is None else {"speed_hz": found[0], "amplitude_um": found[1] * OUTSIDE["um"]}
 
 
 def agreement_json(found: Agreement, friction: FrictionChoice | None) -> dict[str, Any]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.result import Analysis
 from tdbmon.identify.agreement import Agreement, agreement
 from tdbmon.identify.calibrate import Progress, fit_drops
 from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.coast_down import CoastDown, coast_down
 from tdbmon.identify.forces import DropForces, forces_of
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
@@ -18,10 +20,23 @@ from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_freq
 
 @dataclass(frozen=True, eq=False)
 class FittedDrop:
-    """A calibration to one drop, and the forces of that drop."""
+    """A calibration to one drop, and the forces of that drop.
+
+    Attributes
+    ----------
+    calibration : Calibration
+    forces : DropForces
+    coast_down : CoastDown or None
+        The drop simulated to its record's end; None where that was not asked for, or the record holds no coast-down.
+    """
 
     calibration: Calibration
     forces: DropForces
+    coast_down: CoastDown | None = None
+
+    def with_coast_down(self, measured: Analysis) -> FittedDrop:
+        """Return the same with the whole coast-down simulated, for the analysis of its record."""
+        return replace(self, coast_down=coast_down(self.calibration, measured))
 
     @cached_property
     def agreement(self) -> Agreement:

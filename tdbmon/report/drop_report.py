@@ -12,6 +12,7 @@ from tdbmon.report.document import Document, Section
 from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
     agreement,
+    coast_down,
     contact,
     forces,
     gap,
@@ -72,5 +73,9 @@ def _of_model(after: ModuleType, analysis: Analysis, fitted: FittedDrop) -> list
     if after is contact:
         return [agreement.section(fitted), forces.section(fitted)]
     if after is spectra:
-        return [natural_frequencies.section(analysis, fitted)]
+        found = [natural_frequencies.section(analysis, fitted)]
+        if fitted.coast_down is not None:
+            modes, horizon = fitted.natural_frequencies, fitted.calibration.horizon
+            found.append(coast_down.section(fitted.coast_down, modes, horizon))
+        return found
     return []

@@ -77,7 +77,9 @@ def _modes(modes: Sequence[RestingMode], lines: Sequence[Line]) -> Table:
         measured, apart = "none", "–"
         if line is not None and line.frequency.value is not None and mode.frequency.value is not None:
             measured = f"{line.name}: {words(line.frequency)}"
-            apart = f"{100 * (mode.frequency.value / line.frequency.value - 1):+.1f} %".replace("-", "−")
+            apart = f"{round(100 * (mode.frequency.value / line.frequency.value - 1), 1) + 0.0:+.1f} %".replace(
+                "-", "−"
+            )
         massless = "–" if mode.massless is None else f"{mode.massless:.1f} Hz"
         critical = " / ".join("–" if each is None else f"{each:.1f} Hz" for each in mode.critical)
         rows.append(Row((f"{k + 1}, {mode.direction}", words(mode.frequency), massless, measured, apart, critical)))

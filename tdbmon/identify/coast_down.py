@@ -1,0 +1,159 @@
+"""The whole coast-down at the calibrated values: simulated to the record's end, recorded by the same sensors, analysed alike.
+
+Only the first contacts were fitted.  From there on the two paths part, so that features are what can be compared: speed,
+swing, lines, resonances passed, how the motion dies out.  The simulated record goes through the same analysis as the measured
+one, so that what the analysis does to a record it does to both.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tdbsim import splitting
+from tdbsim.drop_model import DropModel
+from tdbsim.errors import InputError
+from tdbsim.levitation import synchronous_response
+from tdbsim.sensors import Motion, ProbeChain, Runout, SensorChain, measure
+from tdbsim.simulate import DropPlan, initial_state
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.result import Analysis
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.prediction import Values, centre, drop_plan
+
+Array = NDArray[np.float64]
+
+LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
+_STEP_S = 50e-6  # of the integration: paths have parted long before its error shows
+_CHUNK = 10_000  # samples whose states are held at a time
+
+
+@dataclass(frozen=True, eq=False)
+class CoastDown:
+    """A simulated coast-down beside the record.
+
+    Attributes
+    ----------
+    measured, simulated : Analysis
+        Of the record, and of the simulated one.
+    took : float
+        Processor time of the simulation, s.
+    """
+
+    measured: Analysis
+    simulated: Analysis
+    took: float
+
+
+def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> CoastDown | None:
+    """Simulate a calibrated drop to the end of its record and analyse what the sensors would have recorded.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    measured : Analysis
+        Of the record of that drop.
+    drop : int
+        Which of the calibration's drops.
+
+    Returns
+    -------
+    CoastDown or None
+        None where the record ends too soon after the release to hold a coast-down, or has no orbit.
+
+    Raises
+    ------
+    InputError
+        If the simulation does not converge.
+    """
+    if calibration.problem.drops[drop].seconds < LEAST_S or measured.planes is None:
+        return None
+    record, took = simulated_record(calibration, drop, _speed_noise(measured))
+    return CoastDown(measured, analyse(record, calibration.machine), took)
+
+
+def _speed_noise(measured: Analysis) -> float:
+    """Return the scatter of the speed signal from one sample to the next, Hz."""
+    return float(np.std(np.diff(measured.speed_hz))) / math.sqrt(2) if len(measured.speed_hz) > 3 else 0.0
+
+
+def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: float = 0.0) -> tuple[xr.Dataset, float]:
+    """Return what the sensors would have recorded of a calibrated drop, and the processor time that it took, s.
+
+    With the probes' noise and the surface's runout as they were found, white, and without hum.
+
+    Raises
+    ------
+    InputError
+        If the simulation does not converge.
+    """
+    problem, machine = calibration.problem, calibration.machine
+    measured = problem.drops[drop]
+    shared, own = problem.values(calibration.point, drop)
+    model, effects = problem.setting(shared, own, drop)
+    plan = drop_plan(measured, own, 0, len(measured.time), _STEP_S)
+    began = clock.thread_time()
+    places, angle, omega = _simulate(model.copy(), plan, measured.time - measured.time[0])
+    took = clock.thread_time() - began
+    offset = np.array([centre(machine, shared, probe.position) for probe in machine.probes])
+    noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
+    usual = float(np.median(list(noise.values())))
+    chain = SensorChain(
+        probes={p.name: ProbeChain(noise=noise.get(p.name, usual), runout=_runout(own, p.end)) for p in machine.probes},
+        speed_noise_hz=speed_noise_hz,
+    )
+    for effect in effects:
+        chain = effect.sense(chain, machine, 1 / measured.interval)
+    motion = Motion(
+        time=measured.time,
+        x=places[0] + offset.real[:, None],
+        y=places[1] + offset.imag[:, None],
+        angle=angle,
+        speed_hz=np.abs(omega) / (2 * np.pi),
+    )
+    record = measure(motion, chain, machine, np.random.default_rng(0), f"simulation of {measured.name}")
+    record.attrs["source_file"] = f"simulation of {measured.name}"
+    return record, took
+
+
+def _runout(own: Values, end: str) -> tuple[Runout, ...]:
+    """Return the fitted runout of the surface at an end: it reads as Re(c exp(i order (angle - probe's angle)))."""
+    found = []
+    for order in (1, 2):
+        about = complex(own[f"{end}.runout_cosine_{order}"], own[f"{end}.runout_sine_{order}"])
+        found.append(Runout(order, abs(about), float(np.angle(about)) / order))
+    return tuple(found)
+
+
+def _simulate(model: DropModel, plan: DropPlan, time: Array) -> tuple[Array, Array, Array]:
+    """Return place in the probes' planes (2 axes, probes, k), shaft angle and speed (k,) of a levitated and dropped rotor."""
+    n, machine = model.n, model.machine
+    state = initial_state(model, plan)
+    positions = 2 * n + 15
+    shapes = model.modes.at([probe.position for probe in machine.probes])
+    since = time - plan.levitated
+    held = int(np.searchsorted(since, 0.0))
+    places, angle, omega = np.empty((2, len(shapes), len(time))), np.empty(len(time)), np.empty(len(time))
+    # levitated: the steady whirl that leads to the state at the release
+    spin = state[positions + 2 * n + 12]
+    whirl = shapes @ synchronous_response(model.arrays, spin) * np.exp(1j * state[2 * n + 12])
+    turned = whirl[:, None] * (np.exp(1j * spin * since[:held]) - 1)
+    places[0, :, :held] = (shapes @ state[:n])[:, None] + turned.real
+    places[1, :, :held] = (shapes @ state[n : 2 * n])[:, None] + turned.imag
+    angle[:held], omega[:held] = state[2 * n + 12] + spin * since[:held], spin
+    at, peak = 0.0, np.zeros(2)
+    for start in range(held, len(time), _CHUNK):
+        instants = since[start : start + _CHUNK]
+        out = np.empty((len(instants), len(state)))
+        at = splitting.integrate(model.arrays, state, at, plan.step, instants, out, peak)
+        if at < instants[-1] or not np.all(np.isfinite(state)):
+            raise InputError(f"the simulation of the coast-down left all bounds {at:.4g} s after the release")
+        here = slice(start, start + len(instants))
+        places[0, :, here], places[1, :, here] = shapes @ out[:, :n].T, shapes @ out[:, n : 2 * n].T
+        angle[here], omega[here] = out[:, 2 * n + 12], out[:, positions + 2 * n + 12]
+    return places, angle, omega
