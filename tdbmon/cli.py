@@ -89,11 +89,18 @@ def analyse(
         Path | None,
         typer.Option(metavar="F.toml", help="write the machine file with the fitted values (implies --forces)"),
     ] = None,
+    also: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="RECORD",
+            help="another drop of the machine in this condition, fitted at once (implies --forces); may be repeated",
+        ),
+    ] = None,
 ) -> None:
     """Analyse one dropdown record."""
     from tdbmon.analysis import command
 
-    command.analyse(machine, record, json_file, report, forces, calibrated)
+    command.analyse(machine, record, json_file, report, forces, calibrated, also)
 
 
 @app.command()

@@ -23,6 +23,7 @@ def analyse(
     report: list[Path] | None,
     forces: bool,
     calibrated: Path | None,
+    also: list[Path] | None,
 ) -> None:
     """Analyse a record, fit the simulation where asked, and write what was asked for."""
     writers = report_writers(report)
@@ -36,10 +37,10 @@ def analyse(
         channels = read(record)
         result = run(channels, plan, tell)
         fitted = None
-        if forces or calibrated is not None:
+        if forces or calibrated is not None or also:
             from tdbmon.identify.fitted import fit_drop
 
-            fitted = fit_drop(plan, channels, tell)
+            fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []])
             if writers or json_file is not None:
                 tell("simulating on to the end of the record")
                 fitted = fitted.with_coast_down(result)

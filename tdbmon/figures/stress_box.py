@@ -1,11 +1,14 @@
-"""Box plot of the Hertz stress of one drop, an end a box, with outliers by two rules."""
+"""Box plots of the Hertz stress, an end a panel and a drop a box, with outliers by two rules."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tdbmon.figures.stress_boxes import short_name
 from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:
@@ -16,41 +19,49 @@ _MPA = 1e-6
 
 
 @styled
-def stress_box(drop: DropForces) -> Figure:
-    """Draw the box of each end with the limits of both rules."""
-    note = f"Greatest Hertz stress among the balls while loaded, {drop.seconds:g} s · fitted simulation, not measured"
-    figure = new_figure(78, note)
-    ax = subplots(figure, 1, 1, Margins(17, 45, 9, 18))[0, 0]
-    for at, (name, end) in enumerate(drop.ends.items(), start=1):
-        box = end.stress
-        if not box.greatest.known:
-            ax.annotate(
-                f"{name}: no ball loaded", (at, 0.5), xycoords=("data", "axes fraction"), ha="center", color=GREY
-            )
-            continue
-        ax.bxp(
-            [{"med": box.median * _MPA, "q1": box.q1 * _MPA, "q3": box.q3 * _MPA, "mean": box.mean * _MPA,
-              "whislo": box.q1 * _MPA, "whishi": _whisker(box) * _MPA}],
-            positions=[at], showmeans=True, showfliers=False, patch_artist=True, widths=0.5,
-            boxprops={"facecolor": SKY, "edgecolor": BLUE},
-            meanprops={"marker": "x", "markersize": 5, "markeredgecolor": BLACK},
-            medianprops={"color": BLACK},
-        )  # fmt: skip
-        for peaks, marker, colour, words in (
-            (box.tukey, ".", GREY, "beyond Tukey's fence"), (box.outliers, "o", VERMILION, "beyond three deviations")
-        ):  # fmt: skip
-            ax.plot([at] * len(peaks), [p * _MPA for p in peaks], marker, color=colour, markerfacecolor="none",
-                    markersize=6 if marker == "o" else 4, linestyle="none", label=words)  # fmt: skip
-        for level, style, words in (
-            (box.tukey_level, ":", "Tukey's fence"), (box.outlier_level, "--", "mean + 3 deviations")
-        ):  # fmt: skip
-            ax.plot([at - 0.4, at + 0.4], [level * _MPA] * 2, linestyle=style, color=GREY, label=words)
-    ax.set_xticks(range(1, len(drop.ends) + 1), [f"{name} [end]" for name in drop.ends])
-    ax.set_xlim(0.4, len(drop.ends) + 0.6)
-    ax.set_ylim(bottom=0)
-    ax.set_ylabel("stress [MPa]")
+def stress_box(drops: Sequence[DropForces]) -> Figure:
+    """Draw the box of each drop, an end a panel, with the limits of both rules."""
+    note = (
+        f"Greatest Hertz stress among the balls while loaded, {drops[0].seconds:g} s · fitted simulation, not measured"
+    )
+    figure = new_figure(80, note)
+    ends = list(drops[0].ends)
+    axes = subplots(figure, 1, len(ends), Margins(15, 3, 13, 24, across=6), sharey=True)[0]
+    for ax, end in zip(axes, ends, strict=True):
+        for at, drop in enumerate(drops, start=1):
+            _box(ax, at, drop.ends[end].stress)
+        ax.set_title(end)
+        many = len(drops) > 2
+        labels = [short_name(drop.name) for drop in drops]
+        ax.set_xticks(range(1, len(drops) + 1), labels, rotation=20 if many else 0, ha="right" if many else "center")
+        ax.set_xlim(0.4, len(drops) + 0.6)
+        ax.set_ylim(bottom=0)
+    axes[0].set_ylabel("stress [MPa]")
     legend_below(figure, 4)
     return figure
+
+
+def _box(ax: Axes, at: int, box: Stress) -> None:
+    if not box.greatest.known:
+        ax.annotate("no ball loaded", (at, 0.5), xycoords=("data", "axes fraction"), ha="center", color=GREY)
+        return
+    ax.bxp(
+        [{"med": box.median * _MPA, "q1": box.q1 * _MPA, "q3": box.q3 * _MPA, "mean": box.mean * _MPA,
+          "whislo": box.q1 * _MPA, "whishi": _whisker(box) * _MPA}],
+        positions=[at], showmeans=True, showfliers=False, patch_artist=True, widths=0.5,
+        boxprops={"facecolor": SKY, "edgecolor": BLUE},
+        meanprops={"marker": "x", "markersize": 5, "markeredgecolor": BLACK},
+        medianprops={"color": BLACK},
+    )  # fmt: skip
+    for peaks, marker, colour, size, words in (
+        (box.tukey, ".", GREY, 4, "beyond Tukey's fence"), (box.outliers, "o", VERMILION, 6, "beyond three deviations")
+    ):  # fmt: skip
+        ax.plot([at] * len(peaks), [p * _MPA for p in peaks], marker, color=colour, markerfacecolor="none",
+                markersize=size, linestyle="none", label=words)  # fmt: skip
+    for level, style, words in (
+        (box.tukey_level, ":", "Tukey's fence"), (box.outlier_level, "--", "mean + 3 deviations")
+    ):  # fmt: skip
+        ax.plot([at - 0.4, at + 0.4], [level * _MPA] * 2, linestyle=style, color=GREY, label=words)
 
 
 def _whisker(box: Stress) -> float:

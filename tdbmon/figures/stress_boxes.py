@@ -50,7 +50,7 @@ def stress_boxes(comparison: Comparison) -> Figure:
             patch.set_edgecolor(BLACK if current else BLUE)
         ax.set_ylabel(f"{end} stress [MPa]")
         ax.set_ylim(bottom=0)
-        labels = [_short(names.get(drop, drop)) for drop, _ in rows]
+        labels = [short_name(names.get(drop, drop)) for drop, _ in rows]
         ax.set_xticks(
             range(1, len(rows) + 1),
             labels,
@@ -60,6 +60,7 @@ def stress_boxes(comparison: Comparison) -> Figure:
     return figure
 
 
-def _short(name: str) -> str:
+def short_name(name: str) -> str:
+    """Return a file's name without its ending, cut where it is long."""
     stem = name.rsplit(".", 1)[0]
     return stem if len(stem) <= 14 else stem[:13] + "…"

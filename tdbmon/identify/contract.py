@@ -82,7 +82,7 @@ def fitted_json(fitted: FittedDrop) -> dict[str, Any]:
     """Return what `tdbmon analyse --forces` says beside the ends."""
     whole = fitted.coast_down
     return {
-        "calibration": calibration_json(fitted.calibration),
+        "calibration": calibration_json(fitted.calibration, fitted.all_forces),
         "measured_against_simulated": agreement_json(fitted.agreement, fitted.friction),
         "natural_frequencies": natural_frequencies_json(fitted.natural_frequencies),
         "coast_down": None if whole is None else coast_down_json(whole, fitted.natural_frequencies),

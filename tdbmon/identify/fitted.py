@@ -1,7 +1,8 @@
-"""One drop with the model fitted to it: what `tdbmon analyse --forces` adds to the analysis."""
+"""A drop with the model fitted to it: what `tdbmon analyse --forces` adds to the analysis."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,19 +21,28 @@ from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_freq
 
 @dataclass(frozen=True, eq=False)
 class FittedDrop:
-    """A calibration to one drop, and the forces of that drop.
+    """A drop in a calibration, which may hold others too, and the forces of that drop.
 
     Attributes
     ----------
     calibration : Calibration
+        Its first drop is this one.
     forces : DropForces
     coast_down : CoastDown or None
         The drop simulated to its record's end; None where that was not asked for, or the record holds no coast-down.
+    others : tuple of DropForces
+        Of the drops that were fitted together with this one.
     """
 
     calibration: Calibration
     forces: DropForces
     coast_down: CoastDown | None = None
+    others: tuple[DropForces, ...] = ()
+
+    @property
+    def all_forces(self) -> tuple[DropForces, ...]:
+        """Of this drop and the others, in the order of the calibration's drops."""
+        return (self.forces, *self.others)
 
     def with_coast_down(self, measured: Analysis) -> FittedDrop:
         """Return the same with the whole coast-down simulated, for the analysis of its record."""
@@ -54,14 +64,24 @@ class FittedDrop:
         return natural_frequencies(self.calibration)
 
 
-def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress) -> FittedDrop:
-    """Fit the machine's model to one drop and simulate its forces.
+def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress, also: Sequence[xr.Dataset] = ()) -> FittedDrop:
+    """Fit the machine's model to a drop and simulate its forces.
+
+    Parameters
+    ----------
+    machine : Machine
+    record : Dataset
+    progress : callable
+        Is told the name of each step as it begins.
+    also : sequence of Dataset, optional
+        Other drops of the machine in the same condition: what they share is fitted to all at once.
 
     Raises
     ------
     InputError
-        If the record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
+        If a record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
     """
-    calibration = fit_drops(machine, [record], progress=progress)
+    calibration = fit_drops(machine, [record, *also], progress=progress)
     progress("simulating the forces")
-    return FittedDrop(calibration, forces_of(calibration)[0])
+    first, *others = forces_of(calibration)
+    return FittedDrop(calibration, first, others=tuple(others))

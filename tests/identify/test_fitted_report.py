@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +16,10 @@ from matplotlib.text import Text
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
 from tdbmon.estimate import Estimate
+from tdbmon.identify import fitted as module
 from tdbmon.identify.agreement import agreement
+from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.contract import fitted_json
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.forces import forces_of
 from tdbmon.report import build_report
@@ -45,7 +49,8 @@ def analysed(same_model):
 
 @pytest.fixture(scope="module")
 def fitted(calibration):
-    return FittedDrop(calibration, forces_of(calibration, seconds=0.05, members=8)[0])
+    first, *others = forces_of(calibration, seconds=0.05, members=8)
+    return FittedDrop(calibration, first, others=tuple(others))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +89,7 @@ def test_figures_say_units_and_fit_their_page(report: Document) -> None:
                 labels = [ax.get_ylabel()]
             for label in labels:
                 assert re.search(r"\[.+\]", label) or not label, f"{figure.name}: '{label}' has no unit"
-        assert len(re.findall(r"\[.+\]", texts(drawing))) >= 2, figure.name  # inner panels go without labels
+        assert re.search(r"\[.+\]", texts(drawing)), figure.name  # inner panels and categories go without
         assert "mathdefault" not in texts(drawing), figure.name
         box, (width, height) = drawing.get_tightbbox(renderer), drawing.get_size_inches()
         assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, (
@@ -143,3 +148,25 @@ def test_a_drop_with_the_probes_of_one_end_is_compared_there(calibration) -> Non
     assert set(found.residuals[0].rms) == {"NDE_A", "NDE_B", "DE_A"}
     assert found.residuals[0].ratio < 1.3
     assert found.ends["NDE"].contacts[0].measured is not None
+
+
+def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> None:
+    section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
+    table = next(b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("All drops"))
+    assert [row.cells[0] for row in table.rows] == ["drop_97.nc, 97 Hz", "drop_148.nc, 148 Hz"]
+    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-box"))
+    for ax in boxes.axes:
+        assert [label.get_text() for label in ax.get_xticklabels()] == ["drop_97", "drop_148"]
+    content = fitted_json(fitted)
+    assert [set(drop["ends"]) for drop in content["calibration"]["drops"]] == [{"NDE", "DE"}] * 2
+    assert content["coast_down"] is None
+
+
+def test_the_first_record_is_the_drop_and_the_others_go_with_it(same_model, monkeypatch) -> None:
+    machine, records = same_model
+    monkeypatch.setattr(module, "fit_drops", partial(fit_drops, horizons=(0.006, 0.01)))
+    monkeypatch.setattr(module, "forces_of", partial(forces_of, seconds=0.02, members=8))
+    found = module.fit_drop(machine, records[1], lambda _: None, records[:1])
+    assert [drop.name for drop in found.calibration.drops] == ["drop_148.nc", "drop_97.nc"]
+    assert found.forces.name == "drop_148.nc" and [drop.name for drop in found.others] == ["drop_97.nc"]
+    assert found.agreement.name == "drop_148.nc"

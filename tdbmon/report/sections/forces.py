@@ -9,8 +9,10 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import number, words
 
 if TYPE_CHECKING:
+    from tdbmon.identify.calibration import Calibration
     from tdbmon.identify.fitted import FittedDrop
     from tdbmon.identify.forces import EndForces
+    from tdbmon.identify.stress import Stress
 
 _LISTED = 12  # contacts of an end
 
@@ -52,8 +54,8 @@ def section(fitted: FittedDrop) -> Section:
     ]
     blocks: list[Block] = [
         Paragraph(
-            "No sensor measures these. The machine's model was fitted to the first"
-            f" {calibration.horizon * 1e3:.0f} ms after the release within the tolerances of the machine file; what is left"
+            f"No sensor measures these. The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the"
+            f" release{_of_several(calibration)} within the tolerances of the machine file; what is left"
             f" is {calibration.misfit:.2f} times the probes' noise (1 where nothing but noise is left). Forces are those of an"
             f" ensemble of {drop.members} simulations drawn from the fit's uncertainty, over {drop.seconds:g} s."
         ),
@@ -68,9 +70,10 @@ def section(fitted: FittedDrop) -> Section:
             "stress-box",
             "Greatest Hertz stress among the balls while any is loaded. Box: quartiles with median; cross: mean; bar: greatest"
             " value within Tukey's fence. Dots and rings: peaks beyond the fence and beyond three standard deviations.",
-            "Box plots of the stress over time, one for each end, with outliers by two rules.",
-            partial(stress_box, drop),
+            "Box plots of the stress over time, a panel for each end and a box for each drop, with outliers by two rules.",
+            partial(stress_box, fitted.all_forces),
         ),
+        *(_drops(fitted) if fitted.others else ()),
         Figure(
             "forces",
             "Normal force at each end. Trajectories with impacts part: from the dotted line on the ensemble's members no"
@@ -82,6 +85,32 @@ def section(fitted: FittedDrop) -> Section:
         _values(fitted),
     ]
     return Section("Forces and stresses (fitted model)", tuple(blocks))
+
+
+def _of_several(calibration: Calibration) -> str:
+    count = len(calibration.drops)
+    return f" of {count} drops at once" if count > 1 else ""
+
+
+def _drops(fitted: FittedDrop) -> list[Block]:
+    """Return forces and stresses of all drops that were fitted together."""
+    rows = []
+    for fit, drop in zip(fitted.calibration.drops, fitted.all_forces, strict=True):
+        cells = []
+        for end in drop.ends.values():
+            outliers = f"{len(end.stress.outliers)} / {len(end.stress.tukey)}"
+            cells += [words(end.peak), f"{_greatest(end.stress)} / {end.stress.mean / 1e6:.0f} MPa", outliers]
+        rows.append(Row((f"{drop.name}, {fit.speed:.0f} Hz", *cells)))
+    header = tuple(
+        f"{end}: {what}"
+        for end in fitted.forces.ends
+        for what in ("peak force", "stress, greatest / mean", "outliers, 3 deviations / Tukey")
+    )
+    return [Table("All drops that were fitted together", ("Drop", *header), tuple(rows))]
+
+
+def _greatest(stress: Stress) -> str:
+    return "–" if stress.greatest.value is None else f"{stress.greatest.value / 1e6:.0f}"
 
 
 def _beyond(peaks: tuple[float, ...], level: float) -> str:
@@ -127,6 +156,10 @@ def _values(fitted: FittedDrop) -> Table:
             remark = "at the edge of its tolerance: the truth may lie beyond, or the model lacks something"
         elif name in loose:
             partners = ", ".join(partner for partner, _ in loose[name].partners)
-            remark = "hardly determined by this drop" + (f"; goes with {partners}" if partners else "")
+            remark = (
+                "hardly determined by "
+                + ("these drops" if fitted.others else "this drop")
+                + (f"; goes with {partners}" if partners else "")
+            )
         rows.append(Row((name, words(value), remark)))
     return Table("Fitted values (95 % intervals)", ("Value", "Fitted", "Remark"), tuple(rows))
