@@ -54,11 +54,31 @@ def add(
             sys.stderr.write("tdbmon: " + " ".join(outcome.why.split()) + "\n")
         else:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
+    strange = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
+    for drop, sentence in strange.items():
+        sys.stderr.write(f"tdbmon: drop {drop} {sentence}\n")
     failed = [o for o in outcomes if o.failed]
     typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
-    rows = [{"file": str(o.record), "drop": o.drop or None, "state": o.state, "why": o.why} for o in outcomes]
+    rows = [
+        {
+            "file": str(o.record),
+            "drop": o.drop or None,
+            "state": o.state,
+            "why": o.why,
+            "remark": strange.get(o.drop, ""),
+        }
+        for o in outcomes
+    ]
     write_json(json_file, {"archive": str(folder), "records": rows})
     return 2 if failed else 0
+
+
+def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
+    """Return what to tell of the drops that look like drops of another machine, by identifier."""
+    from tdbmon.history.another_machine import likeness
+
+    looked = {drop: likeness(archive, archive.entry(drop), archive.filing(drop).features) for drop in drops}
+    return {drop: found.sentence for drop, found in looked.items() if found.strange}
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
+from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.difference import Difference, baseline, compare_value
@@ -92,6 +93,8 @@ class Comparison:
     stress : dict
         By end: (drop, box) of all matching drops with forces, this one last.
     life : Life
+    likeness : Likeness
+        Whether it looks like a drop of this machine at all.
     remarks : tuple of str
         What to know when reading it.
     settings : Settings
@@ -104,6 +107,7 @@ class Comparison:
     tested: int
     stress: dict[str, tuple[tuple[str, StressBox], ...]]
     life: Life
+    likeness: Likeness
     remarks: tuple[str, ...]
     settings: Settings
 
@@ -180,6 +184,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         tested=tested,
         stress={end: tuple(rows) for end, rows in ends.items()},
         life=life_of(drop, of_machine, boxes, fatigue, settings.life),
+        likeness=likeness(archive, drop.entry, drop.features),
         remarks=tuple(remarks),
         settings=settings,
     )

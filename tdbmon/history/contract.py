@@ -37,6 +37,11 @@ def comparison_json(comparison: Comparison, verdict: Verdict) -> dict[str, Any]:
             "damage": comparison.life.damage.to_json(),
             "margin": comparison.life.margin.to_json(),
         },
+        "another_machine": {
+            "flag": comparison.likeness.strange,
+            "far": list(comparison.likeness.far),
+            "compared": list(comparison.likeness.compared),
+        },
         "remarks": list(comparison.remarks),
     }
 

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.levitation import levitation
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.severity import severity
+from tdbmon.record.keyphasor import speed_over_pulses
 from tdbmon.report.quantity import since
 from tdbmon.report.sections.findings import release_time, settle_time
 
@@ -44,6 +46,7 @@ def _of_rotor(analysis: Analysis) -> list[Feature]:
     no_swing = "no swing of enough cycles stands out after both ends have settled"
     still = Estimate.missing("s", "the record holds no speed") if rundown is None else rundown.standstill_time
     values = {
+        "keyphasor_ratio": speed_over_pulses(analysis.record, analysis.machine),
         "settled_s": _in(settle_time(analysis), "s"),
         "standstill_time_s": since(still, release, "s"),
         "swing_1_hz": swings[0] if len(swings) > 0 else Estimate.missing("Hz", no_swing),
@@ -87,9 +90,23 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
         "deepest_um": end.deepest,
         "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unsettled),
         "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unsettled),
+        **_levitated(analysis, end),
         **_severity(analysis, end),
     }
     return [Feature(name, end.name, estimate) for name, estimate in values.items()]
+
+
+def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
+    names = ("levitated_x_um", "levitated_y_um", "levitated_1x_um", "levitated_noise_um")
+    if analysis.planes is None or analysis.release is None or analysis.release.time.value is None:
+        return dict.fromkeys(names, Estimate.missing("um", "the record holds no release"))
+    if end.plane == "none":
+        return dict.fromkeys(names, Estimate.missing("um", "no orbit at this end"))
+    release = analysis.release.time.value
+    before = analysis.speed_hz[analysis.speed_time < release]
+    speed = float(np.nanmedian(before)) if np.isfinite(before).any() else None
+    found = levitation(analysis.planes, end.name, release, speed, analysis.machine.mains)
+    return dict(zip(names, (found.x, found.y, found.once, found.noise), strict=True))
 
 
 def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:

@@ -225,6 +225,29 @@ _KINDS = (
     FeatureKind("swing_1_hz", "Swing in the clearance, parallel", "Hz", 0.02, "gap"),
     FeatureKind("swing_2_hz", "Swing in the clearance, conical", "Hz", 0.02, "gap"),
     FeatureKind("settled_s", "Settled on both rings after", "s", 0.4, "damping, friction", relative=True),
+    FeatureKind("levitated_x_um", "Levitated position, x", "um", 1e-6, "set-point, probes", judged=False),
+    FeatureKind("levitated_y_um", "Levitated position, y", "um", 1e-6, "set-point, probes", judged=False),
+    FeatureKind(
+        "levitated_1x_um",
+        "Once per revolution in levitation",
+        "um",
+        0.05,
+        "unbalance, run-out, control",
+        relative=True,
+        judged=False,
+    ),
+    FeatureKind(
+        "levitated_noise_um",
+        "Noise in levitation",
+        "um",
+        0.05,
+        "probes, recorder, control",
+        relative=True,
+        judged=False,
+    ),
+    FeatureKind(
+        "keyphasor_ratio", "Stated speed over that of the keyphasor", "1", 1e-3, "keyphasor, recorder", judged=False
+    ),
     FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "how the drop was made", judged=False),
 )
 

@@ -39,7 +39,9 @@ def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
     inspect = [*_limits(comparison), *_life(comparison)]
     changed = [_sentence(change) for change in comparison.flagged]
-    if len(changed) > _SUSPICIOUS * comparison.tested:
+    if comparison.likeness.strange:
+        changed.insert(0, comparison.likeness.sentence)
+    elif len(changed) > _SUSPICIOUS * comparison.tested:
         changed.append(
             f"{len(changed)} of {comparison.tested} quantities differ at once: make sure that this is a drop of this machine,"
             " with the same probes and assembly"

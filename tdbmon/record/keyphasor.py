@@ -9,6 +9,8 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.estimate import Estimate
+
 _NEAR = 6  # intervals on either side that hold at least one without a missed pulse
 _WINDOW = 9  # pulses around an interval that tell what is usual there
 _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
@@ -139,6 +141,26 @@ def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     interval = np.diff(pulses.times)
     hz = np.diff(pulses.turns) / interval
     return (pulses.times[1:] + pulses.times[:-1]) / 2, hz, np.sqrt(2) * pulses.sigma * hz / interval
+
+
+def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
+    """Return the speed that a channel states over that of the pulses: 1 where both are of one shaft.
+
+    Median over the revolutions, with its standard error from their interquartile range (asymptotic, for normal errors).
+    """
+    if "speed" not in ds or "keyphasor" not in ds or machine.keyphasor is None:
+        return Estimate.missing("1", "the record does not hold both a speed channel and keyphasor pulses")
+    at, hz, _ = speed(pulses(ds, machine))
+    channel = ds["speed"]
+    time, stated = channel[channel.dims[0]].values, channel.values
+    good = np.isfinite(stated)
+    inside = (hz > 0) & (at >= time[good][0]) & (at <= time[good][-1]) if good.any() else np.zeros(len(at), dtype=bool)
+    if np.count_nonzero(inside) < 5:
+        return Estimate.missing("1", "fewer than five revolutions have both a stated speed and pulses")
+    ratio = np.interp(at[inside], time[good], stated[good]) / hz[inside]
+    low, middle, high = np.quantile(ratio, (0.25, 0.5, 0.75))
+    error = 1.2533 * float(high - low) / 1.349 / np.sqrt(ratio.size)
+    return Estimate.from_sigma(float(middle), float(error), "1", "median over the revolutions")
 
 
 def _none(why: str) -> Pulses:

@@ -27,7 +27,7 @@ USUAL = {
     "s": 1.0,
     "1": 1.0,
 }
-_ROTOR = {"initial_hz", "decay_time_s", "lost_speed_hz", "swing_1_hz"}
+_ROTOR = {"initial_hz", "keyphasor_ratio", "decay_time_s", "lost_speed_hz", "swing_1_hz"}
 
 
 def filing(

@@ -1,0 +1,74 @@
+"""The shaft in levitation before the release: where it stands, how far it turns about there, and what noise is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from tdbmon.estimate import Estimate
+
+_LEAST_TURNS = 3.0  # of the shaft in the stretch: below, its orbit is not told from its place
+_GUARD_S = 1e-3  # before the release: its instant is not exact
+
+
+@dataclass(frozen=True)
+class Levitation:
+    """The levitated shaft at one end (SI).
+
+    Attributes
+    ----------
+    x, y : Estimate
+        Mean position, as the probes count it.
+    once : Estimate
+        Once per revolution: root of the sum of both axes' squared amplitudes, which no turning of the axes changes.
+        Run-out of the probe tracks is part of it.
+    noise : Estimate
+        Standard deviation of what mains, once and twice per revolution leave, mean of both axes.
+    """
+
+    x: Estimate
+    y: Estimate
+    once: Estimate
+    noise: Estimate
+
+
+def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | None, mains_hz: float) -> Levitation:
+    """Fit the levitated orbit of an end by least squares.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `tdbmon.analysis.axes.to_planes`.
+    end : str
+    release : float
+        Instant of the release, s.
+    speed_hz : float or None
+        Rotor speed before it; None where it is not known.
+    mains_hz : float
+    """
+    shaft = planes.displacement.sel(end=end, time=slice(None, release - _GUARD_S))
+    z, t = shaft.to_numpy(), shaft.time.to_numpy()
+    good = np.isfinite(z).all(axis=0)
+    z, t = z[:, good], t[good]
+    seconds = float(t[-1] - t[0]) if len(t) > 1 else 0.0
+    if speed_hz is None or seconds * speed_hz < _LEAST_TURNS:
+        why = "the speed before the release is not known" if speed_hz is None else "the levitated stretch is too short"
+        missing = Estimate.missing("um", why)
+        return Levitation(missing, missing, missing, missing)
+    frequencies = [speed_hz, 2 * speed_hz] + ([mains_hz] if seconds * mains_hz >= _LEAST_TURNS else [])
+    waves = [wave(2 * np.pi * f * t) for f in frequencies for wave in (np.cos, np.sin)]
+    design = np.column_stack([np.ones_like(t), *waves])
+    coefficients, *_ = np.linalg.lstsq(design, z.T, rcond=None)
+    left = z.T - design @ coefficients
+    noise = float(np.sqrt(np.sum(left**2) / (left.size - coefficients.size)))
+    sigma = np.sqrt(np.diag(np.linalg.pinv(design.T @ design))) * noise
+    once = float(np.sqrt(np.sum(coefficients[1:3] ** 2)))
+    rule = "least squares over the levitated stretch, noise taken as white"
+    return Levitation(
+        Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
+        Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
+        Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk"),
+        Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
+    )

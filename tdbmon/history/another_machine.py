@@ -1,0 +1,127 @@
+"""Does a drop look like one of another machine, whose name is the same or was given by mistake?
+
+What a record shows of its machine without a fitted model, and what wear, a new set-point or another balance change in one
+or two kinds only: gaps, place of the clearance, stiffness, set-point, once per revolution and noise in levitation, decay of
+the speed, speed over pulses.  A kind is **far** where, at any end, the drop lies beyond all earlier drops by more than twice
+their whole range, or than twice a least range where they lie closer together; its own interval is granted to it.  Three
+kinds that are far flag the drop.  It is a flag and no proof: the rule is our own, and `docs/history.md` says how often it
+was right on synthetic machines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tdbmon.estimate import Estimate
+from tdbmon.history import catalogue
+from tdbmon.history.archive import Archive
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.feature import Feature
+from tdbmon.history.settings import Settings
+
+_FAR = 2.0  # times the range of the earlier drops
+_LEAST_DROPS = 3
+_LEAST_KINDS = 3
+_MOST = 100  # of the earlier drops, the latest
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """What tells machines apart: features that count as one, the least range believed (SI or relative), and whether only
+    drops of about the same speed compare."""
+
+    title: str
+    features: tuple[str, ...]
+    least: float
+    relative: bool = False
+    same_speed: bool = False
+
+
+_KINDS = (
+    _Kind("radius at rest", ("gap_um",), 5e-6),
+    _Kind("place of the clearance", ("gap_centre_x_um", "gap_centre_y_um"), 5e-6),
+    _Kind("stiffness of bearing and support", ("stiffness_n_per_m",), 0.1, relative=True),
+    _Kind("levitated position", ("levitated_x_um", "levitated_y_um"), 5e-6),
+    _Kind("once per revolution in levitation", ("levitated_1x_um",), 0.2, relative=True, same_speed=True),
+    _Kind("noise in levitation", ("levitated_noise_um",), 0.1, relative=True),
+    _Kind("decay time of the speed", ("decay_time_s",), 0.05, relative=True),
+    _Kind("stated speed over that of the keyphasor", ("keyphasor_ratio",), 1e-3),
+)
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """How a drop looks beside the earlier ones of its machine.
+
+    Attributes
+    ----------
+    compared : tuple of str
+        The kinds of which the drop and three earlier ones at least have a value.
+    far : tuple of str
+        Those in which it lies far outside of all of them.
+    """
+
+    compared: tuple[str, ...]
+    far: tuple[str, ...]
+
+    @property
+    def strange(self) -> bool:
+        """It looks like a drop of another machine."""
+        return len(self.far) >= _LEAST_KINDS
+
+    @property
+    def sentence(self) -> str:
+        """What to tell of a strange drop."""
+        return (
+            f"looks like a drop of another machine: far outside of all earlier drops in {len(self.far)} of"
+            f" {len(self.compared)} things that tell machines apart ({', '.join(self.far)}); make sure whose drop it is,"
+            " with which probes and after which overhaul"
+        )
+
+
+def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> Likeness:
+    """Hold a drop against all drops of its machine and assembly before it, of whatever speed.
+
+    Parameters
+    ----------
+    archive : Archive
+    entry : Entry
+        Of the drop, which need not be filed.
+    features : tuple of Feature
+        Its own.
+    """
+    settings = archive.settings(entry.machine)
+    names = {name for kind in _KINDS for name in kind.features}
+    with catalogue.reading(archive.catalogue) as base:
+        of_machine = catalogue.entries(base, "machine = ? AND assembly = ?", (entry.machine, entry.assembly))
+        before = [e for e in of_machine if e.id != entry.id and e.moment < entry.moment][-_MOST:]
+        found = catalogue.features(base, [e.result for e in before])
+    earlier = [(e, {(f.name, f.end): f.estimate for f in found[e.result] if f.name in names}) for e in before]
+    mine = {(f.name, f.end): f.estimate for f in features if f.name in names}
+    compared, far = [], []
+    for kind in _KINDS:
+        there = [values for e, values in earlier if not kind.same_speed or _same_speed(e, entry, settings)]
+        judged = [
+            _beyond(mine[key], [v[key] for v in there if key in v], kind) for key in mine if key[0] in kind.features
+        ]
+        judged = [each for each in judged if each is not None]
+        compared += [kind.title] if judged else []
+        far += [kind.title] if any(judged) else []
+    return Likeness(tuple(compared), tuple(far))
+
+
+def _same_speed(one: Entry, other: Entry, settings: Settings) -> bool:
+    if one.speed is None or other.speed is None:
+        return False
+    return abs(one.speed - other.speed) <= settings.matching.speed * other.speed
+
+
+def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None:
+    """Whether a value lies far outside of the earlier ones; None where there are too few to tell."""
+    values = sorted(e.value for e in earlier if e.value is not None)
+    if mine.value is None or len(values) < _LEAST_DROPS:
+        return None
+    low, high = values[0], values[-1]
+    least = kind.least * (abs(values[len(values) // 2]) if kind.relative else 1.0)
+    own = 0.0 if mine.low is None or mine.high is None else (mine.high - mine.low) / 2
+    return max(low - mine.value, mine.value - high) > _FAR * max(high - low, least) + own

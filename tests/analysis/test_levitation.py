@@ -1,0 +1,44 @@
+"""The levitated orbit by least squares, against what was put in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tdbmon.analysis.levitation import levitation
+from tests.analysis.planes import planes_of
+
+RATE, SPEED, RELEASE = 10e3, 83.0, 0.2
+PLACE, ORBIT, NOISE = (12e-6, -31e-6), 2.4e-6, 0.3e-6
+
+
+def levitated(seed: int = 0):
+    rng = np.random.default_rng(seed)
+    t = np.arange(int(0.3 * RATE)) / RATE
+    turn = 2 * np.pi * SPEED * t + rng.uniform(0, 6)
+    hum = 0.4e-6 * np.sin(2 * np.pi * 50 * t)
+    xy = np.column_stack([PLACE[0] + ORBIT * np.cos(turn) + hum, PLACE[1] + ORBIT * np.sin(turn) + hum])
+    xy[t > RELEASE, 1] -= 200e-6
+    return planes_of(t, {end: xy + NOISE * rng.standard_normal(xy.shape) for end in ("NDE", "DE")})
+
+
+def test_place_orbit_and_noise_are_those_put_in():
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0)
+    assert found.x.value == pytest.approx(PLACE[0], abs=0.05e-6)
+    assert found.y.value == pytest.approx(PLACE[1], abs=0.05e-6)
+    assert found.once.value == pytest.approx(np.sqrt(2) * ORBIT, rel=0.01)  # of both axes together
+    assert found.noise.value == pytest.approx(NOISE, rel=0.05)
+
+
+def test_the_intervals_hold_what_was_put_in():
+    held = []
+    for seed in range(60):
+        found = levitation(levitated(seed), "NDE", RELEASE, SPEED, 50.0)
+        truths = ((found.x, PLACE[0]), (found.once, np.sqrt(2) * ORBIT), (found.noise, NOISE))
+        held.append([each.low <= truth <= each.high for each, truth in truths])
+    assert (np.mean(held, axis=0) >= 0.88).all()  # 95 % less three standard deviations of 60 trials
+
+
+def test_without_speed_or_with_a_short_stretch_it_is_missing():
+    assert "not known" in levitation(levitated(), "DE", RELEASE, None, 50.0).once.why
+    assert "too short" in levitation(levitated(), "DE", 0.02, SPEED, 50.0).noise.why
