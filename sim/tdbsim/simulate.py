@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
@@ -115,6 +116,8 @@ class Trajectory:
     state : (k, size) array
     peak_normal : (2,) array
         Greatest normal force at each end over all steps, N.
+    whirl : (n,) complex array
+        Of the levitated rotor in its modes: x + i y = whirl exp(i angle), m.
     """
 
     model: DropModel
@@ -122,6 +125,7 @@ class Trajectory:
     time: Array
     state: Array
     peak_normal: Array
+    whirl: NDArray[np.complex128]
 
 
 def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -> xr.Dataset:
@@ -158,19 +162,24 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
     """
     model = model.copy()
-    start = initial_state(model, plan)
+    start, whirl = _released(model, plan)
     count = 1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)
     time = np.arange(count) / plan.sampling
     state = np.empty((count, len(start)))
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
-    _fill_levitated(model, time[:levitated] - plan.levitated, start, state[:levitated])
+    _fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
     peak = np.zeros(2)
     _integrate(model, plan, start, time[levitated:] - plan.levitated, state[levitated:], peak)
-    return Trajectory(model, plan, time, state, peak)
+    return Trajectory(model, plan, time, state, peak, whirl)
 
 
 def initial_state(model: DropModel, plan: DropPlan) -> Array:
     """Return the state at the release; the model's angles, set-point and magnetic forces are set to the plan's."""
+    return _released(model, plan)[0]
+
+
+def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.complex128]]:
+    """Return the state at the release, and the whirl before it with the shaft's angle at zero."""
     from tdbsim.rhs import LEDGER, positions
     from tdbsim.standstill import rest
 
@@ -181,7 +190,8 @@ def initial_state(model: DropModel, plan: DropPlan) -> Array:
     omega = model.machine.sense * 2 * math.pi * plan.speed
     check_stable(arrays, omega)
     mean_x, mean_y = hold(arrays, np.asarray(plan.set_point, dtype=float))
-    whirl = synchronous_response(arrays, omega) * np.exp(1j * plan.shaft_angle)
+    unturned = synchronous_response(arrays, omega)
+    whirl = unturned * np.exp(1j * plan.shaft_angle)
     add_whirl_force(arrays, omega, whirl)
     y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
     push = np.linalg.solve(arrays.at_end[:, :2], np.asarray(plan.velocity, dtype=float))
@@ -204,14 +214,14 @@ def initial_state(model: DropModel, plan: DropPlan) -> Array:
                 f" orbit of {orbit * 1e6:.4g} um 0-pk, reaches the gap of {arrays.end[end, GAP] * 1e6:.4g} um;"
                 " check set-point, unbalance and speed"
             )
-    return y
+    return y, unturned
 
 
-def _fill_levitated(model: DropModel, time: Array, start: Array, states: Array) -> None:
+def _fill_levitated(unturned: NDArray[np.complex128], time: Array, start: Array, states: Array) -> None:
     """Fill the states (k, size) at times before the release, s and negative, with the steady whirl that leads to `start`."""
-    n, nq = model.n, (len(start) - 14) // 2
+    n, nq = len(unturned), (len(start) - 14) // 2
     omega, angle = start[nq + 2 * n + 12], start[2 * n + 12]
-    whirl = synchronous_response(model.arrays, omega) * np.exp(1j * angle)
+    whirl = unturned * np.exp(1j * angle)
     turned = np.exp(1j * omega * time)[:, None] * whirl
     states[:] = start
     states[:, :n] += turned.real - whirl.real

@@ -9,7 +9,7 @@ values have made up for what it lacks.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,7 +142,7 @@ def contest(
     floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     field: list[Contender] = []
-    lost, rounds = 0, iter(range(_ROUNDS))
+    lost, rounds = 0, list(range(_ROUNDS))
     for horizon in horizons:
         last = horizon == horizons[-1]
         progress(f"fitting the first {horizon * 1e3:g} ms")
@@ -154,7 +154,7 @@ def contest(
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
         # where nothing explains the first contacts, nothing will explain the later ones
-        lost = lost + 1 if best.ratio > _LOST else 0
+        lost = lost + 1 if best.ratio > (_LOST if rounds else _NEARLY) else 0
         if lost >= _LOST_HORIZONS or (horizon >= _EARLIEST_S and _decided(plain, field, horizon)):
             plain = settled(plain, horizon, _SLOPES) if plain.horizon < horizon else plain
             break
@@ -167,15 +167,14 @@ def _compared(
     field: list[Contender],
     horizon: float,
     suspects: Sequence[Suspect],
-    rounds: Iterator[int],
+    rounds: list[int],
     last: bool,
     progress: Progress,
 ) -> tuple[Contender, list[Contender]]:
     """Return the plain model and the others, after more suspects were asked to explain what the best model leaves."""
     best = _leader(plain, field, horizon)
-    while (
-        len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)) and next(rounds, None) is not None
-    ):
+    while len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)) and rounds:
+        rounds.pop()
         progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
         found = _invited(best, horizon, suspects, field)
         field = field + [each for each in found if not each.negligible]

@@ -1,7 +1,7 @@
-"""Cages turned to where they suit.
+"""Cages and rings turned to where they suit.
 
 A contact depends on the cages' angles in a wavy way, so they are searched over all of a ball's spacing, everything else
-adapting linearly.
+adapting linearly.  So are the phases, at the release, of lobes and waves that turn with a ring.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.identify.least_squares import Fit, fit
+from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.problem import Problem, huber, spread
 
 Array = NDArray[np.float64]
@@ -20,19 +21,21 @@ Array = NDArray[np.float64]
 _WORTH = 0.9  # of what is left at the present angle, that another must get below
 _GRID = 8  # angles tried over a ball's spacing, an end
 _NUMBERED_GRID = 4  # the same where one ball differs from the others, and the whole circle is searched
+_PHASES = 8  # tried of what turns with a ring
 
 
 def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:
-    """Return the fitted point with each drop's cages at the angles that suit best once all else has adapted linearly.
+    """Return the fitted point with each drop's cages and rings at the angles that suit best once all else has adapted.
 
-    Each end by itself: the ends' first contacts hardly know of each other.
+    Each by itself, and that linearly: the ends' first contacts hardly know of each other.
     """
     point = found.point.copy()
     own = [p.name for p in problem.own[0]]
-    cages = [len(problem.shared) + own.index(f"cage_{end}") for end in range(2)]
-    turned = problem.each(lambda drop: _turned(problem, found, drop, horizon, cages))
+    turning = [*(own.index(name) for name in _phases(problem)), *(own.index(f"cage_{end}") for end in range(2))]
+    columns = [len(problem.shared) + k for k in turning]
+    turned = problem.each(lambda drop: _turned(problem, found, drop, horizon, columns))
     for drop, angles in enumerate(turned):
-        point[problem.columns(drop)[cages]] = angles
+        point[problem.columns(drop)[columns]] = angles
     return point
 
 
@@ -45,23 +48,20 @@ def better_cages(problem: Problem, found: Fit, horizon: float, linearisations: i
     return min(found, turned, key=lambda each: each.misfit)
 
 
-def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list[int]) -> Array:
-    """Return the best angles of a drop's cages, in the coordinates of the point."""
+def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: list[int]) -> Array:
+    """Return the best angles of what turns in a drop, in the coordinates of the point."""
     where = problem.columns(drop)
     base, jacobian = found.residuals[drop], found.slopes[drop]
-    others = ~np.isin(np.arange(len(where)), cages)
+    others = ~np.isin(np.arange(len(where)), columns)
     weights, prior = np.sqrt(huber(base, spread(base))), problem.prior[where][others]
     basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(prior)]))
     near = found.point.copy()
-    for end, cage in enumerate(cages):
-        numbered = _numbered(problem, end)
-        balls = problem.model.machine.touchdown_bearings[end].balls.count
-        # two spans are a ball's spacing; where the balls have numbers, it takes the whole circle
-        offsets = np.arange(_NUMBERED_GRID * balls) * 2 / _NUMBERED_GRID if numbered else np.arange(_GRID) * 2 / _GRID
-        start, least, best = near[where[cage]], math.inf, near[where[cage]]
+    for column in columns:
+        offsets, period = _circle(problem, problem.own[drop][column - len(problem.shared)])
+        start, least, best = near[where[column]], math.inf, near[where[column]]
         stays = math.inf
         for offset in offsets:
-            near[where[cage]] = start + offset
+            near[where[column]] = start + offset
             try:
                 left = problem.residual(near, drop, horizon) * weights
             except InputError:
@@ -74,9 +74,26 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, cages: list
                 least, best = float(left @ left), start + offset
         if least > _WORTH * stays:
             best = start
-        around = balls if numbered else 1
-        near[where[cage]] = (best + around) % (2 * around) - around
-    return near[where[cages]]
+        near[where[column]] = (best + period / 2) % period - period / 2
+    return near[where[columns]]
+
+
+def _circle(problem: Problem, turning: Parameter) -> tuple[Array, float]:
+    """Return the offsets to try of an angle, and its period, in its spans."""
+    if not turning.name.startswith("cage_"):
+        period = 2 * math.pi / turning.scale
+        return np.arange(_PHASES) * period / _PHASES, period
+    end = int(turning.name.removeprefix("cage_"))
+    balls = problem.model.machine.touchdown_bearings[end].balls.count
+    # two spans are a ball's spacing; where the balls have numbers, it takes the whole circle
+    if _numbered(problem, end):
+        return np.arange(_NUMBERED_GRID * balls) * 2 / _NUMBERED_GRID, 2.0 * balls
+    return np.arange(_GRID) * 2 / _GRID, 2.0
+
+
+def _phases(problem: Problem) -> list[str]:
+    """Return the names of the phases that each drop has of its own, of what moves the shaft."""
+    return [p.name for each in problem.free for p in each.own(0) if p.moves]
 
 
 def _numbered(problem: Problem, end: int) -> bool:

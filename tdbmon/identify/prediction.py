@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from tdbsim import hooks
 from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
-from tdbsim.levitation import synchronous_response
 from tdbsim.machine import Machine
 from tdbsim.modes import Modes
 from tdbsim.sensors import Runout, SensorChain, clean_readings
@@ -53,7 +52,7 @@ class Prediction:
     mean : (probes,) complex array
         x + i y of the levitated mean, m.
     whirl : (probes,) complex array
-        Of the levitated whirl at the middle of the levitated stretch: x + i y = whirl exp(i angle), m.
+        Of the levitated whirl: x + i y = whirl exp(i angle), m.
     """
 
     first: int
@@ -141,10 +140,9 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
     n = model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
-    omega = motion.state[0, (2 * n + 15) + 2 * n + 12]
     angle = motion.state[:, 2 * n + 12]
-    whirl = synchronous_response(model.arrays, middle)
-    at_first = synchronous_response(model.arrays, omega) * np.exp(1j * angle[0])
+    whirl = motion.whirl  # the speed hardly changes before the release
+    at_first = whirl * np.exp(1j * angle[0])
     mean = motion.state[0, :n] + 1j * motion.state[0, n : 2 * n] - at_first
     return Prediction(
         first=first,
