@@ -25,7 +25,7 @@ reports: $(VENV)/.installed
 docs: $(VENV)/.installed-dev   # the pages that are made from runs
 	$(BIN)/python -m tdbmon.effects_page
 	$(BIN)/python -m tdbmon.validation
-	$(BIN)/python -m benchmarks accuracy
+	$(BIN)/python -m benchmarks accuracy forces
 
 N ?= 300
 blind: $(VENV)/.installed-dev   # N blind cases through the command line; about a minute each, resumes where it stopped

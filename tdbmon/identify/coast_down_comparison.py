@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -200,7 +201,10 @@ def _peak(analysis: Analysis, order: float, critical: float) -> tuple[float, flo
     part = tracks.sel(order=order)
     speed = part.speed.to_numpy()
     circle = np.fmax(part.forward.to_numpy(), part.backward.to_numpy()).max(axis=part.forward.get_axis_num("end"))
-    circle = np.where(np.isfinite(circle), circle, 0.0)
+    # what bounces through a critical speed shows no resonance of the resting rotor
+    settled = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
+    resting = part.time.to_numpy() > max(settled, default=-math.inf)
+    circle = np.where(np.isfinite(circle) & resting, circle, 0.0)
     near = np.flatnonzero(np.abs(speed / critical - 1) < _AROUND)
     wide = circle[np.abs(speed / critical - 1) < 3 * _AROUND]
     if len(near) < 3 or not wide.any():
