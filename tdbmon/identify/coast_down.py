@@ -53,6 +53,8 @@ class CoastDown:
 def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> CoastDown | None:
     """Simulate a calibrated drop to the end of its record and analyse what the sensors would have recorded.
 
+    Channels that the record lacks, or that were not fit for use, are lacking in the simulated one.
+
     Parameters
     ----------
     calibration : Calibration
@@ -73,8 +75,13 @@ def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> C
     """
     if calibration.problem.drops[drop].seconds < LEAST_S or measured.planes is None:
         return None
+    machine = calibration.machine
     record, took = simulated_record(calibration, drop, _speed_noise(measured))
-    return CoastDown(measured, analyse(record, calibration.machine), took)
+    used = {probe.name for probe in calibration.problem.drops[drop].probes}
+    lost = [probe.name for probe in machine.probes if probe.name not in used]
+    lost += [name for name in ("speed", "keyphasor") if name not in measured.record]
+    record = record.drop_vars([machine.channel_in_file(name) for name in lost], errors="ignore")
+    return CoastDown(measured, analyse(record, machine), took)
 
 
 def _speed_noise(measured: Analysis) -> float:

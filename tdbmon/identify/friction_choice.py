@@ -16,7 +16,7 @@ from tdbsim.errors import InputError
 from tdbmon.estimate import Estimate
 from tdbmon.identify.agreement import at_planes
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.prediction import predict, readings
+from tdbmon.identify.prediction import predict, readings, window
 
 Array = NDArray[np.float64]
 
@@ -64,47 +64,29 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     InputError
         If no tried coefficient can be simulated, or the probes show the orbit of no end.
     """
-    problem, machine = calibration.problem, calibration.calibrated
-    measured = problem.drops[drop]
+    machine, measured = calibration.calibrated, calibration.problem.drops[drop]
     seconds = min(seconds, measured.seconds)
-    shared, own = problem.values(calibration.point, drop)
-    names = [f"{end}.friction" for end in machine.ends]
-    orbits: dict[float, Array] = {}
-    seen = np.empty(0)
-
-    def follow(coefficient: float) -> None:
-        nonlocal seen
-        values = {**shared, **dict.fromkeys(names, coefficient)}
-        try:
-            model, effects = problem.setting(values, own, drop)
-            prediction = predict(measured, model, own, seconds)
-        except InputError:
-            return
-        simulated = readings(prediction, measured, machine, problem.sensors(effects, values, own, drop))
-        span = slice(prediction.first, prediction.first + simulated.shape[1])
-        time = measured.time[span] - measured.release - own["release"]
-        after = time >= 0
-        orbits[coefficient] = at_planes(simulated[:, after], time[after], measured, machine).displacement.to_numpy()
-        if not seen.size:
-            seen = at_planes(
-                measured.reading[:, span][:, after], time[after], measured, machine
-            ).displacement.to_numpy()
-
-    for coefficient in GRID:
-        follow(float(coefficient))
-    if not orbits:
-        raise InputError(f"{measured.name}: cannot be simulated at any coefficient of friction from {GRID[0]:g} on")
+    shared, own = calibration.problem.values(calibration.point, drop)
+    first, count = window(measured, seconds)
+    span = slice(first + int(np.searchsorted(measured.time[first:], measured.release + own["release"])), first + count)
+    seen = at_planes(measured.reading[:, span], measured.time[span], measured, machine).displacement.to_numpy()
     shown = [i for i in range(len(machine.ends)) if np.isfinite(seen[i]).all()]
     if not shown:
         raise InputError(f"{measured.name}: no end has two usable probes in different directions")
 
+    def follow(coefficients: Array) -> dict[float, Array]:
+        paths = ((float(each), _orbit(calibration, drop, float(each), seconds, span)) for each in coefficients)
+        return {coefficient: path for coefficient, path in paths if path is not None}
+
     def apart(coefficient: float) -> float:
         return float(np.mean((orbits[coefficient] - seen)[shown] ** 2))
 
-    best = min(orbits, key=apart)
-    near = np.arange(best - GRID[1] + GRID[0], best + GRID[1] - GRID[0], _FINE)
-    for coefficient in near[near > 0]:
-        follow(round(float(coefficient), 6))
+    orbits = follow(GRID)
+    if not orbits:
+        raise InputError(f"{measured.name}: cannot be simulated at any coefficient of friction from {GRID[0]:g} on")
+    best, step = min(orbits, key=apart), float(GRID[1] - GRID[0])
+    near = np.round(np.arange(best - step, best + step, _FINE), 6)
+    orbits |= follow(near[near > 0])
     tried = sorted(orbits)
     left = np.array([orbits[each] - seen for each in tried])
     centres = {end: [shared[f"{end}.centre_{axis}"] for axis in "xy"] for end in machine.ends}
@@ -129,6 +111,22 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
             for end in machine.ends
         },
     )
+
+
+def _orbit(calibration: Calibration, drop: int, coefficient: float, seconds: float, span: slice) -> Array | None:
+    """Return the simulated place (ends, 2, k) at the record's samples `span`; None where it cannot be simulated."""
+    problem, measured = calibration.problem, calibration.problem.drops[drop]
+    shared, own = problem.values(calibration.point, drop)
+    values = {**shared, **{f"{end}.friction": coefficient for end in calibration.machine.ends}}
+    try:
+        model, effects = problem.setting(values, own, drop)
+        prediction = predict(measured, model, own, seconds)
+    except InputError:
+        return None
+    sensors = problem.sensors(effects, values, own, drop)
+    simulated = readings(prediction, measured, calibration.machine, sensors)
+    here = simulated[:, span.start - prediction.first : span.stop - prediction.first]
+    return np.asarray(at_planes(here, measured.time[span], measured, calibration.machine).displacement.to_numpy())
 
 
 def _deepest(path: Array, centre: list[float]) -> float:

@@ -7,10 +7,12 @@ meets the machine's own frequencies.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.machine import Machine
 from tdbsim.modes import Modes
 from tdbsim.rotor import build_rotor
 
@@ -131,7 +133,7 @@ def natural_frequencies(calibration: Calibration, members: int = _MEMBERS, seed:
     )
 
 
-def _machines(calibration: Calibration, members: int, rng: np.random.Generator):  # type: ignore[no-untyped-def]
+def _machines(calibration: Calibration, members: int, rng: np.random.Generator) -> Iterator[Machine]:
     """Yield machines with values drawn from the calibration's covariance, within their bounds."""
     problem = calibration.problem
     count = len(problem.shared)
