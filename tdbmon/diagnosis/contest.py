@@ -34,6 +34,7 @@ _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _SAME_KIND = 3  # of one effect among them
 _SEATED = 3  # of them, that go on
 _ROUNDS = 5  # times at most that all suspects are fitted
+_FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
@@ -116,7 +117,7 @@ class Contender:
     @property
     def fails(self) -> bool:
         """True where more than noise is left."""
-        return self.ratio > FAILING * self.floor
+        return self.ratio > (_FAILING if self.causes else FAILING) * self.floor
 
 
 def _share(size: Declared, value: float) -> float:

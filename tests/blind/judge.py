@@ -110,8 +110,6 @@ def _same_place(true: str, cause: dict[str, Any]) -> bool:
 def _size(name: str, parameters: dict[str, float], cause: dict[str, Any]) -> Size | None:
     """The size as found, where the result gives it with an interval in a unit that is known."""
     stem = SIZE[name]
-    if name == "probe_crosstalk" and parameters["into"] == 0:
-        return None  # the catalogue's crosstalk goes the other way
     true = parameters[_named(stem, parameters)]
     found_all = cause.get("parameters") or {}
     key = _named(stem, found_all)

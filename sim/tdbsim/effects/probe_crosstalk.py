@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.signature import probe_axis
@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ProbeCrosstalk(Effect):
-    """Second probe's reading + factor x first probe's, in the order of the machine file."""
+    """The reading of the one probe + factor x that of the other; first and second in the order of the machine file."""
 
     title: ClassVar = "Probe crosstalk"
-    what: ClassVar = "The first channel of an end leaks into the second."
+    what: ClassVar = "One channel of an end leaks into the other."
     place: ClassVar = Place.END
-    signature: ClassVar = "The second channel holds some of the first one's motion; the axes seem not square."
+    signature: ClassVar = "A channel holds some of the other one's motion; the axes seem not square."
 
-    factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the first channel that is added to the second")
+    factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the one channel that is added to the other")
+    into: str = choice(("second", "first"), "the channel that is leaked into")
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         if self.is_off:
@@ -35,12 +36,15 @@ class ProbeCrosstalk(Effect):
         probes = machine.probes_at(self.where)
         if len(probes) < 2:
             raise InputError(f"probe_crosstalk: end '{self.where}' has {len(probes)} probe(s); crosstalk needs two")
-        source, into = probes[0].name, probes[1].name
+        source, into = (probes[k].name for k in ((0, 1) if self.into == "second" else (1, 0)))
         return replace(chain, leaks={**chain.leaks, into: (source, self.factor)})
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return how far the second probe's axis leans, rad, and a thousandth."""
-        second = [probe for probe in drop["probe"].values if drop[probe].attrs["end"] == where][1]
-        x, y = probe_axis(drop, second)
-        return float(abs(np.angle((x + 1j * y) * np.exp(-1j * drop[second].attrs["angle_rad"])))) + 1e-3
+        """Return how far a probe's axis leans at the most, rad, and a thousandth."""
+        leaning = [1e-3]
+        for probe in drop["probe"].values:
+            if drop[probe].attrs["end"] == where:
+                x, y = probe_axis(drop, probe)
+                leaning.append(1e-3 + float(abs(np.angle((x + 1j * y) * np.exp(-1j * drop[probe].attrs["angle_rad"])))))
+        return max(leaning)
