@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from tdbsim.errors import InputError, did_you_mean
-from tdbsim.units import to_si
+from tdbsim.units import si_unit_of, to_si
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
@@ -201,19 +201,23 @@ class TouchdownBearing(_Part):
 class Probe(_Part):
     """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
 
-    Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.
+    Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.  `unit`
+    is that of the channel where the file states none.
     """
 
     name: str
     end: str
     position: Length
     angle: Angle
+    unit: str | None = None
     sensitivity: Sensitivity | None = None
     offset: Voltage = 0.0
     range: tuple[Length, Length] | None = None
 
     @model_validator(mode="after")
     def _usable(self) -> Probe:
+        if self.unit is not None and (si_unit_of(self.unit) or ("", 1.0))[0] not in ("m", "V"):
+            raise InputError(f"unit '{self.unit}' is neither a length nor a voltage; write e.g. unit = \"um\"")
         if self.sensitivity == 0:
             raise InputError('sensitivity 0 V/m gives no displacement; write e.g. "7.87 mV/um"')
         if self.range is not None and self.range[0] >= self.range[1]:

@@ -83,6 +83,9 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
     units = array.attrs.get("units", "")
     if units == "m":
         return array
+    if units in ("", "1") and probe.unit is not None:
+        array = _rescaled(array, *_stated(probe.unit))
+        return array if array.attrs["units"] == "m" else _displacement(array, probe, place)
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
         if probe.sensitivity is None:
             raise InputError(
@@ -92,12 +95,18 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
         return _rescaled(array, 1.0 / probe.sensitivity, -probe.offset / probe.sensitivity, "m")
     if units in ("", "1"):
         raise InputError(
-            f"{place} has no unit; write one into the file (e.g. um), or give probe '{probe.name}' its sensitivity"
-            ' in the machine file if the channel is in volts, e.g. sensitivity = "7.87 mV/um"'
+            f"{place} has no unit; write one into the file, or give it with probe '{probe.name}' in the machine file,"
+            ' e.g. unit = "um", or sensitivity = "7.87 mV/um" for volts'
         )
     raise InputError(
         f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {_wrong(units, 'm')}"
     )
+
+
+def _stated(unit: str) -> tuple[float, float, str]:
+    """Return factor, offset and SI unit of a channel whose unit the machine file states."""
+    si = "V" if _is_voltage(unit) else "m"
+    return scale(unit, si), 0.0, si
 
 
 def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:

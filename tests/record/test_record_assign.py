@@ -56,6 +56,36 @@ def test_volts_become_displacement(unit: str) -> None:
     assert out["NDE_A"].attrs["units"] == "m"
 
 
+@pytest.mark.parametrize("unit", ["", "1"])
+@pytest.mark.parametrize(("stated", "factor"), [("um", 1e-6), ("mm", 1e-3), ("mil", 25.4e-6), ("m", 1.0)])
+def test_the_machine_file_states_the_unit_that_a_file_does_not(unit: str, stated: str, factor: float) -> None:
+    ds = _record(NDE_A=unit)
+    ds["NDE_A"].attrs["full_scale"] = [-250.0, 250.0]
+    out = assign(ds, with_probe("NDE_A", unit=stated))
+    np.testing.assert_allclose(out["NDE_A"].values, np.arange(10.0) * factor, rtol=1e-14)
+    np.testing.assert_allclose(out["NDE_A"].attrs["full_scale"], [-250 * factor, 250 * factor], rtol=1e-14)
+    assert out["NDE_A"].attrs["units"] == "m"
+
+
+def test_a_stated_voltage_goes_through_the_sensitivity() -> None:
+    out = assign(_record(NDE_A=""), with_probe("NDE_A", unit="mV", sensitivity="8 mV/um", offset="-9 V"))
+    np.testing.assert_allclose(out["NDE_A"].values, (np.arange(10.0) * 1e-3 + 9.0) / 8000.0, rtol=1e-14)
+    with pytest.raises(InputError, match="is in V; give probe 'NDE_A' its sensitivity"):
+        assign(_record(NDE_A=""), with_probe("NDE_A", unit="mV"))
+
+
+def test_the_file_s_own_unit_goes_before_that_of_the_machine_file() -> None:
+    ds = _record(NDE_A="m")
+    out = assign(ds, with_probe("NDE_A", unit="mm"))
+    np.testing.assert_array_equal(out["NDE_A"].values, ds["NDE_A"].values)
+
+
+@pytest.mark.parametrize("unit", ["Hz", "kPa", "um pp", ""])
+def test_a_probe_s_unit_is_a_length_or_a_voltage(unit: str) -> None:
+    with pytest.raises(InputError, match="neither a length nor a voltage"):
+        with_probe("NDE_A", unit=unit)
+
+
 @pytest.mark.parametrize(
     ("unit", "message"),
     [
