@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Tone = Literal["good", "attention", "plain"]
 
 _HEAVY_BYTES = 300_000  # an SVG beyond this is heavier than the PNG of the same figure
+_DOTS_PER_INCH = 220  # of a PNG: sharp in print, and on a screen at twice its size
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,7 @@ class Figure:
             if len(svg) <= _HEAVY_BYTES:
                 return Image("svg", svg, width, height)
             out = io.BytesIO()
+            drawing.set_dpi(_DOTS_PER_INCH)  # drawing the SVG left it at 72
             FigureCanvasAgg(drawing).print_png(out, metadata={"Software": None})
         return Image("png", with_palette(out.getvalue()), width, height)
 

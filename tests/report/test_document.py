@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 
+import numpy as np
+import PIL.Image
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure as Drawing
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
@@ -41,6 +46,21 @@ def test_a_table_with_a_cell_too_few_is_refused() -> None:
 def test_a_figure_name_that_could_leave_its_folder_is_refused() -> None:
     with pytest.raises(ValueError, match="may hold"):
         Figure("../x", "caption", "alt", lambda: None)  # type: ignore[arg-type,return-value]
+
+
+def test_a_figure_too_heavy_for_svg_is_a_sharp_png() -> None:
+    def draw() -> Drawing:
+        drawing = Drawing(figsize=(6.7, 3.0))
+        FigureCanvasAgg(drawing)
+        values = np.random.default_rng(0).standard_normal(60_000)
+        drawing.subplots().plot(values[:-1], values[1:], ".")
+        return drawing
+
+    image = Figure("heavy", "caption", "alt", draw).image
+    assert image.kind == "png"
+    width, height = PIL.Image.open(io.BytesIO(image.data)).size
+    assert width >= 200 * image.width_mm / 25.4
+    assert width / height == pytest.approx(image.width_mm / image.height_mm, rel=0.01)
 
 
 def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
