@@ -78,10 +78,11 @@ def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estim
     if origin is None or origin.value is None:
         return Estimate.missing(unit, "the release is not known" if origin is None else origin.why)
     span = instant.value - origin.value
-    if None in (instant.low, instant.high, origin.low, origin.high):
+    if instant.low is None or instant.high is None or origin.low is None or origin.high is None:
         return Estimate(span, unit=unit, method=instant.method, why=instant.why or origin.why)
-    sigma = math.hypot(instant.high - instant.low, origin.high - origin.low) / 2 / 1.96  # type: ignore[operator]
-    return Estimate.from_sigma(span, sigma, unit, instant.method)
+    low = span - math.hypot(instant.value - instant.low, origin.high - origin.value)
+    high = span + math.hypot(instant.high - instant.value, origin.value - origin.low)
+    return Estimate(span, low, high, unit, instant.method)
 
 
 def rpm(speed: Estimate) -> str:

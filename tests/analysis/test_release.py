@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.axes import to_planes
@@ -35,12 +36,14 @@ def drop(seed, *, rate=20000.0, speed=97.0, decay=0.0, noise=0.27e-6, levitated=
             angle = w * time + phase + lead + shift
             xy[:, k] = centre[k] + size * np.cos(angle)
             late = time > release
-            s = time[late] - release
-            at = w * release + phase + shift
-            start, velocity = size * np.cos(at + lead), -size * w * np.sin(at + lead)
-            whirl = eccentricity * (np.cos(w * s + at) - np.cos(at) + w * s * np.sin(at))
-            fall = 0.5 * s**2 - decay * s + decay**2 * (1 - np.exp(-s / decay)) if decay else 0.5 * s**2
-            xy[late, k] = centre[k] + start + velocity * s + whirl - (G * fall if k else 0.0)
+            s = np.linspace(0.0, time[-1] - release, 60_001)
+            held = np.exp(-s / decay) if decay else np.zeros_like(s)  # share of the magnetic force that is left
+            at = w * s + w * release + phase + shift
+            bound, free = -size * w**2 * np.cos(at + lead), -eccentricity * w**2 * np.cos(at) - (G if k else 0.0)
+            start, velocity = size * np.cos(at[0] + lead), -size * w * np.sin(at[0] + lead)
+            speed_up = cumulative_trapezoid(held * bound + (1 - held) * free, s, initial=0)
+            path = start + cumulative_trapezoid(velocity + speed_up, s, initial=0)
+            xy[late, k] = centre[k] + np.interp(time[late] - release, s, path)
         hum = 0.2e-6 * np.sin(2 * np.pi * 50 * time + rng.uniform(0, 6))
         shaft[end] = xy + hum[:, None] + noise * rng.standard_normal(xy.shape)
     return planes_of(time, shaft), release
@@ -89,6 +92,52 @@ def test_a_force_that_dies_away_is_told_from_a_late_release(machine):
 def test_a_sudden_release_shows_no_decaying_force(machine):
     soft = [find_release(drop(seed, rate=5000.0)[0], machine, 97.0).force_decay.known for seed in range(60)]
     assert sum(soft) <= 2
+
+
+def changed(planes, end, alter):
+    """The same drop with one end's displacement altered."""
+    shaft = {name: planes.displacement.sel(end=name).values.T.copy() for name in ("NDE", "DE")}
+    shaft[end] = alter(shaft[end])
+    return planes_of(planes.time.values, shaft)
+
+
+@pytest.mark.parametrize("late", [0.5e-3, 1.9e-3])
+def test_an_end_that_is_recorded_late_neither_dates_the_release_nor_looks_like_a_decaying_force(machine, late):
+    held = []
+    for seed in range(10):
+        planes, truth = drop(seed, rate=10000.0)
+        shift = round(late * 10000)
+        found = find_release(changed(planes, "NDE", lambda xy, n=shift: np.roll(xy, n, axis=0)), machine, 97.0)
+        assert not found.force_decay.known
+        held.append(found.time.low <= truth <= found.time.high)
+    assert np.mean(held) >= 0.8
+
+
+def test_an_uneven_surface_goes_on_after_the_release(machine):
+    """Twice per revolution, much larger than the noise, at one end."""
+    errors = []
+    for seed in range(10):
+        planes, truth = drop(seed, rate=10000.0)
+        seen = 2e-6 * np.cos(4 * np.pi * 97.0 * planes.time.values + seed)
+        found = find_release(changed(planes, "DE", lambda xy, seen=seen: xy + seen[:, None]), machine, 97.0)
+        assert not found.force_decay.known
+        errors.append(found.time.value - truth)
+    assert np.max(np.abs(errors)) < 1e-4
+
+
+def test_an_end_that_touches_early_does_not_spoil_the_fall(machine):
+    """One end stands 80 um above its ring and rebounds while the other still falls."""
+    for seed in range(5):
+        planes, truth = drop(seed, rate=20000.0)
+        bottom = planes.displacement.sel(end="DE", axis="y").values[:1900].mean() - 80e-6
+
+        def rebound(xy, bottom=bottom):
+            xy[:, 1] = bottom + np.abs(xy[:, 1] - bottom)
+            return xy
+
+        found = find_release(changed(planes, "DE", rebound), machine, 97.0)
+        assert not found.force_decay.known
+        assert found.time.value == pytest.approx(truth, abs=1e-4)
 
 
 def test_a_record_that_starts_in_the_fall_has_no_release(machine):

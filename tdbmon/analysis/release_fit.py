@@ -1,0 +1,285 @@
+"""The laws before and after a release, fitted to both ends: the orbit in levitation, and the fall that grows out of it.
+
+Where the magnetic force dies away as exp(-t/T) instead of at once, what it held is let go as 1 - exp(-t/T): weight, the
+turning of the shaft about its inertia axis, and the sag in the first bending mode alike.  An acceleration exp(s t) from rest
+is the path (exp(s t) - 1 - s t) / s^2, so all of it is closed.  With the instant t0 and T given, the rest is linear.
+
+A probe that errs at one end must not date the release: each end counts by what its own best law leaves in the fall, the
+instants of the ends alone widen the interval where they disagree (R. T. Birge, Phys. Rev. 40 (1932) 207), and a soft
+start is believed only where no end alone speaks against it.  Between a sudden and a soft start that explain the fall about as
+well the interval holds both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
+_SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
+_SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
+_SURE = 36.0  # improvement of the misfit (chi-square) from which on a soft start is believed
+_DOUBT = 12.0  # from which on it is held possible
+_AGAINST = 10.0  # by which an end alone, released suddenly at an instant of its own, may be better explained
+_STEP_S = 2.5e-4  # of the first search
+_NEAR_S = 3e-3  # of the first search's instant: where the later ones look
+_LEAST_DECAY_S = 1e-4
+_MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
+
+
+@dataclass(frozen=True)
+class FittedRelease:
+    """Instant and its 95 % interval, s; decay time with its limits, s, where the fall may start soft."""
+
+    time: float
+    low: float
+    high: float
+    decay: tuple[float, float, float] | None
+
+
+class ReleaseFit:
+    """The laws before and after an instant, linear in all but that and the force's decay time.
+
+    Parameters
+    ----------
+    t : (k,) array
+        Time, s, from the levitated stretch into the fall.
+    data : (2 n, k) array
+        Position of n ends, x and y in turn, m; y points up.
+    gravity : float
+        m/s^2.
+    speed_hz, mains_hz, bending_hz : float or None
+        Of the shaft, of the hum, and of the free rotor's first bending mode; None for what is not fitted.
+    """
+
+    def __init__(
+        self,
+        t: Array,
+        data: Array,
+        gravity: float,
+        speed_hz: float | None,
+        mains_hz: float | None,
+        bending_hz: float | None,
+    ) -> None:
+        self.t, self.data = t, data
+        self.gravity = gravity
+        self.speed_hz, self.bending_hz = speed_hz, bending_hz
+        self.lasting = ([mains_hz] if mains_hz else []) + ([2 * speed_hz] if speed_hz else [])
+        self.vertical = np.arange(data.shape[0]) % 2 == 1
+        self.variance = np.ones(data.shape[0])
+
+    def search(self, low: float, high: float) -> FittedRelease:
+        """Find the release between two instants."""
+        best, _ = self._sudden(low, high)
+        low, high = best - _NEAR_S, best + _NEAR_S
+        self.variance = np.maximum(self.noise(best) ** 2, 1e-18)
+        best, alone = self._sudden(low, high)
+        white = self.variance = np.maximum(self.noise(best) ** 2, 1e-18)
+        t0, decay = self._soft(best)
+        if decay > _LEAST_DECAY_S and self.cost(best) - self.cost(t0, decay) > _DOUBT:
+            gentle = [self._soft(instant, end) for end, instant in enumerate(alone)]
+            self.variance = white * self._excess(gentle, white)
+            best, alone = self._sudden(low, high)
+            t0, decay = self._soft(best)
+            gain = self.cost(best) - self.cost(t0, decay)
+            each = np.array([self.costs(instant)[end] for end, instant in enumerate(alone)]) - self.costs(t0, decay)
+            if decay > _LEAST_DECAY_S and gain > _DOUBT and np.all(each > -_AGAINST):
+                soft = self._profile(t0, decay)
+                return soft if gain > _SURE else self._either(best, soft)
+        self.variance = white * self._excess([(instant, 0.0) for instant in alone], white)
+        best, alone = self._sudden(low, high)
+        errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
+        scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
+        half = 1.96 * float(np.hypot(self._sigma(best), _MODEL_S) * np.sqrt(max(1.0, scatter)))
+        return FittedRelease(best, best - half, best + half, None)
+
+    def _either(self, sudden: float, soft: FittedRelease) -> FittedRelease:
+        """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
+        half = 1.96 * float(np.hypot(self._sigma(sudden), _MODEL_S))
+        decay = None
+        if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
+            decay = (soft.decay[0], 0.0, soft.decay[2])
+        return FittedRelease(sudden, min(soft.low, sudden - half), max(soft.high, sudden + half), decay)
+
+    def costs(self, t0: float, decay: float = 0.0) -> Array:
+        """Sum of squares an end, in units of its variance."""
+        _, residual, _ = self._solve(t0, decay)
+        rows = np.sum(residual**2, axis=1) / self.variance
+        return np.asarray(rows.reshape(-1, 2).sum(axis=1))
+
+    def cost(self, t0: float, decay: float = 0.0) -> float:
+        """Sum over the ends."""
+        return float(self.costs(t0, decay).sum())
+
+    def _sudden(self, low: float, high: float) -> tuple[float, list[float]]:
+        """Return the instant of a sudden release, of all ends together and of each alone."""
+        from scipy.optimize import minimize_scalar
+
+        grid = np.arange(max(low, self.t[0] + 4e-3), min(high, self.t[-1] - 5e-4), _STEP_S)
+        costs = np.array([self.costs(t0) for t0 in grid])
+        ends, exact = range(costs.shape[1]), {"xatol": 1e-7}
+        found = []
+        for which in ([*ends], *([end] for end in ends)):
+            centre = grid[int(np.argmin(costs[:, which].sum(axis=1)))]
+            span = (centre - _STEP_S, centre + _STEP_S)
+            best = minimize_scalar(
+                lambda t0, w=which: float(self.costs(t0)[w].sum()), bounds=span, method="bounded", options=exact
+            )
+            found.append(float(best.x))
+        return found[0], found[1:]
+
+    def _soft(self, start: float, end: int | None = None) -> tuple[float, float]:
+        """Return instant and decay time of a soft release, of all ends together or of one alone."""
+        from scipy.optimize import minimize
+
+        def misfit(point: Array) -> float:
+            costs = self.costs(point[0] * 1e-3, abs(point[1]) * 1e-3)
+            return float(costs.sum() if end is None else costs[end])
+
+        options = {"xatol": 1e-3, "fatol": 0.05}
+        found = minimize(misfit, [start * 1e3 - 0.5, 1.0], method="Nelder-Mead", options=options)
+        return float(found.x[0]) * 1e-3, abs(float(found.x[1])) * 1e-3
+
+    def _excess(self, laws: Sequence[tuple[float, float]], white: Array) -> Array:
+        """Return by how much the variance of each row exceeds the noise in the fall, for the law (t0, T) of each end.
+
+        Mean square of what is left over that of the noise, at least one, times what autocorrelation inflates a sum by.
+        """
+        factors = []
+        for end, (t0, decay) in enumerate(laws):
+            rows = slice(2 * end, 2 * end + 2)
+            left = self._solve(t0, decay)[1][rows][:, self.t > t0]
+            factors.append(max(1.0, float(np.mean(left**2 / white[rows, None]))) * self._colour(left))
+        return np.repeat(factors, 2)
+
+    def _profile(self, t0: float, decay: float) -> FittedRelease:
+        """Ranges of instant and decay time in which the cost stays near its least: the two are far from linear."""
+        from scipy.optimize import minimize_scalar
+
+        decays = np.concatenate([[decay], decay * np.geomspace(0.1, 5.0, 41)])
+        span = (t0 - 2e-3, t0 + 2e-3)
+        found = [
+            minimize_scalar(lambda t, d=d: self.cost(t, d), bounds=span, method="bounded", options={"xatol": 1e-6})
+            for d in decays
+        ]
+        costs, instants = np.array([f.fun for f in found]), np.array([f.x for f in found])
+        near = costs - costs.min() <= 3.84
+        value, best = float(instants[int(np.argmin(costs))]), float(decays[int(np.argmin(costs))])
+        reach = max(value - instants[near].min(), instants[near].max() - value) + 1.96 * self._sigma(t0)
+        half = float(np.hypot(reach, 1.96 * np.hypot(_SOFT_S, _SOFT_MODEL * best)))
+        wider = 1.96 * float(np.hypot(_SOFT_S, _SOFT_MODEL * best))
+        low, high = best - np.hypot(best - decays[near].min(), wider), best + np.hypot(decays[near].max() - best, wider)
+        return FittedRelease(value, value - half, value + half, (best, max(0.0, float(low)), float(high)))
+
+    def _sigma(self, t0: float, end: int | None = None) -> float:
+        """Standard deviation of the instant of all ends together or of one alone, the linear part projected off."""
+        h = 1e-5
+        ahead, behind = self._solve(t0 + h)[1], self._solve(t0 - h)[1]
+        slope = (ahead - behind) / (2 * h) / np.sqrt(self.variance)[:, None]
+        rows = slice(None) if end is None else slice(2 * end, 2 * end + 2)
+        return float(1 / np.sqrt(np.sum(slope[rows] ** 2)))
+
+    def _colour(self, residual: Array) -> float:
+        """Variance inflation of a sum by autocorrelation (AR(1), mean over channels), at least one."""
+        if residual.shape[1] < 4 or np.any(np.ptp(residual, axis=1) == 0):
+            return 1.0
+        rho = [np.corrcoef(r[1:], r[:-1])[0, 1] for r in residual]
+        rho_mean = float(np.clip(np.mean(rho), 0.0, 0.95))
+        return (1 + rho_mean) / (1 - rho_mean)
+
+    def noise(self, t0: float) -> Array:
+        """Standard deviation a channel of what the levitated law leaves."""
+        _, residual, design = self._solve(t0)
+        levitated = self.t < t0
+        freedom = max(int(levitated.sum()) - design.shape[1], 4)
+        return np.asarray(np.sqrt(np.sum(residual[:, levitated] ** 2, axis=1) / freedom))
+
+    def place(self, t0: float) -> Array:
+        """Mean levitated position a channel, m."""
+        return np.asarray(self._solve(t0)[0][0])
+
+    def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
+        """Position and velocity a channel at the instant, and their standard deviations: (2, 2 n) each, m and m/s.
+
+        Hum and the shaft's surface are left out.
+        """
+        coefficients, residual, design = self._solve(t0, decay)
+        at = np.zeros((2, design.shape[1]))
+        at[0, 0] = 1.0
+        if self.speed_hz:
+            at[0, 1] = 1.0
+            at[1, 2] = 2 * np.pi * self.speed_hz
+        covariance = np.linalg.pinv(design.T @ design)
+        sigma = np.sqrt(np.diag(at @ covariance @ at.T))
+        noise = np.sqrt(np.mean(residual**2, axis=1) * self._colour(residual))
+        return np.asarray(at @ coefficients), np.asarray(np.outer(sigma, noise))
+
+    def acceleration(self, t0: float) -> Array:
+        """Acceleration a channel after the instant when it is left free, m/s^2."""
+        after = np.maximum(self.t - t0, 0.0)
+        design = np.column_stack([*self._levitated(t0, 0.0), 0.5 * after**2])
+        coefficients, *_ = np.linalg.lstsq(design, self.data.T, rcond=None)
+        return np.asarray(coefficients[-1])
+
+    def _solve(self, t0: float, decay: float = 0.0) -> tuple[Array, Array, Array]:
+        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))
+        fall = -self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
+        target = self.data - np.where(self.vertical[:, None], fall, 0.0)
+        # normal equations: solved hundreds of times a search, and the columns are of one scale
+        normal = design.T @ design
+        normal += 1e-12 * np.trace(normal) * np.eye(len(normal))  # the free columns vanish for an instant at the end
+        coefficients = np.linalg.solve(normal, design.T @ target.T).astype(np.float64)
+        return coefficients, target - (design @ coefficients).T, design
+
+    def _levitated(self, t0: float, decay: float) -> list[Array]:
+        """Columns of the levitated orbit up to t0; then position and velocity go on, and its force dies away.
+
+        Hum and twice per revolution are the probes' and the shaft surface's: they go on as they were.
+        """
+        after, before = np.maximum(self.t - t0, 0.0), np.minimum(self.t - t0, 0.0)
+        columns = [np.ones_like(self.t)]
+        if self.speed_hz:
+            s = 2j * np.pi * self.speed_hz
+            orbit = np.exp(s * before) + s * after
+            if decay > 0:
+                orbit += s**2 * _path(s - 1 / decay, after)
+            columns += [orbit.real, orbit.imag]
+        for f in self.lasting:
+            wave = np.exp(2j * np.pi * f * (self.t - t0))
+            columns += [wave.real, wave.imag]
+        return columns
+
+    def _free(self, t0: float, decay: float) -> list[Array]:
+        """Columns of the free motion besides the fall, each starting with neither displacement nor velocity."""
+        after = np.maximum(self.t - t0, 0.0)
+        columns = []
+        if self.speed_hz:
+            s = 2j * np.pi * self.speed_hz
+            turning = s**2 * _let_go(s, after, decay)
+            columns += [turning.real, turning.imag]
+        if self.bending_hz:
+            # x'' + w^2 x = w^2 exp(-t/T) from x = 1 at rest, less that 1
+            w = 2 * np.pi * self.bending_hz
+            share = (w * decay) ** 2 / (1 + (w * decay) ** 2)
+            sag = (1 - share) * np.cos(w * after) - 1
+            if decay > 0:
+                sag += share * (np.exp(-after / decay) + np.sin(w * after) / (w * decay))
+            columns.append(sag)
+        return columns
+
+
+def _path(s: complex, after: Array) -> NDArray[np.complex128]:
+    """Return the displacement by an acceleration exp(s t) from rest."""
+    if s == 0:
+        return np.asarray(0.5 * after**2, dtype=complex)
+    return np.asarray((np.expm1(s * after) - s * after) / s**2)
+
+
+def _let_go(s: complex, after: Array, decay: float) -> NDArray[np.complex128]:
+    """Return the displacement by an acceleration exp(s t) (1 - exp(-t / decay)) from rest: by what is held no more."""
+    return _path(s, after) - _path(s - 1 / decay, after) if decay > 0 else _path(s, after)
