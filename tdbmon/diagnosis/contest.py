@@ -33,11 +33,13 @@ _SAME_NAME = 2  # of one effect at one place with other words or orders, that ar
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _SAME_KIND = 3  # of one effect among them
 _SEATED = 3  # of them, that go on
-_ROUNDS = 5  # times at most that all suspects are fitted
+_ROUNDS = 4  # times at most that all suspects are fitted
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
+MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
+_SOUND_S = 0.018  # s; a model that held so far is judged there, if it fails further on
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
@@ -45,7 +47,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
-_SHARE = 0.1  # of what is left beyond noise, that a further cause must take away
+_SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +121,10 @@ class Contender:
         """True where more than noise is left."""
         return self.ratio > (_FAILING if self.causes else FAILING) * self.floor
 
+    def fails_beside(self, plain: Contender) -> bool:
+        """True where more than noise is left, and not only little of what the plain model leaves."""
+        return self.fails and not (self.causes and self.excess < MINOR * plain.excess)
+
 
 def _share(size: Declared, value: float) -> float:
     """Return a size as a share of the typical one, both counted from where the effect is off."""
@@ -142,20 +148,27 @@ def contest(
     # an effect may show in the fall already: then the noise is no less than it was before the release
     floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
+    search = _Search(suspects, horizons, progress)
     field: list[Contender] = []
-    lost, rounds = 0, list(range(_ROUNDS))
+    sound: tuple[Contender, ...] = ()
+    lost = 0
     for horizon in horizons:
-        last = horizon == horizons[-1]
         progress(f"fitting the first {horizon * 1e3:g} ms")
         hopeless = plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field)
-        if last or not hopeless:
+        if horizon == horizons[-1] or not hopeless:
             plain = settled(plain, horizon, _SLOPES)
         field = _refitted(field, horizon)
-        plain, field = _compared(plain, field, horizon, suspects, rounds, last, progress)
+        plain, field = search.compared(plain, field, horizon)
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
+        fine = any(not each.fails_beside(plain) for each in field)
+        if sound and not fine:  # what held up to here is the better witness: neighbouring paths part
+            field, horizon = list(sound), sound[0].horizon
+            plain = settled(plain, horizon, _SLOPES)
+            break
+        sound = tuple(field) if fine and horizon >= _SOUND_S else ()
         # where nothing explains the first contacts, nothing will explain the later ones
-        lost = lost + 1 if best.ratio > (_LOST if rounds else _NEARLY) else 0
+        lost = lost + 1 if best.ratio > (_LOST if search.rounds else _NEARLY) else 0
         if lost >= _LOST_HORIZONS or (horizon >= _EARLIEST_S and _decided(plain, field, horizon)):
             plain = settled(plain, horizon, _SLOPES) if plain.horizon < horizon else plain
             break
@@ -163,33 +176,51 @@ def contest(
     return sorted([plain, *field], key=lambda each: each.bic)
 
 
-def _compared(
-    plain: Contender,
-    field: list[Contender],
-    horizon: float,
-    suspects: Sequence[Suspect],
-    rounds: list[int],
-    last: bool,
-    progress: Progress,
-) -> tuple[Contender, list[Contender]]:
-    """Return the plain model and the others, after more suspects were asked to explain what the best model leaves."""
-    best = _leader(plain, field, horizon)
-    while len(best.causes) < MOST_CAUSES and (best.fails or (last and not best.causes)) and rounds:
-        rounds.pop()
-        progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-        found = _invited(best, horizon, suspects, field)
-        field = field + [each for each in found if not each.negligible]
-        after = min([best, *found], key=lambda each: each.bic)
-        for freed in _freed(after, horizon):
-            if freed.causes:
-                field.append(freed)
-            elif freed.misfit < plain.misfit or plain.horizon < horizon:
-                plain = freed
-        after = _leader(plain, field, horizon)
-        if after is best or after.bic > best.bic - _SURE or best.misfit - after.misfit < _SHARE * best.excess:
-            break
-        best = after
-    return plain, field
+@dataclass
+class _Search:
+    """The search for causes: what it may draw on, and how often it still may.
+
+    Attributes
+    ----------
+    suspects : sequence of Suspect
+    horizons : sequence of float
+        s.
+    progress : callable
+    rounds : int
+        Times that all suspects may still be fitted.
+    """
+
+    suspects: Sequence[Suspect]
+    horizons: Sequence[float]
+    progress: Progress
+    rounds: int = _ROUNDS
+
+    def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
+        """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
+        last = horizon == self.horizons[-1]
+        best = _leader(plain, field, horizon)
+        while len(best.causes) < MOST_CAUSES and self.rounds:
+            if not (best.fails_beside(plain) or (last and not best.causes)):
+                break
+            self.rounds -= 1
+            self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
+            found = _invited(best, horizon, self.suspects, field)
+            if best.causes:
+                found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
+            if not found:
+                break
+            field = field + [each for each in found if not each.negligible]
+            after = min([best, *found], key=lambda each: each.bic)
+            for freed in _freed(after, horizon):
+                if freed.causes:
+                    field.append(freed)
+                elif freed.misfit < plain.misfit or plain.horizon < horizon:
+                    plain = freed
+            after = _leader(plain, field, horizon)
+            if after is best or after.bic > best.bic - _SURE:
+                break
+            best = after
+        return plain, field
 
 
 def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
@@ -200,7 +231,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         for freed in _freed(best, best.horizon):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, _SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
-            if not near.fails and near.bic < best.bic + _SIMPLER:
+            if not near.fails_beside(plain) and near.bic < best.bic + _SIMPLER:
                 simpler.append(near)
         if not simpler:
             break
@@ -216,7 +247,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
 def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
     """True where one model leaves noise alone and no other comes near: later contacts would only blur what is clear."""
     ranked = sorted((each for each in field if each.horizon == horizon), key=lambda each: each.bic)
-    if not ranked or ranked[0].fails or plain.ratio < _BEHIND * ranked[0].ratio:
+    if not ranked or ranked[0].fails_beside(plain) or plain.ratio < _BEHIND * ranked[0].ratio:
         return False
     mine = {cause.name for cause in ranked[0].causes}
     rivals = [each for each in ranked[1:] if {cause.name for cause in each.causes} != mine]
@@ -316,23 +347,21 @@ def _invited(
 ) -> list[Contender]:
     """Return the best contender with each of the suspects that explain most, fitted.
 
-    The scores say where the fit of each begins.  Where the best contender fails, all are fitted roughly: with the slopes
-    of the model that they extend and their own at their start.  A score follows straight lines; these fits go beyond.
+    The scores say where the fit of each begins; what acts in contacts begins at its usual size too, at several angles.
+    Where the best contender fails, all are fitted roughly: with the slopes of the model that they extend and their own at
+    their start.  A score follows straight lines; these fits go beyond.
     """
     rough = []
     for score in _asked(best, horizon, suspects, field):
-        try:
-            widened = with_cause(best, score.suspect, score.start)
-            fitted = fit(widened.problem, widened.fit.point, horizon, 0, slopes=widened.fit.slopes)
-        except InputError:
-            continue
-        rough.append(replace(widened, fit=fitted))
+        begun = [_roughly(best, score.suspect, start) for start in (score.start, *score.suspect.usual())]
+        rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
     admitted: list[Contender] = []
     kinds: dict[str, int] = {}
-    for each in sorted(rough, key=lambda each: each.bic):
+    for place, each in enumerate(sorted(rough, key=lambda each: each.bic)):
         kind = each.causes[-1].declared.identifier
         kinds[kind] = kinds.get(kind, 0) + 1
-        if kinds[kind] > _SAME_KIND or len(admitted) >= _ADMITTED:
+        # what acts in contacts is seldom near its minimum yet
+        if kinds[kind] > _SAME_KIND or (place >= _ADMITTED and not each.causes[-1].in_contacts):
             continue
         try:
             admitted.append(_with_own_slopes(each, horizon))
@@ -340,6 +369,15 @@ def _invited(
             continue
     seated = sorted(admitted, key=lambda each: each.bic)[:_SEATED]
     return [settled(each, horizon, _SLOPES if place == 0 else 2) for place, each in enumerate(seated)]
+
+
+def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
+    """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
+    try:
+        widened = with_cause(best, suspect, start)
+        return replace(widened, fit=fit(widened.problem, widened.fit.point, best.horizon, 0, slopes=widened.fit.slopes))
+    except InputError:
+        return None
 
 
 def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:

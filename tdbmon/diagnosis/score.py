@@ -20,7 +20,7 @@ from tdbsim.effect import Effect
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
@@ -171,14 +171,6 @@ def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
     if suspect.counted is not None:
         values[suspect.counted.name] = count
     return suspect.effect(values)
-
-
-def sized(size: Declared, share: float) -> float:
-    """Return a share of the typical size, counted from where the effect is off."""
-    off = size.off if isinstance(size.off, float) else 0.0
-    if math.isinf(off):  # a spring that is off when it is stiff
-        return size.typical / share**2
-    return off + share * (size.typical - off)
 
 
 def changes_by(

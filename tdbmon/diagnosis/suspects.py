@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
+import numpy as np
 from tdbsim.effect import Effect, EffectDeclaration, Place, catalogue, places
 from tdbsim.effect import Parameter as Declared
 from tdbsim.machine import Machine, Probe
@@ -54,6 +56,22 @@ class Suspect:
             if p.name not in known and p.name not in self.held and not (p.whole and p.per_drop)
         )
 
+    @property
+    def in_contacts(self) -> bool:
+        """True for what does nothing to a shaft that touches nothing."""
+        return self.declared.place in (Place.BEARING, Place.BEARING_OR_BOTH)
+
+    def usual(self) -> tuple[Start, ...]:
+        """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
+        shared = {p.name: p.typical for p in self.shapes} | {size.name: size.typical for size, _ in self.sizes}
+        angles = [angle for _, angle in self.sizes if angle is not None]
+        if not self.in_contacts or self.counted is not None or any(angle.per_drop for angle in angles):
+            return ()
+        if not angles:
+            return (Start(shared),)
+        quarters = np.arange(4) * math.pi / 2
+        return tuple(Start(shared | {a.name: float(quarter / a.harmonic) for a in angles}) for quarter in quarters)
+
     def effect(self, values: Mapping[str, float]) -> Effect:
         """Return the effect with some values (SI), the others as the catalogue has them typically."""
         usual = {p.name: p.typical for p in self.shapes}
@@ -72,6 +90,14 @@ class Start:
     def free(self, suspect: Suspect) -> FreeEffect:
         """Return the suspect as an effect with free parameters."""
         return FreeEffect(suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held)
+
+
+def sized(size: Declared, share: float) -> float:
+    """Return a share of the typical size, counted from where the effect is off."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):  # a spring that is off when it is stiff
+        return size.typical / share**2
+    return off + share * (size.typical - off)
 
 
 def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:

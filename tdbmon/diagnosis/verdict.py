@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contest import MINOR, Contender
 from tdbmon.diagnosis.held_out import HeldOut
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
+_NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
@@ -61,7 +62,7 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
     if not best.causes and best.ratio <= EXPLAINED:
         return Verdict(Kind.NONE, (), probabilities, f"the plain model leaves {best.ratio:.2f} times what noise would")
-    if best.ratio > EXPLAINED:
+    if not _explains(best, plain):
         why = f"the best model, {best.name}, still leaves {best.ratio:.1f} times what noise would"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     if proof is not None and not proof.holds:
@@ -85,12 +86,18 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
 
 
+def _explains(best: Contender, plain: Contender) -> bool:
+    """True where a model leaves noise alone, or so little of what the plain one leaves as its law may be inexact."""
+    return best.ratio <= EXPLAINED or (best.ratio <= _NEARLY and best.excess < MINOR * plain.excess)
+
+
 def _probabilities(contenders: Sequence[Contender]) -> tuple[float, ...]:
     criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
     least = min(criteria)
     weights = [math.exp(-(c - least) / (2 * TEMPERATURE)) for c in criteria]
     best = contenders[criteria.index(least)]
     # a model that leaves much is likely to lack something that is in no catalogue
-    outside = (best.ratio / EXPLAINED) ** 8
+    plain = next(each for each in contenders if not each.causes)
+    outside = min(best.ratio / EXPLAINED, 1.0 if _explains(best, plain) else math.inf) ** 8
     total = sum(weights) + outside * 0.05
     return tuple(w / total for w in weights)
