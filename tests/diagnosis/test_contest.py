@@ -2,6 +2,7 @@
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.diagnosis.contest import Contender, contest, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
+from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import fit
+from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
 from tests.identify import drops
@@ -170,3 +172,53 @@ def test_verdicts(competed):
     assert judged(contender(plain, (), 0, 0.9)).kind is Kind.NONE
     assert isinstance(plain, Contender)
     assert math.isfinite(plain.bic)
+
+
+def test_what_acts_in_contacts_begins_at_its_usual_size_and_at_several_angles():
+    machine = drops.machine()
+    found = {s.name: s for s in suspects(machine, machine.probes, ())}
+    angles = [start.shared["angle"] for start in found["oval_clearance@NDE"].usual()]
+    assert np.degrees(angles) == pytest.approx([0, 45, 90, 135])
+    assert {start.shared["amplitude"] for start in found["oval_clearance@NDE"].usual()} == {1.5e-5}
+    assert len(found["hardening_support@both"].usual()) == 1
+    # what the score finds for all of these is linear, or differs from drop to drop
+    assert not any(found[name].usual() for name in ("probe_gain@DE_A", "shaft_bow@rotor", "ring_out_of_round@DE"))
+
+
+def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
+    plain = next(each for each in competed if not each.causes)
+    extended = next(each for each in competed if each.causes)
+    worse = replace(extended, fit=replace(extended.fit, misfit=2.0 * extended.residuals))
+    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
+    assert worse.fails
+    assert not worse.fails_beside(lost)
+    assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.residuals)))
+    assert lost.fails_beside(lost)
+
+
+def test_phases_of_lobes_are_found_by_turning_the_rings(pool):
+    """Each drop's ring stands somewhere at the release; a phase half a period off is found again."""
+    hidden = "ring_out_of_round:end=DE,amplitude=25 um,order=2,phase={} deg"
+    truth = (40.0, -100.0)
+    machine = drops.machine()
+    measured = tuple(
+        measured_drop(record(machine, speed, seed, hidden.format(phase)), machine)
+        for speed, seed, phase in ((80.0, 1, truth[0]), (150.0, 2, truth[1]))
+    )
+    problem = build_problem(machine, measured, pool)
+    fallen = fit(problem, problem.start, 0.006, 3)
+    plain = Contender((), problem, linearised(problem, fallen.point, 0.014), 0.014, 0.9)
+    everyone = suspects(machine, machine.probes, ())
+    lobed = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 2.0)
+    right = tuple({"phase": math.radians(phase)} for phase in truth)
+    begun = with_cause(plain, lobed, Start({"amplitude": 25e-6}, right))
+    fitted = fit(begun.problem, begun.fit.point, 0.014, 3)
+    phases = [k for k, p in enumerate(begun.problem.parameters) if p.name == "ring_out_of_round@DE.phase"]
+    wrong = fitted.point.copy()
+    wrong[phases] += math.pi / begun.problem.parameters[phases[0]].scale
+    turned = turn_cages(begun.problem, linearised(begun.problem, wrong, 0.014), 0.014)
+    for drop, phase in enumerate(truth):
+        own = [begun.problem.values(point, drop)[1] for point in (wrong, turned)]
+        off = [math.remainder(each["ring_out_of_round@DE.phase"] - math.radians(phase), 2 * math.pi) for each in own]
+        assert abs(off[0]) > math.radians(120)
+        assert abs(off[1]) < math.radians(60)

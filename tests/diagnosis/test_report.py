@@ -132,6 +132,7 @@ def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagno
     assert decay == pytest.approx(DECAY_S, rel=0.05)
     rotor = build_rotor(named.machine)
     pairs = zip(left_over(without_cause(found, 0), found.horizon), left_over(found, found.horizon), strict=True)
+    given, taken = [], []
     for bare, whole in pairs:
         force = residual_force(bare)
         time, both = force.time[force.fall], force.force.sum(axis=0)[force.fall]
@@ -141,13 +142,15 @@ def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagno
         velocity = apart[:, 2 * n + 15] + 1j * apart[:, 2 * n + 15 + n]  # of the first mode, the rotor's translation
         momentum = np.sqrt(rotor.total_mass) * np.diff(np.interp(time[[0, -1]], bare.time, velocity))[0]
         gained = np.trapezoid(both, time)
-        # noise of 0.25 um leaves the velocity right after the release open by some mm/s
-        assert abs(gained - momentum) < 3e-3 * rotor.total_mass
+        given.append(gained / rotor.total_mass)
+        taken.append(momentum / rotor.total_mass)
         assert abs(momentum) > 20e-3 * rotor.total_mass
         lasting = decay * (np.exp(-time[0] / decay) - np.exp(-time[-1] / decay))
         # the levitated whirl's force rides on the weight and fades with it
         assert momentum.imag == pytest.approx(rotor.total_mass * named.machine.gravity * lasting, rel=0.15)
-        assert abs(np.degrees(np.angle(gained)) - 90) < 5
+    # noise of 0.25 um leaves the velocity of a drop right after the release open by some mm/s
+    assert abs(np.mean(given) - np.mean(taken)) < 3e-3 / np.sqrt(len(given))
+    assert abs(np.degrees(np.angle(np.mean(given))) - 90) < 5
 
 
 def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Evidence) -> None:
