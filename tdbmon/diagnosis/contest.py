@@ -360,8 +360,9 @@ def _invited(
     for place, each in enumerate(sorted(rough, key=lambda each: each.bic)):
         kind = each.causes[-1].declared.identifier
         kinds[kind] = kinds.get(kind, 0) + 1
-        # what acts in contacts is seldom near its minimum yet
-        if kinds[kind] > _SAME_KIND or (place >= _ADMITTED and not each.causes[-1].in_contacts):
+        # what acts in contacts is seldom near its minimum yet; later on that takes long
+        wide = each.causes[-1].in_contacts and horizon <= _SOUND_S and not best.causes
+        if kinds[kind] > _SAME_KIND or (place >= _ADMITTED and not wide):
             continue
         try:
             admitted.append(_with_own_slopes(each, horizon))

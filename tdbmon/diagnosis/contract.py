@@ -39,7 +39,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "fit_rms_um": _fit_rms(best) * 1e6 if best.causes else None,
             "held_out_rms_um": proof.extended * 1e6 if proof and best.causes else None,
         },
-        "held_out": [proof.drop] if proof else [],
+        "held_out": list(proof.drops) if proof else [],
         "gain": proof.gain if proof and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS) else None,
         "horizon_s": best.horizon,
         "unexplained": {

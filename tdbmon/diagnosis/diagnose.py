@@ -13,7 +13,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.contest import HORIZONS, Contender, contest
-from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, held_out, middle_drop
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import parameters
 from tdbmon.diagnosis.suspects import suspects
@@ -106,7 +106,7 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
             plain = next(each for each in field if not each.causes)
-            proof = held_out(plain, extended[0], middle_drop(problem))
+            proof = proved(plain, extended[0])
         judged = verdict(field, proof)
         progress("estimating sizes")
         sizes = {each.name: parameters(each) for each in judged.accused}
