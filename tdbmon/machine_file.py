@@ -227,6 +227,12 @@ def _tolerance(value: Tolerant, unit: str) -> str:
             for text, read in ((percent, nominal * to_si(percent, "1")), (absolute, to_si(absolute, si))):
                 if (value.nominal - read, value.nominal + read) == (value.low, value.high):
                     return text
+    # the width itself was rounded when the limits were: it lies within some last digits of these
+    for width in (half, value.high - value.nominal, value.nominal - value.low):
+        for ulps in range(-4, 5):
+            near = width + ulps * math.ulp(width)
+            if (value.nominal - near, value.nominal + near) == (value.low, value.high):
+                return _with_unit(repr(near), si)
     # a size that cannot be negative stays so in per cent; an angle counts from anywhere
     if value.low >= 0 and nominal and si != "rad":
         return f"{100 * (value.high - value.low) / (value.high + value.low):.12g} %"
