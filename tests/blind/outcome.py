@@ -64,7 +64,7 @@ def diagnose_case(
             said = errors.read().strip().splitlines()
         done = place / "result.json"
         result = json.loads(done.read_text(encoding="utf-8")) if done.exists() else {}
-        code = os.waitstatus_to_exitcode(status)
+        process.returncode = code = os.waitstatus_to_exitcode(status)
         error = "" if result and code in (0, 3) else f"exit code {code}: {said[-1] if said else 'no output'}"
     outcome = Outcome(
         seed=seed,

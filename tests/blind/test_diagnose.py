@@ -1,0 +1,13 @@
+"""A fixed share of the blind cases through the command line; the rest by ``make blind``."""
+
+import pytest
+
+from tests.blind.outcome import diagnose_case
+
+
+@pytest.mark.parametrize(("seed", "effect"), [(2, None), (4, "channel_lag")], ids=["nothing", "lag"])
+def test_a_blind_case_is_judged_right(tmp_path, seed, effect):
+    outcome = diagnose_case(seed, tmp_path, kind=None if effect else "none", effect=effect, strangeness=0.0)
+    assert not outcome.error
+    assert outcome.judgement.right, (outcome.judgement.said, outcome.result["why"])
+    assert outcome.judgement.place
