@@ -19,6 +19,7 @@ from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.problem import Problem
 
 LEAST_DROPS = 2  # to hold one out
+PREDICTED_S = 0.022  # s, to which a drop can be predicted from others: both ends have touched, and mostly twice
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
 
 
@@ -77,7 +78,7 @@ class HeldOut:
         return 1 - (self.extended - self.noise) / (self.plain - self.noise)
 
 
-def held_out(plain: Contender, extended: Contender, index: int) -> HeldOut:
+def held_out(plain: Contender, extended: Contender, index: int, horizon: float) -> HeldOut:
     """Fit both models without one drop and judge them there.
 
     Parameters
@@ -86,6 +87,8 @@ def held_out(plain: Contender, extended: Contender, index: int) -> HeldOut:
         Fitted to the same drops and horizon.
     index : int
         Of the drop.
+    horizon : float
+        s after the release, no further than they were fitted.
 
     Raises
     ------
@@ -94,18 +97,21 @@ def held_out(plain: Contender, extended: Contender, index: int) -> HeldOut:
     """
     drop = extended.problem.drops[index]
     noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
-    left = [_left(each, index) for each in (plain, extended)]
+    left = [_left(each, index, horizon) for each in (plain, extended)]
     return HeldOut((drop.name,), left[0][0], left[1][0], noise, left[0][1], left[1][1])
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop of middle speed; where it does not hold, on the next one too.
+    """Return the proof on the drop of middle speed; where it does not hold there, on two drops to a shorter horizon.
 
-    The fit without a drop, or that of its own values, may end in a wrong minimum; hardly for two drops.
+    The values of the other drops predict a path through impacts only so far; further on chance decides.
     """
     first, *further = middle_drops(extended.problem)
-    proof = held_out(plain, extended, first)
-    return proof if proof.holds or len(further) < 2 else proof.along_with(held_out(plain, extended, further[0]))
+    proof = held_out(plain, extended, first, extended.horizon)
+    if proof.holds or extended.horizon <= PREDICTED_S:
+        return proof
+    shorter = [held_out(plain, extended, index, PREDICTED_S) for index in (first, *further[:1])]
+    return shorter[0].along_with(shorter[1]) if len(shorter) > 1 else shorter[0]
 
 
 def middle_drops(problem: Problem) -> list[int]:
@@ -121,9 +127,9 @@ def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: floa
     return math.sqrt(float(np.mean(squares)))
 
 
-def _left(contender: Contender, index: int) -> tuple[float, float]:
+def _left(contender: Contender, index: int, horizon: float) -> tuple[float, float]:
     """Return what a model leaves on a drop that it was not fitted to: rms of the readings, m, and misfit."""
-    problem, horizon = contender.problem, contender.horizon
+    problem = contender.problem
     others = [k for k in range(len(problem.drops)) if k != index]
     count = len(problem.shared)
     taught = fit(_only(problem, others), contender.fit.point[_columns(problem, others)], horizon, 2, 3e-3)
