@@ -35,7 +35,8 @@ def test_places_at_the_ends_are_those_of_the_drop(found, same_model):
         for axis, channel in enumerate(("rotor_x", "rotor_y")):
             true = np.interp(found.time[inside], true_time, record[channel].sel(end=name).to_numpy())
             left = end.measured[axis, inside] - true
-            assert np.std(left) < 2 * end.noise[axis]
+            # a shaft that is let go loses its sag and whirls on: it is straight to about half a micrometre
+            assert np.std(left) < np.hypot(end.noise[axis], 0.5e-6)
             assert abs(left.mean()) < 5e-6  # where the bearing's centre was fitted
 
 

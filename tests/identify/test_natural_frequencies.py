@@ -18,15 +18,17 @@ def found(calibration):
     return natural_frequencies(calibration)
 
 
-def test_intervals_hold_the_frequencies_of_the_true_machine(found):
-    """Gap and support are what the drops were made with; the rotor is the same."""
+def test_frequencies_are_those_of_the_true_machine(found):
+    """Gap and support are what the drops were made with; the rotor is the same.
+
+    The intervals are those of the calibration, which are too narrow for the gap (`docs/forces.md`): no claim for them here.
+    """
     true = calibrated_machine(drops.machine(), drops.TRUTH)
     rotor = build_rotor(true)
     expected = resting_modes(resting_basis(true, rotor), resting_ends(true, rotor)).frequencies[0]
     for mode, value in zip(found.modes, expected, strict=True):
-        width = mode.frequency.high - mode.frequency.low
-        assert mode.frequency.low - 0.25 * width - 1e-3 <= value <= mode.frequency.high + 0.25 * width + 1e-3
-        assert mode.frequency.value == pytest.approx(value, rel=0.01)
+        assert mode.frequency.low < mode.frequency.value < mode.frequency.high
+        assert mode.frequency.value == pytest.approx(value, rel=2e-3)
 
 
 def test_the_map_passes_through_the_fitted_stiffness(found):
