@@ -23,7 +23,9 @@ def forces(drop: DropForces) -> Figure:
         together = history.time <= history.parted
         time = history.time[together] * 1e3
         low, high = history.low[together] / 1e3, history.high[together] / 1e3
-        ax.fill_between(time, low, high, color=SKY, alpha=0.6, linewidth=0, label="95 % of the ensemble", rasterized=True)
+        ax.fill_between(
+            time, low, high, color=SKY, alpha=0.6, linewidth=0, label="95 % of the ensemble", rasterized=True
+        )
         ax.plot(time, history.force[together] / 1e3, color=BLUE, label="median", rasterized=True)
         ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
         ax.set_ylabel(f"{name} force [kN]")
