@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.displacements_against_simulated import MEASURED
-from tdbmon.figures.style import UM, VERMILION, Margins, legend_below, new_figure, power_ticks, styled, subplots
+from tdbmon.figures.style import (
+    MEASURED,
+    UM,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    power_ticks,
+    styled,
+    subplots,
+)
 
 if TYPE_CHECKING:
     from tdbmon.identify.coast_down_comparison import Course

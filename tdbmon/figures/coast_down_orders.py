@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tdbmon.figures.displacements_against_simulated import MEASURED
 from tdbmon.figures.style import (
     GREY,
+    MEASURED,
     UM,
     VERMILION,
     Margins,

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tdbmon.figures.style import (
     GREY,
     LIGHT,
+    MEASURED,
     UM,
     VERMILION,
     Margins,
@@ -23,7 +24,6 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.identify.agreement import Agreement, EndAgreement
 
-MEASURED = "#BBBBBB"
 _ROW_MM = 27
 
 

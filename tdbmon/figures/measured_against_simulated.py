@@ -12,6 +12,7 @@ from tdbmon.figures.style import (
     BLUE,
     GREY,
     LIGHT,
+    MEASURED,
     UM,
     VERMILION,
     Margins,
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 PLAIN = "plain model"  # what it is called in legends
 _PROBE_MM = 27
-_MEASURED = "#BBBBBB"
 
 
 @styled
@@ -73,7 +73,7 @@ def _probe(above: Axes, below: Axes, models: Mapping[str, Sequence[LeftOver]], d
             continue
         time = left.time * 1e3
         if k == 0:
-            above.plot(time, left.measured[row] * UM, color=_MEASURED, linewidth=2.6, label="measured", rasterized=True)
+            above.plot(time, left.measured[row] * UM, color=MEASURED, linewidth=2.6, label="measured", rasterized=True)
             band = 2 * left.noise[row].sigma * UM
             below.axhspan(-band, band, color=LIGHT, linewidth=0, label="twice the noise")
             for ax in (above, below):

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from tdbmon.figures.displacements_against_simulated import MEASURED
 from tdbmon.figures.orbit_sequence import rotation_arrow
-from tdbmon.figures.style import BLACK, UM, VERMILION, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, MEASURED, UM, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.identify.agreement import Agreement, EndAgreement

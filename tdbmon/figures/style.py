@@ -30,6 +30,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
 )  # fmt: skip
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
+MEASURED = "#BBBBBB"  # beneath what was simulated
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
 PHASE_COLOUR = {

@@ -50,10 +50,11 @@ def fatigue_of(
     dict
         By the end's name; missing where fewer than half of the simulations can be made.
     """
-    ends = calibration.machine.ends
-    worst = [
-        found for point in _draws(calibration, members, seed) if (found := _worst(calibration, point, drop, seconds))
-    ]
+    from tdbmon.identify.forces import draws
+
+    ends, rng = calibration.machine.ends, np.random.default_rng(seed)
+    points = draws(calibration.problem, calibration.point, calibration.covariance, members, rng)
+    worst = [found for point in points if (found := _worst(calibration, point, drop, seconds))]
     if len(worst) < max(members // 2, 2):
         why = f"only {len(worst)} of {members} draws from the calibration can be simulated"
         return {end: Estimate.missing("1", why) for end in ends}
@@ -71,31 +72,19 @@ def _estimate(sums: NDArray[np.float64], rule: str, end: str) -> Estimate:
     return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule)
 
 
-def _draws(calibration: Calibration, members: int, seed: int) -> list[NDArray[np.float64]]:
-    """Return the fitted point, then points drawn about it and put within the bounds."""
-    problem, point = calibration.problem, calibration.point
-    values, vectors = np.linalg.eigh((calibration.covariance + calibration.covariance.T) / 2)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = point + np.random.default_rng(seed).standard_normal((members - 1, len(point))) @ root.T
-    return [point, *np.clip(drawn, problem.low, problem.high)]
-
-
 def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seconds: float) -> list[float] | None:
     """Return the sum of the ball that suffers most, an end; None where the values cannot be simulated."""
     from tdbsim.observe import observed
     from tdbsim.simulate import run
 
-    from tdbmon.identify.prediction import drop_plan, window
+    from tdbmon.identify.forces import lasting
     from tdbmon.identify.stress import ball_stress
 
     problem = calibration.problem
-    measured = problem.drops[drop]
     shared, own = problem.values(point, drop)
-    first, _ = window(measured, 0.0)
-    count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     try:
         model, _ = problem.setting(shared, own, drop)
-        motion = run(model, drop_plan(measured, own, first, count))
+        motion = run(model, lasting(problem.drops[drop], own, seconds))
         loads = observed(motion.model.arrays, motion.state).loads
         bearings = enumerate(problem.model.machine.touchdown_bearings)
         return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]

@@ -18,11 +18,12 @@ from tdbsim.columns import GAP, JOURNAL_RADIUS
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.observe import FORCES, observed
-from tdbsim.simulate import run
+from tdbsim.simulate import DropPlan, run
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.prediction import drop_plan, window
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
 
@@ -179,7 +180,7 @@ def forces_of(
     if not 0 < seconds < math.inf:
         raise InputError(f"seconds {seconds:g} s is not positive and finite")
     problem = calibration.problem
-    points = _draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(seed))
+    points = draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(seed))
     found = []
     with ThreadPoolExecutor(_THREADS) as pool:
         for drop, measured in enumerate(problem.drops):
@@ -198,22 +199,26 @@ def forces_of(
     return tuple(found)
 
 
-def _draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
+def draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
     """Return the fitted point, then points drawn about it and put within the bounds."""
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = point + rng.standard_normal((members - 1, len(point))) @ root.T
-    return [point, *np.clip(draws, problem.low, problem.high)]
+    drawn = point + rng.standard_normal((members - 1, len(point))) @ root.T
+    return [point, *np.clip(drawn, problem.low, problem.high)]
+
+
+def lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
+    """Return the plan of a drop at values of its own, from its window's first sample to so long after the release."""
+    first, _ = window(measured, 0.0)
+    count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
+    return drop_plan(measured, own, first, count)
 
 
 def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Member | None:
     shared, own = problem.values(point, drop)
-    measured = problem.drops[drop]
-    first, _ = window(measured, 0.0)
-    count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     try:
         model, _ = problem.setting(shared, own, drop)
-        plan = drop_plan(measured, own, first, count)
+        plan = lasting(problem.drops[drop], own, seconds)
         motion = run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING)))
     except InputError:
         return None
