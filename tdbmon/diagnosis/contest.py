@@ -353,7 +353,8 @@ def _invited(
     """
     rough = []
     for score in _asked(best, horizon, suspects, field):
-        begun = [_roughly(best, score.suspect, start) for start in (score.start, *score.suspect.usual())]
+        starts = (score.start, *(score.suspect.usual() if horizon <= _SOUND_S else ()))
+        begun = [_roughly(best, score.suspect, start) for start in starts]
         rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
     admitted: list[Contender] = []
     kinds: dict[str, int] = {}

@@ -77,8 +77,9 @@ class Parameter:
     moves : bool
         Whether it changes the motion; a sensor's value only changes how that is seen.
     nudge : float
-        Step for slopes by differences, in units of `scale`: it should move the shaft by some tenths of a micrometre, since
-        fixed steps of integration make a trajectory rough by some nanometres, which would pass for a slope.
+        Step for slopes by differences, in units of `scale`: it should move the shaft by some hundredths of a micrometre.
+        Contacts bend what follows, so larger steps give slopes that lead into wrong minima; fixed steps of integration
+        make a trajectory rough by some nanometres, which much smaller ones would take for a slope.
     span : float
         Size by which it is counted where sigma is infinite; 0 for a quarter of the range.
     """
@@ -90,7 +91,7 @@ class Parameter:
     high: float
     sigma: float
     moves: bool = True
-    nudge: float = 0.015
+    nudge: float = 0.0015
     span: float = 0.0
 
     @property
@@ -140,7 +141,7 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
         reach = bearing.radial_gap.nominal
         for axis, start in zip("xy", set_point[end], strict=True):
             found.append(
-                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.0025)
+                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.00025)
             )
     for end in range(2):
         for axis in "xy":
@@ -152,10 +153,10 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
                     -10 * VELOCITY_SIGMA,
                     10 * VELOCITY_SIGMA,
                     VELOCITY_SIGMA,
-                    nudge=0.08,
+                    nudge=0.008,
                 )
             )
-    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.002))
+    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
     found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
     for end, bearing in enumerate(machine.touchdown_bearings):
