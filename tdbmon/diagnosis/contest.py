@@ -29,9 +29,11 @@ Progress = Callable[[str], None]
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 MOST_CAUSES = 3
 _SLOPES = 8  # times that slopes are taken for the plain model at a horizon
+_FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _SAME_KIND = 3  # of one effect among them
+_SMALLER = 0.3  # of the size that a score promises, where that is too much
 _SEATED = 3  # of them, that go on
 _ROUNDS = 4  # times at most that all suspects are fitted
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
@@ -47,6 +49,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
+_PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
 
 
@@ -151,13 +154,15 @@ def contest(
     search = _Search(suspects, horizons, progress)
     field: list[Contender] = []
     sound: tuple[Contender, ...] = ()
-    lost = 0
+    lost, decided = 0, False
     for horizon in horizons:
         progress(f"fitting the first {horizon * 1e3:g} ms")
-        hopeless = plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field)
-        if horizon == horizons[-1] or not hopeless:
+        hopeless = decided or (plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field))
+        if not hopeless:
             plain = settled(plain, horizon, _SLOPES)
         field = _refitted(field, horizon)
+        if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
+            plain = settled(plain, horizon, _FEW_SLOPES)
         plain, field = search.compared(plain, field, horizon)
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
@@ -169,9 +174,12 @@ def contest(
         sound = tuple(field) if fine and horizon >= _SOUND_S else ()
         # where nothing explains the first contacts, nothing will explain the later ones
         lost = lost + 1 if best.ratio > (_LOST if search.rounds else _NEARLY) else 0
-        if lost >= _LOST_HORIZONS or (horizon >= _EARLIEST_S and _decided(plain, field, horizon)):
-            plain = settled(plain, horizon, _SLOPES) if plain.horizon < horizon else plain
+        if lost >= _LOST_HORIZONS:
             break
+        if not decided and horizon >= _EARLIEST_S and _decided(plain, field, horizon):
+            decided, field = True, [_leader(plain, field, horizon)]
+    if plain.horizon < horizon:
+        plain = settled(plain, horizon, _FEW_SLOPES)
     plain, field = _simplified(plain, field)
     return sorted([plain, *field], key=lambda each: each.bic)
 
@@ -245,7 +253,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
 
 
 def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
-    """True where one model leaves noise alone and no other comes near: later contacts would only blur what is clear."""
+    """True where one model leaves noise alone and no other comes near: it goes on alone."""
     ranked = sorted((each for each in field if each.horizon == horizon), key=lambda each: each.bic)
     if not ranked or ranked[0].fails_beside(plain) or plain.ratio < _BEHIND * ranked[0].ratio:
         return False
@@ -336,7 +344,7 @@ def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
     out = []
     for place, each in enumerate(sorted(field, key=lambda each: each.bic)):
         try:
-            out.append(settled(each, horizon, _SLOPES if place == 0 else 2))
+            out.append(settled(each, horizon, _SLOPES if place == 0 else _FEW_SLOPES))
         except InputError:
             continue
     return out
@@ -347,30 +355,48 @@ def _invited(
 ) -> list[Contender]:
     """Return the best contender with each of the suspects that explain most, fitted.
 
-    The scores say where the fit of each begins; what acts in contacts begins at its usual size too, at several angles.
-    Where the best contender fails, all are fitted roughly: with the slopes of the model that they extend and their own at
+    The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
+    at several angles.
+    Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
     their start.  A score follows straight lines; these fits go beyond.
     """
     rough = []
     for score in _asked(best, horizon, suspects, field):
-        starts = (score.start, *(score.suspect.usual() if horizon <= _SOUND_S else ()))
-        begun = [_roughly(best, score.suspect, start) for start in starts]
+        suspect = score.suspect
+        begun = [_roughly(best, suspect, score.start)]
+        if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
+            further = (suspect.smaller(score.start, _SMALLER), *(suspect.usual() if horizon <= _SOUND_S else ()))
+            begun += [_roughly(best, suspect, start) for start in further]
         rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
-    admitted: list[Contender] = []
+    rough.sort(key=lambda each: each.bic)
+    likely, others = _admitted(rough)
+    fitted = _with_own_slopes(likely, horizon)
+    explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
+    if not explained and not best.causes and horizon <= _SOUND_S:
+        fitted += _with_own_slopes(others, horizon)
+    seated = sorted(fitted, key=lambda each: each.bic)[:_SEATED]
+    return [settled(each, horizon, _SLOPES if place == 0 else _FEW_SLOPES) for place, each in enumerate(seated)]
+
+
+def _admitted(rough: Sequence[Contender]) -> tuple[list[Contender], list[Contender]]:
+    """Return who of those fitted roughly, the best first, gets slopes of his own, and who gets them if nobody explains.
+
+    What acts in contacts is seldom near its minimum yet, nor is it known which ball differs; later on it takes too long.
+    """
+    likely: list[Contender] = []
+    others: list[Contender] = []
     kinds: dict[str, int] = {}
-    for place, each in enumerate(sorted(rough, key=lambda each: each.bic)):
-        kind = each.causes[-1].declared.identifier
+    for place, each in enumerate(rough):
+        new = each.causes[-1]
+        kind = new.declared.identifier
         kinds[kind] = kinds.get(kind, 0) + 1
-        # what acts in contacts is seldom near its minimum yet; later on that takes long
-        wide = each.causes[-1].in_contacts and horizon <= _SOUND_S and not best.causes
-        if kinds[kind] > _SAME_KIND or (place >= _ADMITTED and not wide):
+        if kinds[kind] > _SAME_KIND:
             continue
-        try:
-            admitted.append(_with_own_slopes(each, horizon))
-        except InputError:
-            continue
-    seated = sorted(admitted, key=lambda each: each.bic)[:_SEATED]
-    return [settled(each, horizon, _SLOPES if place == 0 else 2) for place, each in enumerate(seated)]
+        if place < _ADMITTED or new.counted is not None:
+            likely.append(each)
+        elif new.in_contacts and not new.turning:
+            others.append(each)
+    return likely, others
 
 
 def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
@@ -383,7 +409,7 @@ def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | Non
 
 
 def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:
-    """Return the suspects to fit roughly: all where the best contender fails, else those that promise a gain."""
+    """Return the suspects to fit roughly: all where the plain model fails, else those that promise a gain."""
     taken = {each.name for each in best.causes}
     known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
     open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
@@ -394,15 +420,27 @@ def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: 
         name = score.suspect.name
         names[name] = names.get(name, 0) + 1
         worth = score.gain - score.start.free(score.suspect).freedom * price
-        if names[name] <= _SAME_NAME and (best.fails or worth > _SURE):
+        least = _PROMISE * best.excess if best.causes else -math.inf if best.fails else _SURE
+        if names[name] <= _SAME_NAME and worth > least:
             asked.append(score)
     return asked
 
 
-def _with_own_slopes(contender: Contender, horizon: float) -> Contender:
-    """Return a contender fitted anew; which ball it is that differs is searched too, with its size known roughly."""
-    problem = contender.problem
-    if contender.causes[-1].counted is None:
+def _with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return those contenders that can be simulated, fitted anew."""
+    out = []
+    for each in contenders:
+        try:
+            out.append(_anew(each, horizon))
+        except InputError:
+            continue
+    return out
+
+
+def _anew(contender: Contender, horizon: float) -> Contender:
+    """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
+    problem, new = contender.problem, contender.causes[-1]
+    if new.counted is None and not new.turning:
         return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
     found = contender.fit
     for _ in range(2):

@@ -102,16 +102,19 @@ def held_out(plain: Contender, extended: Contender, index: int, horizon: float) 
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop of middle speed; where it does not hold there, on two drops to a shorter horizon.
+    """Return the proof on the drop of middle speed: over the first contacts, or over all where those show nothing yet.
 
-    The values of the other drops predict a path through impacts only so far; further on chance decides.
+    The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
+    is no proof, two are to be one.
     """
     first, *further = middle_drops(extended.problem)
-    proof = held_out(plain, extended, first, extended.horizon)
-    if proof.holds or extended.horizon <= PREDICTED_S:
-        return proof
-    shorter = [held_out(plain, extended, index, PREDICTED_S) for index in (first, *further[:1])]
-    return shorter[0].along_with(shorter[1]) if len(shorter) > 1 else shorter[0]
+    early = held_out(plain, extended, first, min(PREDICTED_S, extended.horizon))
+    if (early.holds and early.gain is not None) or extended.horizon <= PREDICTED_S:
+        return early
+    late = held_out(plain, extended, first, extended.horizon)
+    if late.holds or not further:
+        return late
+    return early.along_with(held_out(plain, extended, further[0], PREDICTED_S))
 
 
 def middle_drops(problem: Problem) -> list[int]:

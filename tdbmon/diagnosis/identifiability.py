@@ -24,7 +24,7 @@ from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.score import FURTHEST, Key, Trials, changes_by, directions, sized, trial_keys
+from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, sized, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.estimate import Estimate
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
@@ -194,7 +194,7 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
 
 def _keys(suspect: Suspect) -> list[Key]:
     """Return the trials at the smallest share; which ball it is shows at its full size only."""
-    return [key for key in trial_keys(suspect) if key[1] == _share(suspect)]
+    return [key for key in trial_keys(suspect) if key[1] == _share(suspect) and key[2] in QUARTER]
 
 
 def _share(suspect: Suspect) -> float:
@@ -352,10 +352,10 @@ def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -
     A column is the change of each drop by its number.
     """
     parts: list[dict[int, Array]] = []
-    for quarter in (0, 1) if angle else (0,):
+    for eighth in QUARTER if angle else (0,):
         part: dict[int, Array] = {}
         for drop, trial in trials.items():
-            found = [c for key, c in trial.items() if (key[0], key[2]) == (number, quarter) and c is not None]
+            found = [c for key, c in trial.items() if (key[0], key[2]) == (number, eighth) and c is not None]
             if not found:
                 return None
             part[drop] = max(found, key=lambda change: float(change @ change))  # of the balls that which shows most

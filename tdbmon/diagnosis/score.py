@@ -30,6 +30,7 @@ from tdbmon.identify.problem import Problem, huber, spread
 Array = NDArray[np.float64]
 
 _SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
+QUARTER = (0, 2)  # eighths of a period: angles at right angles, of which all others are made as long as sizes are small
 _LARGE = 2.5  # of the typical size
 FURTHEST = 4.0  # trial sizes, to which a trial is believed
 
@@ -145,12 +146,13 @@ Trials = Mapping[Key, Array | None]
 
 
 def trial_keys(suspect: Suspect) -> list[Key]:
-    """Return the trials: number of the size, share, its angle in quarters of a period, and the count."""
+    """Return the trials: number of the size, share, its angle in eighths of a period, and the count."""
     counts = range(1, int(min(suspect.counted.high, 60)) + 1) if suspect.counted else [0]
+    eighths = range(8) if suspect.turning else QUARTER
     return [
-        (float(s), share, float(quarter), float(count))
+        (float(s), share, float(eighth), float(count))
         for s, (_, angle) in enumerate(suspect.sizes)
-        for share, quarter, count in product(_shares(suspect), (0, 1) if angle else (0,), counts)
+        for share, eighth, count in product(_shares(suspect), eighths if angle else (0,), counts)
     ]
 
 
@@ -158,16 +160,16 @@ def _shares(suspect: Suspect) -> tuple[float, ...]:
     """Return the shares of the typical size that are tried: which ball it is shows at its full size only."""
     if suspect.counted is not None:
         return (*_SHARES, _LARGE)
-    turning = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
-    return _SHARES[:1] if turning else _SHARES
+    per_drop = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
+    return _SHARES[:1] if per_drop else _SHARES
 
 
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
-    number, share, quarter, count = key
+    number, share, eighth, count = key
     size, angle = suspect.sizes[int(number)]
     values = {size.name: sized(size, share)}
     if angle is not None:
-        values[angle.name] = quarter * math.pi / 2 / angle.harmonic
+        values[angle.name] = _turned(angle, eighth)
     if suspect.counted is not None:
         values[suspect.counted.name] = count
     return suspect.effect(values)
@@ -219,14 +221,13 @@ def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score |
 
 
 def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
+    if suspect.counted is not None or suspect.turning:
+        return _chosen(bench, suspect, trials, share)
     apart = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
-    count = _counts(bench, suspect, trials, share) if suspect.counted else [0.0] * len(trials)
-    if count is None:
-        return None
-    parts = [(float(s), float(q)) for s, (_, angle) in enumerate(suspect.sizes) for q in ((0, 1) if angle else (0,))]
+    parts = [(float(s), float(q)) for s, (_, angle) in enumerate(suspect.sizes) for q in (QUARTER if angle else (0,))]
     columns: list[dict[int, Array]] = []
     for s, q in parts:
-        each = [trial.get((s, share, q, n)) for trial, n in zip(trials, count, strict=True)]
+        each = [trial.get((s, share, q, 0.0)) for trial in trials]
         columns.append({drop: change for drop, change in enumerate(each) if change is not None})
         if len(columns[-1]) < len(trials):
             return None
@@ -237,39 +238,62 @@ def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: 
     else:
         one, gain = bench.solve(columns)
         amounts = [one]
-    start = _start(suspect, parts, amounts, share, count)
+    start = _start(suspect, parts, amounts, share, len(trials))
     if start is None:
         gain = 0.0
-        start = _start(suspect, parts, [np.abs(a) for a in amounts], share, count)
+        start = _start(suspect, parts, [np.abs(a) for a in amounts], share, len(trials))
     if start is None:
         return None
     return Score(suspect, gain, float(bench.left @ bench.left), start)
 
 
-def _counts(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> list[float] | None:
-    """Return each drop's count (of a ball) that promises most by itself; the size has one sign for all drops."""
-    by_sign: dict[float, list[tuple[float, float]]] = {1.0: [], -1.0: []}
+def _chosen(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
+    """Return the score of what has a number or a phase of its own in every drop, by which its size shows differently."""
+    keys = _keys_by_drop(bench, trials, share)
+    if keys is None:
+        return None
+    column = {drop: change for drop, key in enumerate(keys) if (change := trials[drop][key]) is not None}
+    amounts, gain = bench.solve([column])
+    (size, angle), *_ = suspect.sizes
+    value = _scaled(size, share, float(amounts[0]))
+    if value is None or (angle is not None and amounts[0] < 0):  # no phase of the drops goes with those of the others
+        gain, value = 0.0, _scaled(size, share, abs(float(amounts[0])))
+    if value is None:
+        return None
+    shared = {p.name: p.typical for p in suspect.shapes} | {size.name: value}
+    phases = tuple({angle.name: _turned(angle, key[2])} for key in keys) if angle is not None else ()
+    held = tuple({suspect.counted.name: key[3]} for key in keys) if suspect.counted is not None else ()
+    return Score(suspect, gain, float(bench.left @ bench.left), Start(shared, phases, held))
+
+
+def _keys_by_drop(bench: _Bench, trials: Sequence[Trials], share: float) -> list[Key] | None:
+    """Return each drop's trial that promises most by itself; the size has one sign for all drops."""
+    by_sign: dict[float, list[tuple[float, Key]]] = {1.0: [], -1.0: []}
     for drop, trial in enumerate(trials):
         promised = {}
         for key, change in trial.items():
             if key[1] == share and change is not None:
                 amount, gain = bench.solve([{drop: change}])
-                promised[key[3]] = (float(amount[0]), gain)
+                promised[key] = (float(amount[0]), gain)
         if not promised:
             return None
         for sign, picked in by_sign.items():
-            right = [(gain, count) for count, (amount, gain) in promised.items() if amount * sign > 0]
+            right = [(gain, key) for key, (amount, gain) in promised.items() if amount * sign > 0]
             picked.append(max(right, default=(0.0, next(iter(promised)))))
     best = max(by_sign.values(), key=lambda picked: sum(gain for gain, _ in picked))
-    return [count for _, count in best]
+    return [key for _, key in best]
+
+
+def _turned(angle: Declared, eighth: float) -> float:
+    return eighth * math.pi / 4 / angle.harmonic
 
 
 def _start(
-    suspect: Suspect, parts: Sequence[tuple[float, float]], amounts: Sequence[Array], share: float, count: list[float]
+    suspect: Suspect, parts: Sequence[tuple[float, float]], amounts: Sequence[Array], share: float, drops: int
 ) -> Start | None:
     """Return the values that amounts of the trials stand for; None where a size would have the wrong sign."""
     shared = {p.name: p.typical for p in suspect.shapes}
-    each: list[dict[str, float]] = [{} for _ in count]
+    each: list[dict[str, float]] = [{} for _ in range(drops)]
     for s, (size, angle) in enumerate(suspect.sizes):
         rows = [k for k, part in enumerate(parts) if part[0] == s]
         if angle is None:
@@ -290,8 +314,7 @@ def _start(
                 row[angle.name] = each_turned
         else:
             shared[angle.name] = turned[0]
-    held = tuple({suspect.counted.name: n} for n in count) if suspect.counted else ()
-    return Start(shared, tuple(each) if each[0] else (), held)
+    return Start(shared, tuple(each) if each[0] else ())
 
 
 def _scaled(size: Declared, share: float, amount: float) -> float | None:

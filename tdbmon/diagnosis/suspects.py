@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -14,7 +14,7 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 
-_HIGHEST_ORDER = 8  # of waves and lobes that are tried
+_HIGHEST_ORDER = 6  # of waves and lobes that are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +61,26 @@ class Suspect:
         """True for what does nothing to a shaft that touches nothing."""
         return self.declared.place in (Place.BEARING, Place.BEARING_OR_BOTH)
 
+    @property
+    def turning(self) -> bool:
+        """True for what turns with a ring: contacts meet it at a phase that differs from drop to drop."""
+        return self.in_contacts and any(angle is not None and angle.per_drop for _, angle in self.sizes)
+
     def usual(self) -> tuple[Start, ...]:
         """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
         shared = {p.name: p.typical for p in self.shapes} | {size.name: size.typical for size, _ in self.sizes}
         angles = [angle for _, angle in self.sizes if angle is not None]
-        if not self.in_contacts or self.counted is not None or any(angle.per_drop for angle in angles):
+        if not self.in_contacts or self.counted is not None or self.turning:
             return ()
         if not angles:
             return (Start(shared),)
         quarters = np.arange(4) * math.pi / 2
         return tuple(Start(shared | {a.name: float(quarter / a.harmonic) for a in angles}) for quarter in quarters)
+
+    def smaller(self, start: Start, share: float) -> Start:
+        """Return a start with its sizes nearer to where the effect is off."""
+        sizes = {size.name: _nearer(size, start.shared[size.name], share) for size, _ in self.sizes}
+        return replace(start, shared={**start.shared, **sizes})
 
     def effect(self, values: Mapping[str, float]) -> Effect:
         """Return the effect with some values (SI), the others as the catalogue has them typically."""
@@ -90,6 +100,13 @@ class Start:
     def free(self, suspect: Suspect) -> FreeEffect:
         """Return the suspect as an effect with free parameters."""
         return FreeEffect(suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held)
+
+
+def _nearer(size: Declared, value: float, share: float) -> float:
+    """Return a value whose way from where the effect is off is a share of what it was."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    nearer = value / share if math.isinf(off) else off + share * (value - off)
+    return min(max(nearer, size.low), size.high)
 
 
 def sized(size: Declared, share: float) -> float:
