@@ -32,6 +32,7 @@ _SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 _FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
+_PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _SEATED = 3  # of them, that go on
@@ -361,7 +362,8 @@ def _invited(
     their start.  A score follows straight lines; these fits go beyond.
     """
     rough = []
-    for score in _asked(best, horizon, suspects, field):
+    asked = _asked(best, horizon, suspects, field)
+    for score in asked:
         suspect = score.suspect
         begun = [_roughly(best, suspect, score.start)]
         if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
@@ -369,7 +371,7 @@ def _invited(
             begun += [_roughly(best, suspect, start) for start in further]
         rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
     rough.sort(key=lambda each: each.bic)
-    likely, others = _admitted(rough)
+    likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
     fitted = _with_own_slopes(likely, horizon)
     explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
     if not explained and not best.causes and horizon <= _SOUND_S:
@@ -378,10 +380,11 @@ def _invited(
     return [settled(each, horizon, _SLOPES if place == 0 else _FEW_SLOPES) for place, each in enumerate(seated)]
 
 
-def _admitted(rough: Sequence[Contender]) -> tuple[list[Contender], list[Contender]]:
+def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
     """Return who of those fitted roughly, the best first, gets slopes of his own, and who gets them if nobody explains.
 
-    What acts in contacts is seldom near its minimum yet, nor is it known which ball differs; later on it takes too long.
+    Those of the best scores do: a rough fit may fail where the score is right.  What acts in contacts is seldom near its
+    minimum yet, nor is it known which ball differs; later on it takes too long.
     """
     likely: list[Contender] = []
     others: list[Contender] = []
@@ -389,12 +392,13 @@ def _admitted(rough: Sequence[Contender]) -> tuple[list[Contender], list[Contend
     for place, each in enumerate(rough):
         new = each.causes[-1]
         kind = new.declared.identifier
-        kinds[kind] = kinds.get(kind, 0) + 1
-        if kinds[kind] > _SAME_KIND:
-            continue
-        if place < _ADMITTED or new.counted is not None:
+        if new in promised or new.counted is not None:
             likely.append(each)
-        elif new.in_contacts and not new.turning:
+            continue
+        kinds[kind] = kinds.get(kind, 0) + 1
+        if kinds[kind] <= _SAME_KIND and place < _ADMITTED:
+            likely.append(each)
+        elif kinds[kind] <= _SAME_KIND and new.in_contacts and not new.turning:
             others.append(each)
     return likely, others
 

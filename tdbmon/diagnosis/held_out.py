@@ -19,7 +19,8 @@ from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.problem import Problem
 
 LEAST_DROPS = 2  # to hold one out
-PREDICTED_S = 0.022  # s, to which a drop can be predicted from others: both ends have touched, and mostly twice
+_PROOF_S = (0.022, 0.027, 0.033)  # s; by the first of them both ends have touched, and mostly twice
+_CLEAR = 0.05  # of the plain model's misfit
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
 
 
@@ -68,6 +69,11 @@ class HeldOut:
         return self.extended_misfit < self.plain_misfit
 
     @property
+    def clear(self) -> bool:
+        """True where one of the models does much better than the other."""
+        return abs(self.plain_misfit - self.extended_misfit) > _CLEAR * self.plain_misfit
+
+    @property
     def gain(self) -> float | None:
         """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
 
@@ -102,19 +108,19 @@ def held_out(plain: Contender, extended: Contender, index: int, horizon: float) 
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop of middle speed: over the first contacts, or over all where those show nothing yet.
+    """Return the proof on the drop of middle speed, no further than to where one of the models clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
     is no proof, two are to be one.
     """
     first, *further = middle_drops(extended.problem)
-    early = held_out(plain, extended, first, min(PREDICTED_S, extended.horizon))
-    if (early.holds and early.gain is not None) or extended.horizon <= PREDICTED_S:
-        return early
-    late = held_out(plain, extended, first, extended.horizon)
-    if late.holds or not further:
-        return late
-    return early.along_with(held_out(plain, extended, further[0], PREDICTED_S))
+    for horizon in (*(h for h in _PROOF_S if h < extended.horizon), extended.horizon):
+        proof = held_out(plain, extended, first, horizon)
+        if proof.gain is not None and proof.clear:
+            break
+    if proof.holds or not further:
+        return proof
+    return proof.along_with(held_out(plain, extended, further[0], horizon))
 
 
 def middle_drops(problem: Problem) -> list[int]:
