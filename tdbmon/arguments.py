@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -12,3 +13,23 @@ JsonFile = Annotated[Path | None, typer.Option("--json", metavar="F.json", help=
 Reports = Annotated[
     list[Path] | None, typer.Option("--report", metavar="F.html|F.pdf", help="write a report; may be given twice")
 ]
+
+_SEVERAL = ("--reference", "--also")  # options that take files up to the next option, as a shell's drop_*.nc gives them
+
+
+def one_by_one(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with ``--reference A B`` written as ``--reference A --reference B``."""
+    out: list[str] = []
+    option, alone = "", False
+    for argument in [*arguments, "--"]:
+        if argument.startswith("-") and alone:
+            out.append(option)
+        if argument in _SEVERAL:
+            option, alone = argument, True
+        elif argument.startswith("-"):
+            option, alone = "", False
+            out.append(argument)
+        else:
+            out += [option, argument] if option else [argument]
+            alone = False
+    return out[:-1]

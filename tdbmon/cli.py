@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from tdbmon.arguments import JsonFile, MachineFile, Reports
+from tdbmon.arguments import JsonFile, MachineFile, Reports, one_by_one
 from tdbmon.history.app import archive_app, compare
 from tdbmon.json_file import write_json
 from tdbmon.progress import on_terminal
@@ -145,6 +145,10 @@ def diagnose(
     extended: Annotated[
         Path | None, typer.Option(metavar="F.toml", help="write the machine file with the effects that were found")
     ] = None,
+    reference: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="RECORD", help="earlier drops: say what has changed since them"),
+    ] = None,
 ) -> None:
     """Find what the model of a machine lacks: name the effect, its place and size, and prove the gain."""
     from tdbsim.machine import load_machine
@@ -161,19 +165,32 @@ def diagnose(
     with on_terminal() as tell:
         tell("reading the machine and the records")
         channels = [read(path) for path in records]
-        result = run(load_machine(machine), channels, tell)
+        since = None
+        if reference:
+            from tdbmon.diagnosis.reference import diagnose_since
+
+            result, since = diagnose_since(load_machine(machine), [read(path) for path in reference], channels, tell)
+        else:
+            result = run(load_machine(machine), channels, tell)
         if writers:
             from tdbmon.record.synthetic import is_synthetic, synthetic_note
             from tdbmon.report.diagnosis_report import build_diagnosis_report
 
             tell("drawing the figures")
             computed = any(is_synthetic(each.attrs) for each in channels)
-            document = build_diagnosis_report(result, note=synthetic_note(len(channels)) if computed else "")
+            document = build_diagnosis_report(
+                result, note=synthetic_note(len(channels)) if computed else "", since=since
+            )
             for write in writers:
                 write(document)
-    for line in diagnosis_lines(result):
+    lines, content = diagnosis_lines(result), diagnosis_json(result)
+    if since is not None:
+        from tdbmon.diagnosis.reference_contract import reference_json, reference_lines
+
+        lines, content = [*reference_lines(since), *lines], {**content, "reference": reference_json(since)}
+    for line in lines:
         typer.echo(line)
-    write_json(json_file, diagnosis_json(result))
+    write_json(json_file, content)
     for path in report or []:
         typer.echo(f"report: {path}")
     if extended is not None:
@@ -228,7 +245,7 @@ app.command()(compare)
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; an input that cannot be used is one line on standard error and exit code 2."""
     try:
-        code = app(arguments, standalone_mode=False)
+        code = app(one_by_one(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:

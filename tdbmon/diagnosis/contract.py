@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.unexplained import unexplained
@@ -24,7 +24,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": str(verdict.kind),
         "why": verdict.why,
-        "causes": _causes(diagnosis),
+        "causes": causes_json(diagnosis),
         "candidates": _candidates(diagnosis),
         "baseline": {
             "fit_rms_um": _fit_rms(plain) * 1e6,
@@ -62,7 +62,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     """Return what the command says."""
     verdict, out = diagnosis.verdict, []
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
-    for cause in _causes(diagnosis):
+    for cause in causes_json(diagnosis):
         values = ", ".join(
             f"{name.replace('_', ' ')} {_short(q)}" for name, q in cause["parameters"].items() if q["value"] is not None
         )
@@ -82,7 +82,8 @@ def _short(quantity: dict[str, Any]) -> str:
     return f"{quantity['value']:.4g} ({quantity['low']:.4g} to {quantity['high']:.4g})"
 
 
-def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return the causes of a diagnosis as the contract has them, the likeliest first."""
     by_contender = dict(zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True))
     found: dict[str, dict[str, Any]] = {}
     for contender in diagnosis.verdict.accused:

@@ -12,10 +12,11 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.diagnosis.contest import HORIZONS, Contender, contest
+from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
-from tdbmon.diagnosis.parameters import parameters
+from tdbmon.diagnosis.parameters import machine_values, parameters
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, verdict
 from tdbmon.estimate import Estimate
@@ -41,6 +42,8 @@ class Diagnosis:
         Of the best model with a cause on a drop held out; None where there is no such model, or one drop only.
     parameters : dict
         Of each accused model by its name, then of each cause by its name: its parameters' estimates by theirs.
+    values : dict
+        Of the machine, to which its file gives a tolerance, as the likeliest model was fitted with them.
     next_test : str
         What would teach most.
     remarks : tuple of str
@@ -53,6 +56,7 @@ class Diagnosis:
     contenders: tuple[Contender, ...]
     proof: HeldOut | None
     parameters: dict[str, dict[str, dict[str, Estimate]]]
+    values: dict[str, Estimate]
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
@@ -110,12 +114,14 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
         judged = verdict(field, proof)
         progress("estimating sizes")
         sizes = {each.name: parameters(each) for each in judged.accused}
+        values = machine_values(field[int(np.argmax(judged.probabilities))])
     return Diagnosis(
         machine=machine,
         verdict=judged,
         contenders=tuple(field),
         proof=proof,
         parameters=sizes,
+        values=values,
         next_test=next_test(judged, tuple(field)),
         remarks=(*(remark for drop in drops for remark in drop.remarks), *_remarks(drops)),
         seconds=time.monotonic() - began,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.left_over import LeftOver, left_over
 from tdbmon.diagnosis.residual_force import ResidualForce, residual_force

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import Parameter

@@ -12,7 +12,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import Trajectory
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.drop import straight_shaft
 from tdbmon.identify.noise import Noise
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.free_effect import acts_on_sensors
 

@@ -7,10 +7,11 @@ import math
 import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
+from tdbmon.identify.parameters import machine_parameters
 
 _RULE = "least squares of simulated against measured drops"
 
@@ -22,23 +23,36 @@ def parameters(contender: Contender) -> dict[str, dict[str, Estimate]]:
     """
     if not contender.causes:
         return {}
+    values, _ = contender.problem.values(contender.fit.point, 0)
+    sigmas = _sigmas(contender)
+    out: dict[str, dict[str, Estimate]] = {}
+    for free in contender.problem.free:
+        each = {}
+        for p in free.shared:
+            value = _turned(free, p.name, values[p.name])
+            each[p.name.rpartition(".")[2]] = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE)
+        out[free.name] = each
+    return out
+
+
+def machine_values(contender: Contender) -> dict[str, Estimate]:
+    """Return the machine's own values, to which its file gives a tolerance, as a model was fitted with them."""
+    problem = contender.problem
+    values, _ = problem.values(contender.fit.point, 0)
+    sigmas = _sigmas(contender)
+    own = machine_parameters(problem.model.machine)
+    return {p.name: Estimate.from_sigma(values[p.name], sigmas[p.name], p.unit, _RULE) for p in own}
+
+
+def _sigmas(contender: Contender) -> dict[str, float]:
+    """Return the standard deviations of the shared values of a fit, SI."""
     problem, point = contender.problem, contender.fit.point
     try:
         fresh = linearised(problem, point, contender.horizon)
     except InputError:
         fresh = contender.fit
     spread = np.sqrt(np.diag(covariance_of(problem, fresh, contender.horizon)))
-    values, _ = problem.values(point, 0)
-    index = {p.name: k for k, p in enumerate(problem.shared)}
-    out: dict[str, dict[str, Estimate]] = {}
-    for free in problem.free:
-        each = {}
-        for parameter in free.shared:
-            k = index[parameter.name]
-            value, sigma = _turned(free, parameter.name, values[parameter.name]), float(spread[k]) * parameter.scale
-            each[parameter.name.rpartition(".")[2]] = Estimate.from_sigma(value, sigma, parameter.unit, _RULE)
-        out[free.name] = each
-    return out
+    return {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
 
 
 def _turned(free: FreeEffect, name: str, value: float) -> float:

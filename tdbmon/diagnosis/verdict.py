@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contest import MINOR, Contender
+from tdbmon.diagnosis.contender import MINOR, Contender
 from tdbmon.diagnosis.held_out import HeldOut
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact

@@ -5,8 +5,10 @@ from __future__ import annotations
 from tdbmon import __version__
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import evidence_of
+from tdbmon.diagnosis.reference import Reference
 from tdbmon.report.document import Document, Section
 from tdbmon.report.sections import (
+    diagnosis_changes,
     diagnosis_fit,
     diagnosis_force,
     diagnosis_gain,
@@ -18,7 +20,7 @@ from tdbmon.report.sections import (
 )
 
 
-def build_diagnosis_report(diagnosis: Diagnosis, note: str = "") -> Document:
+def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Reference | None = None) -> Document:
     """Return the report of a diagnosis as a document; `write_html` and `write_pdf` write it.
 
     Parameters
@@ -26,6 +28,8 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "") -> Document:
     diagnosis : Diagnosis
     note : str, optional
         Said under the title, e.g. that the records are synthetic: a diagnosis no longer holds them.
+    since : Reference, optional
+        Earlier drops, against which these were diagnosed.
 
     Raises
     ------
@@ -35,6 +39,7 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "") -> Document:
     evidence = evidence_of(diagnosis)
     parts: list[Section | None] = [
         diagnosis_verdict.section(evidence),
+        diagnosis_changes.section(since) if since is not None else None,
         diagnosis_fit.plain(evidence),
         diagnosis_residual.section(evidence),
         diagnosis_force.section(evidence),
@@ -47,7 +52,7 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "") -> Document:
     ]
     drops = [drop.name for drop in diagnosis.plain.problem.drops]
     return Document(
-        "Diagnosis: what the model lacks",
+        "Diagnosis: what the model lacks" if since is None else "Diagnosis: what has changed",
         f"{diagnosis.machine.name} · {', '.join(drops)}",
         tuple(part for part in parts if part is not None),
         note=note,

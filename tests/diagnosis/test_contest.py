@@ -11,7 +11,8 @@ from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.contest import Contender, contest, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, with_cause, without_cause
+from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict

@@ -17,7 +17,8 @@ from tdbsim.rotor import build_rotor
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.contest import contest, without_cause
+from tdbmon.diagnosis.contender import without_cause
+from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence, evidence_of
 from tdbmon.diagnosis.held_out import HeldOut

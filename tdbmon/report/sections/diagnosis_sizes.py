@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tdbsim.effect import catalogue
 
-from tdbmon.diagnosis.contest import Contender
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import EXPLAINED, Kind

@@ -1,0 +1,193 @@
+"""A model with causes, fitted to a horizon; one cause put on, and taken off again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from tdbsim.effect import Parameter as Declared
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.cages import better_cages
+from tdbmon.identify.calibrate import CONTACT_S, FAILING
+from tdbmon.identify.least_squares import Fit, fit, misfit_of
+from tdbmon.identify.problem import Problem
+
+SLOPES = 8  # times that slopes are taken for the plain model at a horizon
+FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
+_FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
+MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
+_NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
+
+
+@dataclass(frozen=True, eq=False)
+class Contender:
+    """A model with causes, fitted to a horizon.
+
+    Attributes
+    ----------
+    causes : tuple of Suspect
+        None for the plain model.
+    problem : Problem
+    fit : Fit
+    horizon : float
+        s after the release.
+    floor : float
+        Misfit a residual of the fall before the first contact, where the model can hardly be wrong: that of the noise.
+    """
+
+    causes: tuple[Suspect, ...]
+    problem: Problem
+    fit: Fit
+    horizon: float
+    floor: float
+
+    @property
+    def misfit(self) -> float:
+        """Robust sum of squares in units of the noise, with what is known beforehand."""
+        return self.fit.misfit
+
+    @property
+    def residuals(self) -> int:
+        """How many there are."""
+        return sum(len(r) for r in self.fit.residuals)
+
+    @property
+    def ratio(self) -> float:
+        """Misfit a residual: 1 where only noise is left."""
+        return self.misfit / self.residuals
+
+    @property
+    def excess(self) -> float:
+        """Misfit beyond that of the noise."""
+        return max(self.misfit - self.floor * self.residuals, 0.0)
+
+    @property
+    def freedom(self) -> int:
+        """Parameters that its causes add; a whole number among n counts as one."""
+        return sum(each.freedom for each in self.problem.free)
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion: G. Schwarz, Ann. Statist. 6 (1978) 461."""
+        return self.misfit + self.freedom * math.log(self.residuals)
+
+    @property
+    def name(self) -> str:
+        """Its causes, or that it has none."""
+        return " + ".join(cause.name for cause in self.causes) or "plain model"
+
+    @property
+    def negligible(self) -> bool:
+        """True where one of its causes is so small that every machine has it."""
+        shared, _ = self.problem.values(self.fit.point, 0)
+        return any(
+            all(_share(size, shared[f"{cause.name}.{size.name}"]) < _NEGLIGIBLE for size, _ in cause.sizes)
+            for cause in self.causes
+        )
+
+    @property
+    def fails(self) -> bool:
+        """True where more than noise is left."""
+        return self.ratio > (_FAILING if self.causes else FAILING) * self.floor
+
+    def fails_beside(self, plain: Contender) -> bool:
+        """True where more than noise is left, and not only little of what the plain model leaves."""
+        return self.fails and not (self.causes and self.excess < MINOR * plain.excess)
+
+
+def _share(size: Declared, value: float) -> float:
+    """Return a size as a share of the typical one, both counted from where the effect is off."""
+    off = size.off if isinstance(size.off, float) else 0.0
+    if math.isinf(off):
+        return size.typical / value
+    return abs(value - off) / abs(size.typical - off)
+
+
+def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
+    """Return a contender fitted to a horizon with slopes taken so many times, its cages turned where it fails."""
+    problem = contender.problem
+    found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
+    if horizon < CONTACT_S or not found.fails or slopes < 2:
+        return found
+    return replace(found, fit=better_cages(problem, found.fit, horizon, 3))
+
+
+def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:
+    """Return the best model that was fitted as far as this."""
+    return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
+
+
+def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contender:
+    """Return a contender with one cause more, which begins at given values; its slopes are known, not yet its best fit.
+
+    Raises
+    ------
+    InputError
+        If it cannot be simulated there.
+    """
+    problem, free = contender.problem, start.free(suspect)
+    wider = replace(
+        problem,
+        shared=(*problem.shared, *free.shared),
+        own=tuple((*own, *free.own(drop)) for drop, own in enumerate(problem.own)),
+        free=(*problem.free, free),
+    )
+    count, width = len(problem.shared), len(problem.own[0])
+    parts = [contender.fit.point[:count], np.zeros(len(free.shared))]
+    for drop in range(len(problem.drops)):
+        begin = count + drop * width
+        parts += [contender.fit.point[begin : begin + width], np.zeros(len(free.own(drop)))]
+    point = np.concatenate(parts)
+    new = {p.name for p in (*free.shared, *free.own(0))}
+    linear = wider.each(lambda drop: wider.slopes(point, drop, contender.horizon, new))
+    slopes = []
+    for drop, (_, added) in enumerate(linear):
+        kept = contender.fit.slopes[drop]
+        old = np.array([p.name not in new for p in (*wider.shared, *wider.own[drop])])
+        added[:, old] = kept
+        slopes.append(added)
+    residuals = tuple(r for r, _ in linear)
+    fitted = Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
+    return replace(contender, causes=(*contender.causes, suspect), problem=wider, fit=fitted)
+
+
+def without_cause(contender: Contender, index: int) -> Contender:
+    """Return a contender with one cause less, not fitted anew (raises InputError where it cannot be simulated)."""
+    problem, gone = contender.problem, contender.problem.free[index]
+    names = {p.name for p in (*gone.shared, *gone.own(0))}
+    narrower = replace(
+        problem,
+        shared=tuple(p for p in problem.shared if p.name not in names),
+        own=tuple(tuple(p for p in own if p.name not in names) for own in problem.own),
+        free=tuple(each for each in problem.free if each is not gone),
+    )
+    point = contender.fit.point[np.array([p.name not in names for p in problem.parameters])]
+    slopes = tuple(
+        jacobian[:, np.array([p.name not in names for p in (*problem.shared, *problem.own[drop])])]
+        for drop, jacobian in enumerate(contender.fit.slopes)
+    )
+    residuals = narrower.all_residuals(point, contender.horizon)
+    if residuals is None:
+        raise InputError(f"without {gone.name} the model cannot be simulated")
+    fitted = Fit(point, tuple(residuals), slopes, misfit_of(narrower, residuals, point))
+    causes = tuple(cause for k, cause in enumerate(contender.causes) if k != index)
+    return replace(contender, causes=causes, problem=narrower, fit=fitted)
+
+
+def without_each(best: Contender, horizon: float) -> list[Contender]:
+    """Return a contender without each of its causes in turn, fitted anew from there.
+
+    A cause may only have led the way out of a wrong minimum; without it the model then fits as well, and is the simpler one.
+    """
+    out = []
+    for index in range(len(best.causes)):
+        try:
+            bare = without_cause(best, index)
+            out.append(replace(bare, fit=fit(bare.problem, bare.fit.point, horizon, 1, slopes=bare.fit.slopes)))
+        except InputError:
+            continue
+    return out

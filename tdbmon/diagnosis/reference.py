@@ -1,0 +1,162 @@
+"""What has changed since earlier drops of the machine.
+
+The earlier drops, the reference, are diagnosed first.  What they show already is no news: the causes that were named there
+stand in the model with which the diagnosis of the later drops begins.  Beside what is then named, values of the machine
+that moved from the one fit to the other are listed: a clearance that wore, a friction that rose, within what the machine
+file allows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
+from tdbmon.diagnosis.extended_machine import found_effects
+from tdbmon.estimate import Estimate
+from tdbmon.identify.parameters import Parameter, machine_parameters
+from tdbmon.machine_file import with_effects
+
+Progress = Callable[[str], None]
+Values = Mapping[str, Estimate]
+
+APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
+LEAST = 0.25  # of the standard deviation that the tolerance stands for; what moves less is no news
+
+
+@dataclass(frozen=True)
+class Change:
+    """A value of the machine before and since.
+
+    Attributes
+    ----------
+    name : str
+        As in the calibration: ``"DE.friction"``.
+    before, since : Estimate
+    """
+
+    name: str
+    before: Estimate
+    since: Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The earlier drops, and what differs since.
+
+    Attributes
+    ----------
+    before : Diagnosis
+        Of the earlier drops alone.
+    changes : tuple of Change
+        The greatest, in units of its intervals, first.
+    remarks : tuple of str
+        What the earlier drops could not settle.
+    """
+
+    before: Diagnosis
+    changes: tuple[Change, ...]
+    remarks: tuple[str, ...]
+
+
+def diagnose_since(
+    machine: Machine, reference: Sequence[xr.Dataset], records: Sequence[xr.Dataset], progress: Progress
+) -> tuple[Diagnosis, Reference]:
+    """Diagnose drops against earlier ones of the same machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    reference, records : sequence of Dataset
+        Earlier drops, in one condition, and the later ones; as `tdbmon.record.read.read` gives them.
+    progress : callable
+        Is told each step as it begins.
+
+    Returns
+    -------
+    Diagnosis
+        Of the later drops: its causes are new.
+    Reference
+
+    Raises
+    ------
+    InputError
+        If a record is in both, or a diagnosis is impossible.
+    """
+    names = [[str(record.attrs.get("source_file", "record")) for record in each] for each in (reference, records)]
+    both = sorted(set(names[0]) & set(names[1]))
+    if both:
+        raise InputError(f"{both[0]} is given as reference and as record; a drop is one of both")
+    before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"))
+    since = diagnose(with_effects(machine, found_effects(before)), records, progress)
+    moved = changes(machine, before.values, since.values)
+    return since, Reference(before, moved, (*_remarks(before), *_edges(machine, before.values, since.values)))
+
+
+def _remarks(before: Diagnosis) -> tuple[str, ...]:
+    verdict = before.verdict
+    if not verdict.accused:
+        left = before.plain.ratio
+        return (
+            (
+                f"the reference drops leave {left:.1f} times the noise unexplained ({verdict.kind}): so may the later ones",
+            )
+            if str(verdict.kind) == "unknown"
+            else ()
+        )
+    turning = [f.name for f in verdict.accused[0].problem.free if f.each_start or f.each_held]
+    return tuple(
+        f"{name} is in the reference drops already, at an angle that differs from drop to drop: if it is named again, it is"
+        " no news"
+        for name in turning
+    )
+
+
+def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ...]:
+    """Return the values of the machine that differ between two fits by more than their intervals allow.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its tolerances say how well a value was known beforehand.
+    before, since : mapping of Estimate
+        As `tdbmon.diagnosis.parameters.machine_values` gives them.
+    """
+    found = []
+    for own in machine_parameters(machine):
+        pair = before[own.name], since[own.name]
+        (x, half), (y, other) = map(_value_and_half_width, pair)
+        apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
+        inside = not any(_at_edge(own, value) for value in (x, y))  # there a value has no interval
+        if inside and apart > APART and abs(y - x) > LEAST * own.scale:
+            found.append((apart, Change(own.name, *pair)))
+    return tuple(change for _, change in sorted(found, key=lambda each: -each[0]))
+
+
+def _edges(machine: Machine, before: Values, since: Values) -> tuple[str, ...]:
+    """Say which values went as far as their tolerance lets them, in either fit."""
+    found = []
+    for own in machine_parameters(machine):
+        fits = {"reference": before[own.name], "later": since[own.name]}
+        at = [which for which, each in fits.items() if each.value is not None and _at_edge(own, each.value)]
+        if at:
+            found.append(
+                f"{own.name} ran to the edge of its tolerance in the {' and the '.join(at)} drops, so it is not compared; a"
+                " wider tolerance in the machine file would tell whether it has changed"
+            )
+    return tuple(found)
+
+
+def _at_edge(own: Parameter, value: float) -> bool:
+    return min(value - own.low, own.high - value) < 1e-6 * own.scale
+
+
+def _value_and_half_width(estimate: Estimate) -> tuple[float, float]:
+    if estimate.value is None or estimate.high is None:
+        return math.nan, math.inf
+    return estimate.value, estimate.high - estimate.value

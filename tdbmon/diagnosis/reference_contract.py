@@ -1,0 +1,45 @@
+"""What `tdbmon diagnose --reference` adds to the JSON and to the lines on a terminal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tdbmon.diagnosis.contract import causes_json
+from tdbmon.diagnosis.reference import Reference
+from tdbmon.estimate import Estimate
+
+
+def reference_json(reference: Reference) -> dict[str, Any]:
+    """Return the content under ``reference``."""
+    before = reference.before
+    return {
+        "drops": [drop.name for drop in before.plain.problem.drops],
+        "verdict": str(before.verdict.kind),
+        "causes": causes_json(before),
+        "changed": [
+            {"name": each.name, "before": each.before.to_json(), "since": each.since.to_json()}
+            for each in reference.changes
+        ],
+        "remarks": list(reference.remarks),
+    }
+
+
+def reference_lines(reference: Reference) -> list[str]:
+    """Return what the command says about the earlier drops."""
+    before = reference.before
+    named = " and ".join(each.name for each in before.verdict.accused)
+    out = [
+        f"reference ({len(before.plain.problem.drops)} drops): {before.verdict.kind}{f' - {named}' if named else ''}"
+    ]
+    out += [
+        f"  changed since: {each.name} {_words(each.before)} -> {_words(each.since)} {each.since.to_json()['unit']}"
+        for each in reference.changes
+    ]
+    if not reference.changes:
+        out.append("  no value of the machine has changed beyond its interval")
+    return out + [f"remark: {each}" for each in reference.remarks]
+
+
+def _words(estimate: Estimate) -> str:
+    value, low, high = estimate.outside
+    return f"{value:.4g} ({low:.4g} to {high:.4g})"

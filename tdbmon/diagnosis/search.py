@@ -1,0 +1,182 @@
+"""The search for a cause that would explain what the best model leaves.
+
+Scores say where the fit of a suspect begins; fits with slopes that are known sort the suspects; slopes of their own
+decide between those that come out best.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, with_cause, without_each
+from tdbmon.diagnosis.score import Score, scores
+from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.least_squares import fit
+
+Progress = Callable[[str], None]
+
+MOST_CAUSES = 3
+_SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
+_ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
+_PROMISED = 5  # of the best scores, fitted with their own slopes too
+_SAME_KIND = 3  # of one effect among them
+_SMALLER = 0.3  # of the size that a score promises, where that is too much
+_SEATED = 3  # of them, that go on
+_ROUNDS = 4  # times at most that all suspects are fitted
+_SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
+_PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
+_SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
+SOUND_S = 0.018  # s; a model that held so far is judged there, if it fails further on
+
+
+@dataclass
+class Search:
+    """The search for causes: what it may draw on, and how often it still may.
+
+    Attributes
+    ----------
+    suspects : sequence of Suspect
+    horizons : sequence of float
+        s.
+    progress : callable
+    rounds : int
+        Times that all suspects may still be fitted.
+    """
+
+    suspects: Sequence[Suspect]
+    horizons: Sequence[float]
+    progress: Progress
+    rounds: int = _ROUNDS
+
+    def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
+        """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
+        last = horizon == self.horizons[-1]
+        best = leader(plain, field, horizon)
+        while len(best.causes) < MOST_CAUSES and self.rounds:
+            if not (best.fails_beside(plain) or (last and not best.causes)):
+                break
+            self.rounds -= 1
+            self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
+            found = _invited(best, horizon, self.suspects, field)
+            if best.causes:
+                found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
+            if not found:
+                break
+            field = field + [each for each in found if not each.negligible]
+            after = min([best, *found], key=lambda each: each.bic)
+            for freed in without_each(after, horizon):
+                if freed.causes:
+                    field.append(freed)
+                elif freed.misfit < plain.misfit or plain.horizon < horizon:
+                    plain = freed
+            after = leader(plain, field, horizon)
+            if after is best or after.bic > best.bic - _SURE:
+                break
+            best = after
+        return plain, field
+
+
+def _invited(
+    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
+) -> list[Contender]:
+    """Return the best contender with each of the suspects that explain most, fitted.
+
+    The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
+    at several angles.
+    Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
+    their start.  A score follows straight lines; these fits go beyond.
+    """
+    rough = []
+    asked = _asked(best, horizon, suspects, field)
+    for score in asked:
+        suspect = score.suspect
+        begun = [_roughly(best, suspect, score.start)]
+        if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
+            further = (suspect.smaller(score.start, _SMALLER), *(suspect.usual() if horizon <= SOUND_S else ()))
+            begun += [_roughly(best, suspect, start) for start in further]
+        rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
+    rough.sort(key=lambda each: each.bic)
+    likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
+    fitted = _with_own_slopes(likely, horizon)
+    explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
+    if not explained and not best.causes and horizon <= SOUND_S:
+        fitted += _with_own_slopes(others, horizon)
+    seated = sorted(fitted, key=lambda each: each.bic)[:_SEATED]
+    return [settled(each, horizon, SLOPES if place == 0 else FEW_SLOPES) for place, each in enumerate(seated)]
+
+
+def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
+    """Return who of those fitted roughly, the best first, gets slopes of his own, and who gets them if nobody explains.
+
+    Those of the best scores do: a rough fit may fail where the score is right.  What acts in contacts is seldom near its
+    minimum yet, nor is it known which ball differs; later on it takes too long.
+    """
+    likely: list[Contender] = []
+    others: list[Contender] = []
+    kinds: dict[str, int] = {}
+    for place, each in enumerate(rough):
+        new = each.causes[-1]
+        kind = new.declared.identifier
+        if new in promised or new.counted is not None:
+            likely.append(each)
+            continue
+        kinds[kind] = kinds.get(kind, 0) + 1
+        if kinds[kind] <= _SAME_KIND and place < _ADMITTED:
+            likely.append(each)
+        elif kinds[kind] <= _SAME_KIND and new.in_contacts and not new.turning:
+            others.append(each)
+    return likely, others
+
+
+def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
+    """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
+    try:
+        widened = with_cause(best, suspect, start)
+        return replace(widened, fit=fit(widened.problem, widened.fit.point, best.horizon, 0, slopes=widened.fit.slopes))
+    except InputError:
+        return None
+
+
+def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:
+    """Return the suspects to fit roughly: all where the plain model fails, else those that promise a gain."""
+    taken = {each.name for each in best.causes}
+    known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
+    open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
+    price = math.log(best.residuals)
+    asked: list[Score] = []
+    names: dict[str, int] = {}
+    for score in scores(best.problem, best.fit, horizon, open_to):
+        name = score.suspect.name
+        names[name] = names.get(name, 0) + 1
+        worth = score.gain - score.start.free(score.suspect).freedom * price
+        least = _PROMISE * best.excess if best.causes else -math.inf if best.fails else _SURE
+        if names[name] <= _SAME_NAME and worth > least:
+            asked.append(score)
+    return asked
+
+
+def _with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return those contenders that can be simulated, fitted anew."""
+    out = []
+    for each in contenders:
+        try:
+            out.append(_anew(each, horizon))
+        except InputError:
+            continue
+    return out
+
+
+def _anew(contender: Contender, horizon: float) -> Contender:
+    """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
+    problem, new = contender.problem, contender.causes[-1]
+    if new.counted is None and not new.turning:
+        return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
+    found = contender.fit
+    for _ in range(2):
+        found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    return replace(contender, fit=found)

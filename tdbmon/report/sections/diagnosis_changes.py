@@ -1,0 +1,30 @@
+"""What has changed since the reference drops."""
+
+from __future__ import annotations
+
+from tdbmon.diagnosis.reference import APART, Reference
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import words
+from tdbmon.report.sections.diagnosis_verdict import titles
+
+
+def section(since: Reference) -> Section:
+    """Return what the reference drops showed already, and the values that moved since."""
+    before = since.before
+    drops = ", ".join(drop.name for drop in before.plain.problem.drops)
+    shown = " or ".join(titles(each) for each in before.verdict.accused)
+    known = (
+        f"They show {shown} already; the model of the later drops has it."
+        if shown
+        else f"Verdict: {before.verdict.kind}."
+    )
+    blocks: list[Block] = [Paragraph(f"Reference: {drops}. {known}")]
+    if since.changes:
+        rows = tuple(Row((each.name, words(each.before), words(each.since))) for each in since.changes)
+        blocks.append(Table("Values of the machine that moved", ("Value", "Reference", "Since"), rows))
+    else:
+        blocks.append(
+            Paragraph(f"No value of the machine moved by more than {APART:g} times the half widths of both intervals.")
+        )
+    blocks += [Paragraph(remark) for remark in since.remarks]
+    return Section("Changed since the reference drops", tuple(blocks))

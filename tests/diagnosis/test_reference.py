@@ -1,0 +1,93 @@
+"""What has changed since earlier drops: drops of the simulator itself (synthetic), so no test of its physics."""
+
+import json
+
+import pytest
+from tdbsim.errors import InputError
+
+from tdbmon.arguments import one_by_one
+from tdbmon.cli import main
+from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.parameters import machine_values
+from tdbmon.diagnosis.reference import _edges, changes, diagnose_since
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import fit
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
+from tests.diagnosis.test_contest import pool
+from tests.identify import drops
+
+__all__ = ["pool"]
+HORIZONS = (0.006, 0.01, 0.014, 0.018)
+
+
+def fitted(pool, values, seeds):
+    machine = drops.machine()
+    records = [drops.drop(values, speed=60.0 + 40 * k, seed=seed, seconds=0.03) for k, seed in enumerate(seeds)]
+    problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), pool)
+    found = fit(problem, problem.start, HORIZONS[0])
+    for horizon in HORIZONS[1:]:
+        found = fit(problem, found.point, horizon)
+    return machine_values(Contender((), problem, found, HORIZONS[-1], 0.9))
+
+
+@pytest.fixture(scope="module")
+def before(pool):
+    return fitted(pool, drops.TRUTH, (1, 2))
+
+
+def test_a_friction_that_rose_is_listed_with_both_values(pool, before):
+    worn = {**drops.TRUTH, "NDE.friction": 0.16}
+    found = {each.name: each for each in changes(drops.machine(), before, fitted(pool, worn, (3, 4)))}
+    assert set(found) == {"NDE.friction"}
+    change = found["NDE.friction"]
+    assert change.before.value == pytest.approx(0.135, abs=0.01)
+    assert change.since.value == pytest.approx(0.16, abs=0.01)
+
+
+def test_other_drops_of_the_same_condition_show_no_change(pool, before):
+    assert changes(drops.machine(), before, fitted(pool, drops.TRUTH, (3, 4))) == ()
+
+
+def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(pool, before):
+    beyond = fitted(pool, {**drops.TRUTH, "NDE.friction": 0.18}, (3, 4))
+    assert changes(drops.machine(), before, beyond) == ()
+    (remark,) = _edges(drops.machine(), before, beyond)
+    assert remark.startswith("NDE.friction ran to the edge of its tolerance in the later drops")
+
+
+def test_a_record_on_both_sides_is_refused():
+    record = drops.drop(seconds=0.03)
+    with pytest.raises(InputError, match=r"drop_97\.nc is given as reference and as record"):
+        diagnose_since(drops.machine(), [record], [record], lambda _: None)
+
+
+def test_files_after_reference_belong_to_it():
+    words = ["diagnose", "m.toml", "a.nc", "--reference", "b.nc", "c.nc", "--json", "r.json"]
+    split = one_by_one(words)
+    assert split == ["diagnose", "m.toml", "a.nc", "--reference", "b.nc", "--reference", "c.nc", "--json", "r.json"]
+    assert one_by_one(["diagnose", "m.toml", "a.nc", "--reference"])[-1] == "--reference"
+    assert one_by_one(["diagnose", "--reference", "--json", "r.json"]) == [
+        "diagnose",
+        "--reference",
+        "--json",
+        "r.json",
+    ]
+
+
+def test_the_command_says_that_nothing_changed(tmp_path, capsys):
+    # four drops of one machine in one condition, by a rig program that shares no code with the simulator
+    first, second, third, fourth = (str(path) for path in sorted(shipped("short").glob("drop_*.nc")))
+    out, page = tmp_path / "r.json", tmp_path / "r.html"
+    words = ["diagnose", str(shipped("short/machine.toml")), first, third, "--reference", second, fourth]
+    with pytest.raises(SystemExit) as stopped:
+        main([*words, "--json", str(out), "--report", str(page)])
+    said = capsys.readouterr()
+    assert stopped.value.code == 0, said.err
+    content = json.loads(out.read_text())
+    assert content["verdict"] == "none"
+    assert content["reference"]["verdict"] == "none"
+    assert content["reference"]["changed"] == []
+    assert len(content["reference"]["drops"]) == 2
+    assert "no value of the machine has changed" in said.out
+    assert "Changed since the reference drops" in page.read_text(encoding="utf-8")
