@@ -26,7 +26,9 @@ Progress = Callable[[str], None]
 Values = Mapping[str, Estimate]
 
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
-LEAST = 0.25  # of the standard deviation that the tolerance stands for; what moves less is no news
+LEAST = (
+    1.0  # of the standard deviation that the tolerance stands for, half of it; less is not told, for the same reason
+)
 
 
 @dataclass(frozen=True)

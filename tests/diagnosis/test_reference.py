@@ -37,12 +37,12 @@ def before(pool):
 
 
 def test_a_friction_that_rose_is_listed_with_both_values(pool, before):
-    worn = {**drops.TRUTH, "NDE.friction": 0.16}
+    worn = {**drops.TRUTH, "NDE.friction": 0.165}
     found = {each.name: each for each in changes(drops.machine(), before, fitted(pool, worn, (3, 4)))}
     assert set(found) == {"NDE.friction"}
     change = found["NDE.friction"]
     assert change.before.value == pytest.approx(0.135, abs=0.01)
-    assert change.since.value == pytest.approx(0.16, abs=0.01)
+    assert change.since.value == pytest.approx(0.165, abs=0.01)
 
 
 def test_other_drops_of_the_same_condition_show_no_change(pool, before):

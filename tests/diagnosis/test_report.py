@@ -73,6 +73,7 @@ def named() -> Iterator[Diagnosis]:
             contenders=(found, plain),
             proof=HeldOut(("drop_97.nc",), 2.0e-6, 0.3e-6, 0.25e-6, 9e3, 1e3),
             parameters={found.name: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
+            values={},
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
             seconds=1.0,
