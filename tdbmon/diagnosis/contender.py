@@ -116,18 +116,6 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     return replace(found, fit=better_cages(problem, found.fit, horizon, 3))
 
 
-def advanced(contender: Contender, horizon: float, slopes: int) -> Contender:
-    """Return a contender settled at a further horizon; where it fails there all of a sudden, by way of one in between.
-
-    A step too long for the paths to follow ends in a wrong minimum.
-    """
-    found = settled(contender, horizon, slopes)
-    if contender.fails or not found.fails or contender.horizon >= horizon:
-        return found
-    between = settled(contender, (contender.horizon + horizon) / 2, slopes)
-    return min(found, settled(between, horizon, slopes), key=lambda each: each.misfit)
-
-
 def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:
     """Return the best model that was fitted as far as this."""
     return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)

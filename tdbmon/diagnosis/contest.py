@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, advanced, leader, settled, without_each
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, without_each
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.least_squares import fit
@@ -53,7 +53,7 @@ def contest(
         progress(f"fitting the first {horizon * 1e3:g} ms")
         hopeless = decided or (plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field))
         if not hopeless:
-            plain = advanced(plain, horizon, SLOPES)
+            plain = settled(plain, horizon, SLOPES)
         field = _refitted(field, horizon)
         if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
             plain = settled(plain, horizon, FEW_SLOPES)
@@ -120,7 +120,7 @@ def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
     out = []
     for place, each in enumerate(sorted(field, key=lambda each: each.bic)):
         try:
-            out.append(advanced(each, horizon, SLOPES if place == 0 else FEW_SLOPES))
+            out.append(settled(each, horizon, SLOPES if place == 0 else FEW_SLOPES))
         except InputError:
             continue
     return out
