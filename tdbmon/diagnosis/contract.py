@@ -64,7 +64,9 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
     for cause in causes_json(diagnosis):
         values = ", ".join(
-            f"{name.replace('_', ' ')} {_short(q)}" for name, q in cause["parameters"].items() if q["value"] is not None
+            f"{name.replace('_', ' ')} {value_and_interval(q)}"
+            for name, q in cause["parameters"].items()
+            if q["value"] is not None
         )
         out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {values}")
     proof = diagnosis.proof
@@ -78,7 +80,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     return out
 
 
-def _short(quantity: dict[str, Any]) -> str:
+def value_and_interval(quantity: dict[str, Any]) -> str:
+    """Return a quantity of the contract as a line on a terminal has it."""
     return f"{quantity['value']:.4g} ({quantity['low']:.4g} to {quantity['high']:.4g})"
 
 

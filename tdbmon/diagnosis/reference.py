@@ -18,6 +18,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
 from tdbmon.diagnosis.extended_machine import found_effects
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, machine_parameters
 from tdbmon.machine_file import with_effects
@@ -27,7 +28,7 @@ Values = Mapping[str, Estimate]
 
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
 LEAST = (
-    1.0  # of the standard deviation that the tolerance stands for, half of it; less is not told, for the same reason
+    1.0  # of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
 )
 
 
@@ -103,15 +104,11 @@ def diagnose_since(
 
 def _remarks(before: Diagnosis) -> tuple[str, ...]:
     verdict = before.verdict
-    if not verdict.accused:
+    if verdict.kind is Kind.UNKNOWN:
         left = before.plain.ratio
-        return (
-            (
-                f"the reference drops leave {left:.1f} times the noise unexplained ({verdict.kind}): so may the later ones",
-            )
-            if str(verdict.kind) == "unknown"
-            else ()
-        )
+        return (f"the reference drops leave {left:.1f} times the noise unexplained (unknown): so may the later ones",)
+    if not verdict.accused:
+        return ()
     turning = [f.name for f in verdict.accused[0].problem.free if f.each_start or f.each_held]
     return tuple(
         f"{name} is in the reference drops already, at an angle that differs from drop to drop: if it is named again, it is"

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tdbmon.diagnosis.contract import causes_json
+from tdbmon.diagnosis.contract import causes_json, value_and_interval
 from tdbmon.diagnosis.reference import Reference
-from tdbmon.estimate import Estimate
 
 
 def reference_json(reference: Reference) -> dict[str, Any]:
@@ -31,15 +30,9 @@ def reference_lines(reference: Reference) -> list[str]:
     out = [
         f"reference ({len(before.plain.problem.drops)} drops): {before.verdict.kind}{f' - {named}' if named else ''}"
     ]
-    out += [
-        f"  changed since: {each.name} {_words(each.before)} -> {_words(each.since)} {each.since.to_json()['unit']}"
-        for each in reference.changes
-    ]
+    for each in reference.changes:
+        old, new = each.before.to_json(), each.since.to_json()
+        out.append(f"  changed since: {each.name} {value_and_interval(old)} -> {value_and_interval(new)} {new['unit']}")
     if not reference.changes:
         out.append("  no value of the machine has changed beyond its interval")
     return out + [f"remark: {each}" for each in reference.remarks]
-
-
-def _words(estimate: Estimate) -> str:
-    value, low, high = estimate.outside
-    return f"{value:.4g} ({low:.4g} to {high:.4g})"
