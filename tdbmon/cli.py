@@ -155,6 +155,7 @@ def diagnose(
 
     from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
     from tdbmon.diagnosis.diagnose import diagnose as run
+    from tdbmon.identify.crew import all_cores
     from tdbmon.record.read import read
 
     writers = report_writers(report)
@@ -169,9 +170,10 @@ def diagnose(
         if reference:
             from tdbmon.diagnosis.reference import diagnose_since
 
-            result, since = diagnose_since(load_machine(machine), [read(path) for path in reference], channels, tell)
+            before = [read(path) for path in reference]
+            result, since = diagnose_since(load_machine(machine), before, channels, tell, all_cores())
         else:
-            result = run(load_machine(machine), channels, tell)
+            result = run(load_machine(machine), channels, tell, all_cores())
         if writers:
             from tdbmon.record.synthetic import is_synthetic, synthetic_note
             from tdbmon.report.diagnosis_report import build_diagnosis_report

@@ -19,6 +19,7 @@ from tdbmon.history.batch import add_all
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.study import Order
+from tdbmon.identify.crew import all_cores
 from tdbmon.machine_file import write_machine
 from tdbmon.progress import Progress
 from tdbmon.record.read import read
@@ -62,7 +63,9 @@ def _hidden_fault(out: Path, progress: Progress) -> list[str]:
     """Find what the model of a machine lacks from four of its drops; write JSON, reports and the extended machine file."""
     folder = shipped("loose")
     records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
-    found = diagnose(load_machine(folder / "machine.toml"), records, lambda step: progress(f"diagnosis: {step}"))
+    found = diagnose(
+        load_machine(folder / "machine.toml"), records, lambda step: progress(f"diagnosis: {step}"), all_cores()
+    )
     progress("diagnosis: drawing the figures and writing the reports")
     document = build_diagnosis_report(found, note=synthetic_note(len(records)))
     write_html(document, out / "diagnosis.html")

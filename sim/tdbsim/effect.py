@@ -171,6 +171,7 @@ class Effect:
     place: ClassVar[Place]
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
+    fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
 
     def __post_init__(self) -> None:
@@ -298,6 +299,10 @@ class EffectDeclaration:
     parameters: tuple[Parameter, ...]
     kind: type[Effect]
     module: ModuleType
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        """Return how a copy is found in another process: by its name."""
+        return declaration, (self.identifier,)
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by name."""

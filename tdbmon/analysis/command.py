@@ -38,9 +38,10 @@ def analyse(
         result = run(channels, plan, tell)
         fitted = None
         if forces or calibrated is not None or also:
+            from tdbmon.identify.crew import all_cores
             from tdbmon.identify.fitted import fit_drop
 
-            fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []])
+            fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []], all_cores())
             if writers or json_file is not None:
                 tell("simulating on to the end of the record")
                 fitted = fitted.with_coast_down(result)

@@ -80,6 +80,11 @@ class Contender:
         """Its causes, or that it has none."""
         return " + ".join(cause.name for cause in self.causes) or "plain model"
 
+    def at_home(self, like: Contender, causes: tuple[Suspect, ...]) -> Contender:
+        """Return it, come back from another process, with drops, crew and causes that it was sent off with."""
+        known = like.problem
+        return replace(self, causes=causes, problem=replace(self.problem, drops=known.drops, crew=known.crew))
+
     @property
     def negligible(self) -> bool:
         """True where one of its causes is so small that every machine has it."""
@@ -88,6 +93,23 @@ class Contender:
             all(_share(size, shared[f"{cause.name}.{size.name}"]) < _NEGLIGIBLE for size, _ in cause.sizes)
             for cause in self.causes
         )
+
+    def starts(self) -> list[Start]:
+        """Return the values of its causes, from where another fit may begin."""
+        each = [self.problem.values(self.fit.point, drop) for drop in range(len(self.problem.drops))]
+        return [
+            Start(
+                {name: each[0][0][f"{free.name}.{name}"] for name in free.start},
+                tuple(
+                    {name: own[f"{free.name}.{name}"] for name in start}
+                    for start, (_, own) in zip(free.each_start, each, strict=True)
+                )
+                if free.each_start
+                else (),
+                free.each_held,
+            )
+            for free in self.problem.free
+        ]
 
     @property
     def fails(self) -> bool:

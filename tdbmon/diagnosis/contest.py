@@ -45,7 +45,7 @@ def contest(
     # an effect may show in the fall already: then the noise is no less than it was before the release
     floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
-    search = Search(suspects, horizons, progress)
+    search = Search(plain, suspects, horizons, progress)
     field: list[Contender] = []
     sound: tuple[Contender, ...] = ()
     lost, decided = 0, False

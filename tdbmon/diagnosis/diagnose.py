@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,14 +17,13 @@ from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import machine_values, parameters
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.diagnosis.verdict import Verdict, verdict
+from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import build_problem, check_start
 
 Progress = Callable[[str], None]
-
-_THREADS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +75,9 @@ class Diagnosis:
         return self.contenders[int(np.argmax(self.verdict.probabilities))]
 
 
-def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress = lambda _: None) -> Diagnosis:
+def diagnose(
+    machine: Machine, records: Sequence[xr.Dataset], progress: Progress = lambda _: None, workers: int = 1
+) -> Diagnosis:
     """Find what the model of a machine lacks.
 
     Parameters
@@ -87,6 +87,8 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
         Drops of the machine in one condition, as `tdbmon.record.read.read` gives them.
     progress : callable, optional
         Is told each step as it begins.
+    workers : int
+        Processes that take part (see `tdbmon.identify.crew.Crew`).
 
     Raises
     ------
@@ -101,8 +103,8 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
     drops = tuple(measured_drop(record, machine) for record in records)
     _check_names([drop.name for drop in drops])
     horizons = [h for h in HORIZONS if h <= min(drop.seconds for drop in drops)]
-    with ThreadPoolExecutor(_THREADS) as pool:
-        problem = build_problem(machine, drops, pool)
+    with Crew(workers) as crew:
+        problem = build_problem(machine, drops, crew)
         check_start(problem, horizons[0])
         field = contest(problem, suspects(machine, _common(drops), problem.standing), horizons, progress)
         extended = [each for each in field if each.causes]
@@ -114,6 +116,8 @@ def diagnose(machine: Machine, records: Sequence[xr.Dataset], progress: Progress
         judged = verdict(field, proof)
         progress("estimating sizes")
         sizes = {each.name: parameters(each) for each in judged.accused}
+        if judged.accused:
+            judged = doubted(judged, next(each for each in field if not each.causes), sizes[judged.accused[0].name])
         values = machine_values(field[int(np.argmax(judged.probabilities))])
     return Diagnosis(
         machine=machine,

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
@@ -27,6 +26,7 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, sized, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.estimate import Estimate
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import Problem, build_problem, check_start
 
@@ -43,7 +43,6 @@ _OFF_CENTRE = 0.1  # of the gap
 _BENDING = 12  # as the fit's model has it
 _ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
 _METHOD = f"linear, {DETECTABLE:g} standard deviations of the stated noise"
-_THREADS = 2
 
 LIMITS = (
     "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
@@ -148,8 +147,8 @@ def identifiability(
             further.append((share * max(speeds), _nominal_drop(machine, share * max(speeds), noise, len(drops) + k)))
         except InputError:  # a speed that the machine cannot be dropped from is no advice
             continue
-    with ThreadPoolExecutor(_THREADS) as pool:
-        every = build_problem(machine, (*drops, *(drop for _, drop in further)), pool)
+    with Crew() as crew:
+        every = build_problem(machine, (*drops, *(drop for _, drop in further)), crew)
         check_start(every, HORIZON)
         wanted = suspects(machine, drops[0].probes, every.standing) if among is None else tuple(among)
         progress(f"trying {len(wanted)} effects in {len(every.drops)} drops")

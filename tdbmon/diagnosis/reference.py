@@ -68,7 +68,11 @@ class Reference:
 
 
 def diagnose_since(
-    machine: Machine, reference: Sequence[xr.Dataset], records: Sequence[xr.Dataset], progress: Progress
+    machine: Machine,
+    reference: Sequence[xr.Dataset],
+    records: Sequence[xr.Dataset],
+    progress: Progress,
+    workers: int = 1,
 ) -> tuple[Diagnosis, Reference]:
     """Diagnose drops against earlier ones of the same machine.
 
@@ -79,6 +83,8 @@ def diagnose_since(
         Earlier drops, in one condition, and the later ones; as `tdbmon.record.read.read` gives them.
     progress : callable
         Is told each step as it begins.
+    workers : int
+        Processes that take part.
 
     Returns
     -------
@@ -96,8 +102,8 @@ def diagnose_since(
             raise InputError(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
             )
-    before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"))
-    since = diagnose(with_effects(machine, found_effects(before)), records, progress)
+    before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"), workers)
+    since = diagnose(with_effects(machine, found_effects(before)), records, progress, workers)
     moved = changes(machine, before.values, since.values)
     return since, Reference(before, moved, (*_remarks(before), *_edges(machine, before.values, since.values)))
 

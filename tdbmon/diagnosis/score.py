@@ -74,8 +74,12 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     basis, begin = directions(problem, [j for _, j in linear], weights)
     left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
     left = left - basis @ (basis.T @ left)
-    tried = problem.each(
-        lambda drop: changes_by(problem, point, drop, horizon, suspects, weights[drop], linear[drop][0])
+    tried = problem.crew.apart(
+        changes_by,
+        [
+            (problem, point, drop, horizon, suspects, weights[drop], residual)
+            for drop, (residual, _) in enumerate(linear)
+        ],
     )
     bench = _Bench(basis, begin, left)
     found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
@@ -249,12 +253,13 @@ def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: 
 
 def _chosen(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
     """Return the score of what has a number or a phase of its own in every drop, by which its size shows differently."""
-    keys = _keys_by_drop(bench, trials, share)
+    (size, angle), *_ = suspect.sizes
+    # where the phase turns, a phase half a period on is the other sign
+    keys = _keys_by_drop(bench, trials, share, (1.0,) if angle is not None else (1.0, -1.0))
     if keys is None:
         return None
     column = {drop: change for drop, key in enumerate(keys) if (change := trials[drop][key]) is not None}
     amounts, gain = bench.solve([column])
-    (size, angle), *_ = suspect.sizes
     value = _scaled(size, share, float(amounts[0]))
     if value is None or (angle is not None and amounts[0] < 0):  # no phase of the drops goes with those of the others
         gain, value = 0.0, _scaled(size, share, abs(float(amounts[0])))
@@ -266,9 +271,9 @@ def _chosen(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: fl
     return Score(suspect, gain, float(bench.left @ bench.left), Start(shared, phases, held))
 
 
-def _keys_by_drop(bench: _Bench, trials: Sequence[Trials], share: float) -> list[Key] | None:
+def _keys_by_drop(bench: _Bench, trials: Sequence[Trials], share: float, signs: Sequence[float]) -> list[Key] | None:
     """Return each drop's trial that promises most by itself; the size has one sign for all drops."""
-    by_sign: dict[float, list[tuple[float, Key]]] = {1.0: [], -1.0: []}
+    by_sign: dict[float, list[tuple[float, Key]]] = {sign: [] for sign in signs}
     for drop, trial in enumerate(trials):
         promised = {}
         for key, change in trial.items():

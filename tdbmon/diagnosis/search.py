@@ -28,6 +28,7 @@ _SAME_KIND = 3  # of one effect among them
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _SEATED = 3  # of them, that go on
 _ROUNDS = 4  # times at most that all suspects are fitted
+_ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
@@ -40,6 +41,8 @@ class Search:
 
     Attributes
     ----------
+    fallen : Contender
+        The plain model, fitted to the fall before the first contact.
     suspects : sequence of Suspect
     horizons : sequence of float
         s.
@@ -48,6 +51,7 @@ class Search:
         Times that all suspects may still be fitted.
     """
 
+    fallen: Contender
     suspects: Sequence[Suspect]
     horizons: Sequence[float]
     progress: Progress
@@ -62,7 +66,7 @@ class Search:
                 break
             self.rounds -= 1
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-            found = _invited(best, horizon, self.suspects, field)
+            found = self._invited(best, horizon, field)
             if best.causes:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
             if not found:
@@ -80,34 +84,52 @@ class Search:
             best = after
         return plain, field
 
+    def _invited(self, best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
+        """Return the best contender with each of the suspects that explain most, fitted.
 
-def _invited(
-    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
-) -> list[Contender]:
-    """Return the best contender with each of the suspects that explain most, fitted.
+        The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
+        at several angles.
+        Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
+        their start.  A score follows straight lines; these fits go beyond.
+        """
+        asked = _asked(best, horizon, self.suspects, field)
+        crew = best.problem.crew
+        begun = crew.apart(_begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
+        rough = [
+            each.at_home(best, (*best.causes, score.suspect))
+            for each, score in zip(begun, asked, strict=True)
+            if each is not None
+        ]
+        rough.sort(key=lambda each: each.bic)
+        likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
+        fitted = _with_own_slopes(likely, horizon)
+        explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
+        if not explained and not best.causes and horizon <= SOUND_S:
+            fitted += _with_own_slopes(others, horizon)
+        seated = sorted(fitted, key=lambda each: each.bic)[:_SEATED]
+        way = [h for h in self.horizons if h <= horizon]
+        found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in seated])
+        return [new.at_home(each, each.causes) for new, each in zip(found, seated, strict=True)]
 
-    The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
-    at several angles.
-    Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
-    their start.  A score follows straight lines; these fits go beyond.
+
+def _from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
+    """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
+
+    By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in
+    another minimum.
     """
-    rough = []
-    asked = _asked(best, horizon, suspects, field)
-    for score in asked:
-        suspect = score.suspect
-        begun = [_roughly(best, suspect, score.start)]
-        if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
-            further = (suspect.smaller(score.start, _SMALLER), *(suspect.usual() if horizon <= SOUND_S else ()))
-            begun += [_roughly(best, suspect, start) for start in further]
-        rough += sorted((each for each in begun if each is not None), key=lambda each: each.bic)[:1]
-    rough.sort(key=lambda each: each.bic)
-    likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
-    fitted = _with_own_slopes(likely, horizon)
-    explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
-    if not explained and not best.causes and horizon <= SOUND_S:
-        fitted += _with_own_slopes(others, horizon)
-    seated = sorted(fitted, key=lambda each: each.bic)[:_SEATED]
-    return [settled(each, horizon, SLOPES if place == 0 else FEW_SLOPES) for place, each in enumerate(seated)]
+    settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
+    try:
+        anew = fallen
+        for cause, start in zip(fitted.causes, fitted.starts(), strict=True):
+            anew = with_cause(anew, cause, start)
+        for horizon in horizons:
+            anew = settled(anew, horizon, SLOPES)
+            if anew.ratio > _ASTRAY * settled_here.ratio:
+                return settled_here
+    except InputError:
+        return settled_here
+    return min(settled_here, anew, key=lambda each: each.misfit)
 
 
 def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
@@ -131,6 +153,18 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
         elif kinds[kind] <= _SAME_KIND and new.in_contacts and not new.turning:
             others.append(each)
     return likely, others
+
+
+def _begun(best: Contender, suspect: Suspect, start: Start, early: bool) -> Contender | None:
+    """Return a contender with one cause more, fitted roughly from where a score says, or from elsewhere if that is no good.
+
+    `early` says that what acts in contacts may begin at its usual size too.
+    """
+    begun = [_roughly(best, suspect, start)]
+    if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
+        further = (suspect.smaller(start, _SMALLER), *(suspect.usual() if early else ()))
+        begun += [_roughly(best, suspect, each) for each in further]
+    return min((each for each in begun if each is not None), key=lambda each: each.bic, default=None)
 
 
 def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
@@ -162,21 +196,20 @@ def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: 
 
 def _with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
     """Return those contenders that can be simulated, fitted anew."""
-    out = []
-    for each in contenders:
-        try:
-            out.append(_anew(each, horizon))
-        except InputError:
-            continue
-    return out
+    if not contenders:
+        return []
+    found = contenders[0].problem.crew.apart(_anew, [(each, horizon) for each in contenders])
+    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _anew(contender: Contender, horizon: float) -> Contender:
+def _anew(contender: Contender, horizon: float) -> Contender | None:
     """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
-    problem, new = contender.problem, contender.causes[-1]
-    if new.counted is None and not new.turning:
-        return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
-    found = contender.fit
-    for _ in range(2):
-        found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    problem, new, found = contender.problem, contender.causes[-1], contender.fit
+    try:
+        if new.counted is None and not new.turning:
+            return replace(contender, fit=fit(problem, found.point, horizon, 1))
+        for _ in range(2):
+            found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    except InputError:
+        return None
     return replace(contender, fit=found)

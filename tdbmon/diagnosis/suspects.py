@@ -14,7 +14,8 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 
-_HIGHEST_ORDER = 6  # of waves and lobes that are tried
+# of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
+_LOWEST_ORDER, _HIGHEST_ORDER = 2, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +138,7 @@ def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effec
                 continue
             if declared.identifier == "quadratic_windage" and machine.rotor.speed_decay_time is None:
                 continue
-            found += [Suspect(declared, where, held, _sizes(declared)) for held in _held(declared)]
+            found += [Suspect(declared, where, held, _sizes(declared, held)) for held in _held(declared)]
     return tuple(found)
 
 
@@ -161,13 +162,17 @@ def _held(declared: EffectDeclaration) -> Iterator[dict[str, float | str]]:
             ranges.append(list(p.choices))
         elif p.whole and not p.per_drop:
             names.append(p.name)
-            ranges.append([float(k) for k in range(int(p.low), min(int(p.high), _HIGHEST_ORDER) + 1)])
+            orders = range(max(int(p.low), _LOWEST_ORDER), min(int(p.high), _HIGHEST_ORDER) + 1)
+            ranges.append([float(order) for order in orders])
     for values in product(*ranges):
         yield dict(zip(names, values, strict=True))
 
 
-def _sizes(declared: EffectDeclaration) -> tuple[tuple[Declared, Declared | None], ...]:
+def _sizes(
+    declared: EffectDeclaration, held: Mapping[str, float | str]
+) -> tuple[tuple[Declared, Declared | None], ...]:
     """Return the parameters that switch an effect on, each with the angle that follows it."""
+    fixed = any(held.get(name) == word for name, word in declared.kind.fixed_by.items())
     parameters = declared.parameters
     sizes: list[tuple[Declared, Declared | None]] = []
     last = parameters[0]
@@ -175,5 +180,5 @@ def _sizes(declared: EffectDeclaration) -> tuple[tuple[Declared, Declared | None
         if p.off == 0.0 and not goes_round(p):
             last = p
         elif goes_round(p):
-            sizes.append((last, p))
+            sizes.append((last, replace(p, per_drop=p.per_drop and not fixed)))
     return tuple(sizes) or ((parameters[0], None),)

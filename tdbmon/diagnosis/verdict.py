@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 from tdbmon.diagnosis.contender import MINOR, Contender
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.estimate import Estimate
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
@@ -84,6 +85,33 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         return Verdict(Kind.NAMED, (best,), probabilities, why)
     why = " or ".join(each.name for each in accused) + " explain the drops almost equally well"
     return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
+
+
+def doubted(judged: Verdict, plain: Contender, sizes: Mapping[str, Mapping[str, Estimate]]) -> Verdict:
+    """Return the verdict, or none where no size of a named cause is clear of nothing and the plain model explains the drops.
+
+    Parameters
+    ----------
+    judged : Verdict
+    plain : Contender
+    sizes : mapping
+        Of each cause of the named model, its parameters by name.
+    """
+    if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
+        return judged
+    (named,) = judged.accused
+    for cause in named.causes:
+        if not any(_clear(sizes[cause.name].get(size.name), size.off) for size, _ in cause.sizes):
+            why = f"{cause.name} fits better, but its size may as well be none"
+            return Verdict(Kind.NONE, (), judged.probabilities, why)
+    return judged
+
+
+def _clear(size: Estimate | None, off: float | str) -> bool:
+    """True where the interval of a size does not hold the value at which the effect is off."""
+    if size is None or size.low is None or size.high is None or isinstance(off, str):
+        return size is not None
+    return not size.low <= off <= size.high
 
 
 def _explains(best: Contender, plain: Contender) -> bool:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import xarray as xr
@@ -23,6 +22,7 @@ from tdbsim.machine import Machine
 from tdbmon.estimate import Estimate
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit, linearised
 from tdbmon.identify.parameters import (
@@ -39,7 +39,6 @@ HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
-_THREADS = 2
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 _ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is remarked
@@ -54,6 +53,7 @@ def fit_drops(
     records: Sequence[xr.Dataset],
     horizons: Sequence[float] = HORIZONS,
     progress: Progress = _silent,
+    workers: int = 1,
 ) -> Calibration:
     """Calibrate a machine's model to one or more of its drops.
 
@@ -67,6 +67,8 @@ def fit_drops(
         s after the release, growing; those beyond the shortest record are left out.
     progress : callable, optional
         Is told the name of each step as it begins.
+    workers : int
+        Processes that take part (see `tdbmon.identify.crew.Crew`).
 
     Returns
     -------
@@ -89,8 +91,8 @@ def fit_drops(
             f"the records end {min(drop.seconds for drop in drops) * 1e3:.3g} ms after the release, before the shortest"
             f" horizon of {min(horizons) * 1e3:g} ms"
         )
-    with ThreadPoolExecutor(_THREADS) as pool:
-        problem = build_problem(machine, drops, pool)
+    with Crew(workers) as crew:
+        problem = build_problem(machine, drops, crew)
         point = problem.start
         passed: list[Array] = []
         check_start(problem, usable[0])

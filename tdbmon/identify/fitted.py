@@ -64,7 +64,9 @@ class FittedDrop:
         return natural_frequencies(self.calibration)
 
 
-def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress, also: Sequence[xr.Dataset] = ()) -> FittedDrop:
+def fit_drop(
+    machine: Machine, record: xr.Dataset, progress: Progress, also: Sequence[xr.Dataset] = (), workers: int = 1
+) -> FittedDrop:
     """Fit the machine's model to a drop and simulate its forces.
 
     Parameters
@@ -75,13 +77,15 @@ def fit_drop(machine: Machine, record: xr.Dataset, progress: Progress, also: Seq
         Is told the name of each step as it begins.
     also : sequence of Dataset, optional
         Other drops of the machine in the same condition: what they share is fitted to all at once.
+    workers : int
+        Processes that take part (see `tdbmon.identify.crew.Crew`).
 
     Raises
     ------
     InputError
         If a record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
     """
-    calibration = fit_drops(machine, [record, *also], progress=progress)
+    calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
     progress("simulating the forces")
     first, *others = forces_of(calibration)
     return FittedDrop(calibration, first, others=tuple(others))

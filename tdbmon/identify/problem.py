@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -17,6 +16,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
 
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
@@ -71,7 +71,7 @@ class Problem:
         Of machine and sensors.
     own : tuple of tuple of Parameter
         A tuple a drop, all of one length.
-    pool : Executor
+    crew : Crew
         Works on several drops at a time.
     free : tuple of FreeEffect
         Effects whose parameters are among the shared ones.
@@ -83,7 +83,7 @@ class Problem:
     drops: tuple[MeasuredDrop, ...]
     shared: tuple[Parameter, ...]
     own: tuple[tuple[Parameter, ...], ...]
-    pool: Executor
+    crew: Crew
     free: tuple[FreeEffect, ...] = ()
     standing: tuple[Effect, ...] = ()
 
@@ -210,11 +210,12 @@ class Problem:
 
     def linearised(self, point: Array, horizon: float) -> list[tuple[Array, Array]]:
         """Return `slopes` of every drop."""
-        return self.each(lambda drop: self.slopes(point, drop, horizon))
+        tasks = [(self, point, drop, horizon) for drop in range(len(self.drops))]
+        return self.crew.apart(Problem.slopes, tasks)
 
     def each(self, work: Callable[[int], T]) -> list[T]:
         """Do something for every drop, several at a time."""
-        return list(self.pool.map(work, range(len(self.drops))))
+        return self.crew.together(work, range(len(self.drops)))
 
 
 def spread(residual: Array) -> float:
@@ -228,7 +229,7 @@ def huber(residual: Array, scale: float) -> Array:
     return np.minimum(1.0, _ROBUST / np.maximum(away, 1e-12)) / scale**2
 
 
-def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], pool: Executor) -> Problem:
+def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew) -> Problem:
     """Return the problem of a machine at its nominal values; effects that its file carries stand.
 
     Raises
@@ -239,7 +240,7 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], pool: Execu
     plain = machine.model_copy(update={"effects": ()})
     own = tuple(drop_parameters(machine, _set_point(machine, drop), drop.angle, drop.angle_sigma) for drop in drops)
     shared = (*machine_parameters(machine), *sensor_parameters(machine))
-    return Problem(build_model(plain, bending=_BENDING), drops, shared, own, pool, standing=all_effects(machine))
+    return Problem(build_model(plain, bending=_BENDING), drops, shared, own, crew, standing=all_effects(machine))
 
 
 def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:

@@ -1,7 +1,6 @@
 """Suspects, scores and the competition of models, on drops of the same simulator (so no test of the physics)."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +16,7 @@ from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
@@ -45,22 +45,22 @@ def record(machine, speed, seed, *effects):
 
 
 @pytest.fixture(scope="module")
-def pool():
-    with ThreadPoolExecutor(2) as threads:
-        yield threads
+def crew():
+    with Crew() as opened:
+        yield opened
 
 
-def problem_of(pool, *effects):
+def problem_of(crew, *effects):
     machine = drops.machine()
     measured = tuple(
         measured_drop(record(machine, speed, seed, *effects), machine) for speed, seed in ((80.0, 1), (150.0, 2))
     )
-    return build_problem(machine, measured, pool)
+    return build_problem(machine, measured, crew)
 
 
 @pytest.fixture(scope="module")
-def gained(pool):
-    problem = problem_of(pool, f"probe_gain:probe=DE_A,gain={GAIN}")
+def gained(crew):
+    problem = problem_of(crew, f"probe_gain:probe=DE_A,gain={GAIN}")
     return problem, suspects(problem.model.machine, problem.model.machine.probes, ())
 
 
@@ -129,8 +129,8 @@ def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
     assert all(a.shape == b.shape for a, b in zip(back.fit.slopes, plain.fit.slopes, strict=True))
 
 
-def test_nothing_hidden_is_none(pool):
-    problem = problem_of(pool)
+def test_nothing_hidden_is_none(crew):
+    problem = problem_of(crew)
     field = contest(problem, suspects(problem.model.machine, problem.model.machine.probes, ()), (0.006, 0.012), str)
     judged = verdict(field, None)
     assert judged.kind is Kind.NONE
@@ -197,7 +197,7 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     assert lost.fails_beside(lost)
 
 
-def test_phases_of_lobes_are_found_by_turning_the_rings(pool):
+def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
     """Each drop's ring stands somewhere at the release; a phase half a period off is found again."""
     hidden = "ring_out_of_round:end=DE,amplitude=25 um,order=2,phase={} deg"
     truth = (40.0, -100.0)
@@ -206,7 +206,7 @@ def test_phases_of_lobes_are_found_by_turning_the_rings(pool):
         measured_drop(record(machine, speed, seed, hidden.format(phase)), machine)
         for speed, seed, phase in ((80.0, 1, truth[0]), (150.0, 2, truth[1]))
     )
-    problem = build_problem(machine, measured, pool)
+    problem = build_problem(machine, measured, crew)
     fallen = fit(problem, problem.start, 0.006, 3)
     plain = Contender((), problem, linearised(problem, fallen.point, 0.014), 0.014, 0.9)
     everyone = suspects(machine, machine.probes, ())

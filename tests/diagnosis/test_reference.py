@@ -14,17 +14,17 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
-from tests.diagnosis.test_contest import pool
+from tests.diagnosis.test_contest import crew
 from tests.identify import drops
 
-__all__ = ["pool"]
+__all__ = ["crew"]
 HORIZONS = (0.006, 0.01, 0.014, 0.018)
 
 
-def fitted(pool, values, seeds):
+def fitted(crew, values, seeds):
     machine = drops.machine()
     records = [drops.drop(values, speed=60.0 + 40 * k, seed=seed, seconds=0.03) for k, seed in enumerate(seeds)]
-    problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), pool)
+    problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
     found = fit(problem, problem.start, HORIZONS[0])
     for horizon in HORIZONS[1:]:
         found = fit(problem, found.point, horizon)
@@ -32,25 +32,25 @@ def fitted(pool, values, seeds):
 
 
 @pytest.fixture(scope="module")
-def before(pool):
-    return fitted(pool, drops.TRUTH, (1, 2))
+def before(crew):
+    return fitted(crew, drops.TRUTH, (1, 2))
 
 
-def test_a_friction_that_rose_is_listed_with_both_values(pool, before):
+def test_a_friction_that_rose_is_listed_with_both_values(crew, before):
     worn = {**drops.TRUTH, "NDE.friction": 0.165}
-    found = {each.name: each for each in changes(drops.machine(), before, fitted(pool, worn, (3, 4)))}
+    found = {each.name: each for each in changes(drops.machine(), before, fitted(crew, worn, (3, 4)))}
     assert set(found) == {"NDE.friction"}
     change = found["NDE.friction"]
     assert change.before.value == pytest.approx(0.135, abs=0.01)
     assert change.since.value == pytest.approx(0.165, abs=0.01)
 
 
-def test_other_drops_of_the_same_condition_show_no_change(pool, before):
-    assert changes(drops.machine(), before, fitted(pool, drops.TRUTH, (3, 4))) == ()
+def test_other_drops_of_the_same_condition_show_no_change(crew, before):
+    assert changes(drops.machine(), before, fitted(crew, drops.TRUTH, (3, 4))) == ()
 
 
-def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(pool, before):
-    beyond = fitted(pool, {**drops.TRUTH, "NDE.friction": 0.18}, (3, 4))
+def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before):
+    beyond = fitted(crew, {**drops.TRUTH, "NDE.friction": 0.18}, (3, 4))
     assert changes(drops.machine(), before, beyond) == ()
     (remark,) = _edges(drops.machine(), before, beyond)
     assert remark.startswith("NDE.friction ran to the edge of its tolerance in the later drops")

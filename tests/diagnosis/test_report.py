@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +26,7 @@ from tdbmon.diagnosis.residual_force import residual_force
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.estimate import Estimate
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.problem import build_problem
 from tdbmon.report.diagnosis_report import build_diagnosis_report
@@ -63,8 +63,8 @@ def named() -> Iterator[Diagnosis]:
     """A diagnosis that names the magnetic force, which alone was suspected."""
     machine = drops.machine()
     measured = tuple(measured_drop(_record(speed, seed), machine) for speed, seed in ((97.0, 1), (148.0, 2)))
-    with ThreadPoolExecutor(2) as pool:
-        problem = build_problem(machine, measured, pool)
+    with Crew() as crew:
+        problem = build_problem(machine, measured, crew)
         suspect = next(each for each in suspects(machine, machine.probes, ()) if each.name == CAUSE)
         found, plain = sorted(contest(problem, [suspect], HORIZONS, lambda _: None), key=lambda each: not each.causes)
         yield Diagnosis(

@@ -81,14 +81,13 @@ def test_contacts_that_only_one_of_both_has_stand_alone():
 
 def test_friction_by_sensitivity_finds_a_common_coefficient():
     """A drop with 0.12 at both ends, and a model that has all else right: the nearest orbit is that of 0.12."""
-    from concurrent.futures import ThreadPoolExecutor
-
     from tdbmon.identify.calibrate import fit_drops
+    from tdbmon.identify.crew import Crew
 
     truth = {**drops.TRUTH, "NDE.friction": 0.12, "DE.friction": 0.12}
     calibration = fit_drops(drops.machine(), [drops.drop(truth, speed=97.0)], horizons=(0.006, 0.01, 0.014))
-    with ThreadPoolExecutor(1) as pool:
-        problem = replace(calibration.problem, pool=pool)
+    with Crew() as crew:
+        problem = replace(calibration.problem, crew=crew)
         choice = choose_friction(replace(calibration, problem=problem), seconds=0.03)
     assert choice.chosen == pytest.approx(0.12, abs=0.006)
     at = list(choice.tried).index(choice.chosen)

@@ -1,11 +1,10 @@
 """How probes see a simulated drop."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 from tdbsim.sensors import ProbeChain, SensorChain
 
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.prediction import Sensors, levitated, predict, readings, with_surface
 from tdbmon.identify.problem import build_problem
@@ -17,8 +16,8 @@ LAG, GAIN = 19, 1.2
 @pytest.fixture(scope="module")
 def problem():
     machine = drops.machine()
-    with ThreadPoolExecutor(1) as pool:
-        yield build_problem(machine, (measured_drop(drops.drop(), machine),), pool)
+    with Crew() as crew:
+        yield build_problem(machine, (measured_drop(drops.drop(), machine),), crew)
 
 
 def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):

@@ -26,6 +26,7 @@ class RaceWaviness(Effect):
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Ball loads follow the waves of the race; lines at multiples of ring or cage speed."
     slots: ClassVar = 4
+    fixed_by: ClassVar = {"race": "outer"}
 
     amplitude: float = parameter("um", 0.0, (0.0, 20.0), 5.0, "0-pk height of the waves", si="m")
     order: float = parameter("1", 2.0, (1.0, 30.0), 2.0, "waves around the race", whole=True)
