@@ -32,6 +32,7 @@ _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on 
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
+_NEARLY = 0.3  # the same before it is fitted from the fall on
 SOUND_S = 0.018  # s; a model that held so far is judged there, if it fails further on
 
 
@@ -106,10 +107,20 @@ class Search:
         explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
             fitted += _with_own_slopes(others, horizon)
-        seated = sorted(fitted, key=lambda each: each.bic)[:_SEATED]
+        if best.causes:
+            fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
+        seated = _best_of_each_name(fitted)[:_SEATED]
         way = [h for h in self.horizons if h <= horizon]
         found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in seated])
         return [new.at_home(each, each.causes) for new, each in zip(found, seated, strict=True)]
+
+
+def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders, the best first, of those with other words or orders of the same cause the best only."""
+    best: dict[str, Contender] = {}
+    for each in sorted(fitted, key=lambda each: each.bic):
+        best.setdefault(each.name, each)
+    return list(best.values())
 
 
 def _from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
