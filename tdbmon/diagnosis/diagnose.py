@@ -15,7 +15,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
-from tdbmon.diagnosis.parameters import machine_values, parameters
+from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
@@ -108,24 +108,24 @@ def diagnose(
         check_start(problem, horizons[0])
         field = contest(problem, suspects(machine, _common(drops), problem.standing), horizons, progress)
         extended = [each for each in field if each.causes]
+        plain = next(each for each in field if not each.causes)
         proof = None
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
-            plain = next(each for each in field if not each.causes)
             proof = proved(plain, extended[0])
         judged = verdict(field, proof)
         progress("estimating sizes")
-        sizes = {each.name: parameters(each) for each in judged.accused}
+        likeliest = field[int(np.argmax(judged.probabilities))]
+        sizes = {each.name: sizes_of(each) for each in (likeliest, *(a for a in judged.accused if a is not likeliest))}
         if judged.accused:
-            judged = doubted(judged, next(each for each in field if not each.causes), sizes[judged.accused[0].name])
-        values = machine_values(field[int(np.argmax(judged.probabilities))])
+            judged = doubted(judged, plain, sizes[judged.accused[0].name].causes)
     return Diagnosis(
         machine=machine,
         verdict=judged,
         contenders=tuple(field),
         proof=proof,
-        parameters=sizes,
-        values=values,
+        parameters={each.name: sizes[each.name].causes for each in judged.accused},
+        values=sizes[likeliest.name].machine,
         next_test=next_test(judged, tuple(field)),
         remarks=(*(remark for drop in drops for remark in drop.remarks), *_remarks(drops)),
         seconds=time.monotonic() - began,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from tdbsim.errors import InputError
@@ -16,32 +17,37 @@ from tdbmon.identify.parameters import machine_parameters
 _RULE = "least squares of simulated against measured drops"
 
 
-def parameters(contender: Contender) -> dict[str, dict[str, Estimate]]:
-    """Return the parameters of each cause by its name (``oval_clearance@NDE``) and theirs.
+@dataclass(frozen=True)
+class Sizes:
+    """What a model was fitted with.
 
-    Parameters that the drops share are estimated; those held, and those that differ from drop to drop, are left out.
+    Attributes
+    ----------
+    causes : dict
+        The parameters of each cause by its name (``oval_clearance@NDE``) and theirs.  Those that the drops share are
+        estimated; those held, and those that differ from drop to drop, are left out.
+    machine : dict
+        The machine's own values, to which its file gives a tolerance.
     """
-    if not contender.causes:
-        return {}
-    values, _ = contender.problem.values(contender.fit.point, 0)
+
+    causes: dict[str, dict[str, Estimate]]
+    machine: dict[str, Estimate]
+
+
+def sizes_of(contender: Contender) -> Sizes:
+    """Return the values of a fitted model with their intervals."""
+    problem = contender.problem
+    values, _ = problem.values(contender.fit.point, 0)
     sigmas = _sigmas(contender)
     out: dict[str, dict[str, Estimate]] = {}
-    for free in contender.problem.free:
+    for free in problem.free:
         each = {}
         for p in free.shared:
             value = _turned(free, p.name, values[p.name])
             each[p.name.rpartition(".")[2]] = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE)
         out[free.name] = each
-    return out
-
-
-def machine_values(contender: Contender) -> dict[str, Estimate]:
-    """Return the machine's own values, to which its file gives a tolerance, as a model was fitted with them."""
-    problem = contender.problem
-    values, _ = problem.values(contender.fit.point, 0)
-    sigmas = _sigmas(contender)
     own = machine_parameters(problem.model.machine)
-    return {p.name: Estimate.from_sigma(values[p.name], sigmas[p.name], p.unit, _RULE) for p in own}
+    return Sizes(out, {p.name: Estimate.from_sigma(values[p.name], sigmas[p.name], p.unit, _RULE) for p in own})
 
 
 def _sigmas(contender: Contender) -> dict[str, float]:

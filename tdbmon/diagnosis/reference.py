@@ -131,7 +131,7 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
     machine : Machine
         Its tolerances say how well a value was known beforehand.
     before, since : mapping of Estimate
-        As `tdbmon.diagnosis.parameters.machine_values` gives them.
+        As `tdbmon.diagnosis.parameters.sizes_of` gives them.
     """
     found = []
     for own in machine_parameters(machine):

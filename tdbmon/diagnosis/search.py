@@ -26,7 +26,8 @@ _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
-_SEATED = 3  # of them, that go on
+_SEATED = 4  # of them at most, that go on
+_CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 _ROUNDS = 4  # times at most that all suspects are fitted
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -109,10 +110,15 @@ class Search:
             fitted += _with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
-        seated = _best_of_each_name(fitted)[:_SEATED]
         way = [h for h in self.horizons if h <= horizon]
-        found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in seated])
-        return [new.at_home(each, each.causes) for new, each in zip(found, seated, strict=True)]
+        seated: list[Contender] = []
+        ranked = _best_of_each_name(fitted)[:_SEATED]
+        for pair in (ranked[k : k + 2] for k in range(0, len(ranked), 2)):
+            found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in pair])
+            seated += [new.at_home(each, each.causes) for new, each in zip(found, pair, strict=True)]
+            if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
+                break
+        return seated
 
 
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:

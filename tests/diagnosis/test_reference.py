@@ -8,7 +8,7 @@ from tdbsim.errors import InputError
 from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
 from tdbmon.diagnosis.contender import Contender
-from tdbmon.diagnosis.parameters import machine_values
+from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.reference import _edges, changes, diagnose_since
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
@@ -28,7 +28,7 @@ def fitted(crew, values, seeds):
     found = fit(problem, problem.start, HORIZONS[0])
     for horizon in HORIZONS[1:]:
         found = fit(problem, found.point, horizon)
-    return machine_values(Contender((), problem, found, HORIZONS[-1], 0.9))
+    return sizes_of(Contender((), problem, found, HORIZONS[-1], 0.9)).machine
 
 
 @pytest.fixture(scope="module")
