@@ -10,11 +10,14 @@ from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.contender import Contender, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.search import _from_the_fall
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.verdict import Kind, verdict
+from tdbmon.diagnosis.verdict import Kind, doubted, verdict
+from tdbmon.estimate import Estimate
 from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
@@ -223,3 +226,68 @@ def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
         off = [math.remainder(each["ring_out_of_round@DE.phase"] - math.radians(phase), 2 * math.pi) for each in own]
         assert abs(off[0]) > math.radians(120)
         assert abs(off[1]) < math.radians(60)
+
+
+def test_waves_on_the_race_that_stands_still_have_one_phase_for_all_drops():
+    machine = drops.machine()
+    waves = [s for s in suspects(machine, machine.probes, ()) if s.name == "race_waviness@DE"]
+    per_drop = {(s.held["race"], angle.per_drop) for s in waves for _, angle in s.sizes}
+    assert per_drop == {("inner", True), ("outer", False)}
+    assert {s.held["order"] for s in waves} == {2.0, 3.0, 4.0, 5.0, 6.0}
+
+
+def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
+    """A soft direction put a quarter of its period off is found again from the fall, where no contact has fixed it yet."""
+    machine = drops.machine()
+    problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    soft = next(s for s in suspects(machine, machine.probes, ()) if s.name == "support_anisotropy@DE")
+    plain = settled(fallen, 0.014, 2)
+    stuck = with_cause(plain, soft, Start({"ratio": 0.8, "direction": math.radians(75)}))
+    found = _from_the_fall(fallen, stuck, (0.006, 0.010, 0.014))
+    values, _ = found.problem.values(found.fit.point, 0)
+    off = math.remainder(values["support_anisotropy@DE.direction"] - math.radians(30), math.pi)
+    assert found.horizon == 0.014
+    assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
+    assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
+    assert abs(math.degrees(off)) < 5
+
+
+def test_values_of_causes_lead_to_the_same_model(gained):
+    problem, everyone = gained
+    plain = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
+    ball = next(s for s in everyone if s.name == "off_sized_ball@NDE")
+    lobed = next(s for s in everyone if s.name == "ring_out_of_round@DE")
+    one = with_cause(plain, ball, Start({"deviation": 2e-6}, (), ({"ball": 3.0}, {"ball": 5.0})))
+    both = with_cause(one, lobed, Start({"amplitude": 3e-6}, ({"phase": 0.2}, {"phase": -1.0})))
+    again = plain
+    for cause, start in zip(both.causes, both.starts(), strict=True):
+        again = with_cause(again, cause, start)
+    assert again.misfit == pytest.approx(both.misfit, rel=1e-12)
+    assert again.problem.free[0].each_held == ({"ball": 3.0}, {"ball": 5.0})
+
+
+def test_what_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 0.92 * plain.floor)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.85 * plain.floor)
+    little = HeldOut(("drop_80.nc",), 3.1e-7, 3.0e-7, 3.0e-7, 1000.0, 980.0)
+    assert little.gain is None
+    assert verdict([gain, bare], None).kind is Kind.NAMED
+    assert verdict([gain, bare], little).kind is Kind.NONE
+    lost = contender(plain, (), 0, 8.0)
+    assert verdict([gain, lost], little).kind is Kind.NAMED
+
+
+def test_a_size_that_may_as_well_be_none_is_not_named(competed):
+    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
+    gain = contender(plain, ("probe_gain@DE_A",), 900, 0.9)
+    named = verdict([gain, plain], None)
+    assert named.kind is Kind.NAMED
+
+    def sized(low, high):
+        return {"probe_gain@DE_A": {"gain": Estimate((low + high) / 2, low, high)}}
+
+    assert doubted(named, plain, sized(1.02, 1.06)).kind is Kind.NAMED
+    assert doubted(named, plain, sized(0.98, 1.06)).kind is Kind.NONE
+    assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06)).kind is Kind.NAMED

@@ -1,0 +1,60 @@
+"""Work in processes gives what work one after the other gives, to the last bit."""
+
+import os
+import pickle
+
+import numpy as np
+import pytest
+from tdbsim.effect import catalogue
+from tdbsim.errors import InputError
+
+from tdbmon.identify.crew import Crew, all_cores
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import linearised
+from tdbmon.identify.problem import build_problem
+from tests.identify import drops
+
+
+def square(number):
+    if number < 0:
+        raise InputError(f"{number} is negative")
+    return number**2, os.getpid()
+
+
+def test_tasks_come_back_in_order_from_other_processes():
+    with Crew(2) as crew:
+        found = crew.apart(square, [(k,) for k in range(20)])
+    assert [value for value, _ in found] == [k**2 for k in range(20)]
+    assert os.getpid() not in {process for _, process in found}
+    assert 1 <= len({process for _, process in found}) <= 2
+
+
+def test_an_error_of_a_task_reaches_who_asked():
+    with Crew(2) as crew, pytest.raises(InputError, match="-3 is negative"):
+        crew.apart(square, [(2,), (-3,)])
+
+
+def test_slopes_from_processes_are_the_same():
+    machine = drops.machine()
+    measured = tuple(measured_drop(drops.drop(seed=seed), machine) for seed in (1, 2))
+    with Crew() as alone, Crew(2) as two:
+        one = linearised(build_problem(machine, measured, alone), build_problem(machine, measured, alone).start, 0.012)
+        other = linearised(build_problem(machine, measured, two), build_problem(machine, measured, two).start, 0.012)
+    for a, b in zip(one.slopes, other.slopes, strict=True):
+        assert np.count_nonzero(a)
+        assert np.array_equal(a, b)
+
+
+def test_a_closed_or_sent_crew_works_one_after_the_other():
+    sent = pickle.loads(pickle.dumps(Crew(3)))
+    assert sent.apart(square, [(3,), (4,)]) == [(9, os.getpid()), (16, os.getpid())]
+    assert sent.together(lambda k: k + 1, range(3)) == [1, 2, 3]
+
+
+def test_effects_travel_by_name():
+    for each in catalogue():
+        assert pickle.loads(pickle.dumps(each)) is each
+
+
+def test_no_more_workers_than_cores():
+    assert 1 <= all_cores() <= (os.cpu_count() or 1)
