@@ -27,6 +27,9 @@ _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
+_FAILED_BY_THEN = (
+    1.25  # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
+)
 _GIVEN_UP = 1.8  # the same where no search is left
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
@@ -61,10 +64,12 @@ def contest(
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)
         fine = any(not each.fails_beside(plain) for each in field)
-        if sound and not fine:  # what held up to here is the better witness: neighbouring paths part
-            field, horizon = list(sound), sound[0].horizon
-            plain = settled(plain, horizon, SLOPES)
-            break
+        if sound and not fine:
+            earlier = settled(plain, sound[0].horizon, SLOPES)
+            # where the plain model had failed by then, what held up to here is the better witness: neighbouring paths part
+            if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in sound):
+                plain, field, horizon = earlier, list(sound), earlier.horizon
+                break
         sound = tuple(field) if fine and horizon >= SOUND_S else ()
         # where nothing explains the first contacts, nothing will explain the later ones
         lost = lost + 1 if best.ratio > _LOST else 0
