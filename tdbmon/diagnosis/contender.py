@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,11 +88,7 @@ class Contender:
     @property
     def negligible(self) -> bool:
         """True where one of its causes is so small that every machine has it."""
-        shared, _ = self.problem.values(self.fit.point, 0)
-        return any(
-            all(_share(size, shared[f"{cause.name}.{size.name}"]) < _NEGLIGIBLE for size, _ in cause.sizes)
-            for cause in self.causes
-        )
+        return any(negligible(cause, start.shared) for cause, start in zip(self.causes, self.starts(), strict=True))
 
     def starts(self) -> list[Start]:
         """Return the values of its causes, from where another fit may begin."""
@@ -119,6 +115,11 @@ class Contender:
     def fails_beside(self, plain: Contender) -> bool:
         """True where more than noise is left, and not only little of what the plain model leaves."""
         return self.fails and not (self.causes and self.excess < MINOR * plain.excess)
+
+
+def negligible(cause: Suspect, values: Mapping[str, float]) -> bool:
+    """Return whether sizes (SI, by name) are so small that every machine has such a cause."""
+    return all(_share(size, values[size.name]) < _NEGLIGIBLE for size, _ in cause.sizes)
 
 
 def _share(size: Declared, value: float) -> float:

@@ -12,7 +12,16 @@ from dataclasses import dataclass, replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, with_cause, without_each
+from tdbmon.diagnosis.contender import (
+    FEW_SLOPES,
+    SLOPES,
+    Contender,
+    leader,
+    negligible,
+    settled,
+    with_cause,
+    without_each,
+)
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import turn_cages
@@ -103,6 +112,9 @@ class Search:
             if each is not None
         ]
         rough.sort(key=lambda each: each.bic)
+        if not best.fails:  # then its values are right, and little can be missing
+            ranked = _best_of_each_name(_with_own_slopes(rough[:_PROMISED], horizon))[:2]
+            return [settled(each, horizon, SLOPES) for each in ranked]
         likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
         fitted = _with_own_slopes(likely, horizon)
         explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
@@ -206,7 +218,11 @@ def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: 
         names[name] = names.get(name, 0) + 1
         worth = score.gain - score.start.free(score.suspect).freedom * price
         least = _PROMISE * best.excess if best.causes else -math.inf if best.fails else _SURE
-        if names[name] <= _SAME_NAME and worth > least:
+        if (
+            names[name] <= _SAME_NAME
+            and worth > least
+            and (best.fails or not negligible(score.suspect, score.start.shared))
+        ):
             asked.append(score)
     return asked
 

@@ -72,7 +72,7 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
             return Verdict(Kind.NONE, (), probabilities, why)
         why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains nothing"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
-    if proof is not None and proof.gain is None and not plain.fails:
+    if proof is not None and not proof.clear and not plain.fails:
         why = f"the plain model leaves noise alone; {best.name} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     total = 0.0
