@@ -15,6 +15,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, without_each
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.diagnosis.twins import twins
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import Problem
 
@@ -24,6 +25,7 @@ _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count 
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
+_DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
@@ -80,6 +82,9 @@ def contest(
     if plain.horizon < horizon:
         plain = settled(plain, horizon, FEW_SLOPES)
     plain, field = _simplified(plain, field)
+    best = leader(plain, field, horizon)
+    seen = {frozenset(cause.name for cause in each.causes) for each in field}
+    field += [each for each in twins(best, suspects) if frozenset(cause.name for cause in each.causes) not in seen]
     return sorted([plain, *field], key=lambda each: each.bic)
 
 
@@ -111,7 +116,7 @@ def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bo
         return False
     mine = {cause.name for cause in ranked[0].causes}
     rivals = [each for each in ranked[1:] if {cause.name for cause in each.causes} != mine]
-    return all(each.bic > ranked[0].bic + _AHEAD for each in rivals)
+    return all(each.bic > ranked[0].bic + _AHEAD + _DOUBT * ranked[0].excess for each in rivals)
 
 
 def _kept(field: Sequence[Contender]) -> list[Contender]:

@@ -12,6 +12,7 @@ from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.estimate import Estimate
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
+_DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
@@ -124,9 +125,12 @@ def _explains(best: Contender, plain: Contender) -> bool:
 
 
 def _probabilities(contenders: Sequence[Contender]) -> tuple[float, ...]:
+    best = min(contenders, key=lambda each: each.bic)
+    # what even the best model leaves says how little a difference means
+    temperature = TEMPERATURE + _DOUBT * best.excess
     criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
     least = min(criteria)
-    weights = [math.exp(-(c - least) / (2 * TEMPERATURE)) for c in criteria]
+    weights = [math.exp(-(c - least) / (2 * temperature)) for c in criteria]
     best = contenders[criteria.index(least)]
     # a model that leaves much is likely to lack something that is in no catalogue
     plain = next(each for each in contenders if not each.causes)
