@@ -15,7 +15,7 @@ from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.free_effect import acts_on_sensors
 
-_LIKE = 0.9  # of what a cause takes away, that another must promise in its place
+_LIKE = 0.9  # of what a cause promises, that another must promise in its place
 
 
 def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
@@ -34,8 +34,10 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             continue
         try:
             bare = without_cause(best, index)
-            for score in scores(bare.problem, bare.fit, best.horizon, others):
-                if score.gain > _LIKE * (bare.misfit - best.misfit):
+            ranked = scores(bare.problem, bare.fit, best.horizon, [cause, *others])
+            own = max(score.gain for score in ranked if score.suspect is cause)
+            for score in ranked:
+                if score.suspect is not cause and score.gain > _LIKE * own:
                     other = with_cause(bare, score.suspect, score.start)
                     found.append(settled(replace(other, horizon=best.horizon), best.horizon, FEW_SLOPES))
         except InputError:
