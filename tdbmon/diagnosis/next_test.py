@@ -30,6 +30,11 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
             f"check {', '.join(probes)} at standstill: move the rotor through the clearance with the magnetic bearings and"
             " compare the probes; it parts faults of sensors from those of the machine"
         )
+    if kinds == {True}:
+        return (
+            "at standstill, disconnect the other probe of the end, and move the rotor with the magnetic bearings along each"
+            " probe in turn: what leaks between channels goes with the other probe, an angle or a gain stays"
+        )
     return (
         "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
         " which parts what looks alike when falling straight down"

@@ -16,6 +16,7 @@ from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import _from_the_fall
 from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.cages import turn_cages
@@ -251,6 +252,23 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
     assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
     assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
     assert abs(math.degrees(off)) < 5
+
+
+def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
+    """They differ by the square of 4 %: by 0.2 um of a gap of 250 um, two thirds of the noise."""
+    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    turned = next(s for s in everyone if s.name == "probe_angle@DE_B")
+    angle = settled(with_cause(fallen, turned, Start({"error": 0.04})), 0.006, 4)
+    leak = next(each for each in twins(angle, everyone) if each.name == "probe_crosstalk@DE")
+    assert leak.horizon == angle.horizon
+    values, _ = leak.problem.values(leak.fit.point, 0)
+    assert values["probe_crosstalk@DE.factor"] == pytest.approx(-0.04, abs=0.005)
+    bare = contender(fallen, (), 0, 8.0)
+    assert {each.name for each in verdict(sorted([angle, leak, bare], key=lambda each: each.bic), None).accused} >= {
+        "probe_crosstalk@DE"
+    }
 
 
 def test_values_of_causes_lead_to_the_same_model(gained):
