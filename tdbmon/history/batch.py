@@ -14,6 +14,7 @@ from tdbsim.errors import InputError
 from tdbmon.history.archive import Archive, Filed
 from tdbmon.history.filing import Filing, satisfying_names, sha256_of
 from tdbmon.history.study import Order, study
+from tdbmon.identify.crew import attend_parent
 from tdbmon.progress import Progress, silent
 
 _REACH_S = 20.0  # to wait for a scheduler
@@ -120,7 +121,7 @@ def _studies(
             yield order, _attempt(order, tell)
     else:
         # spawned, not forked: threads and open files of this process are not theirs
-        with ProcessPoolExecutor(min(workers, len(orders)), get_context("spawn")) as pool:
+        with ProcessPoolExecutor(min(workers, len(orders)), get_context("spawn"), attend_parent) as pool:
             waiting = {pool.submit(_attempt, order): order for order in orders}
             for future in as_completed(waiting):
                 order = waiting.pop(future)

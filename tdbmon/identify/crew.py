@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 from types import TracebackType
 from typing import TypeVar
 
@@ -45,7 +48,7 @@ class Crew:
         self._threads = ThreadPoolExecutor(_THREADS)
         if self._workers > 1:
             # spawned, not forked: threads and open files of this process are not theirs
-            self._processes = ProcessPoolExecutor(self._workers, get_context("spawn"))
+            self._processes = ProcessPoolExecutor(self._workers, get_context("spawn"), attend_parent)
         return self
 
     def __exit__(
@@ -67,6 +70,19 @@ class Crew:
             return [work(*task) for task in tasks]
         chunk = math.ceil(len(tasks) / (self._workers * _SHARES)) if len(tasks) > 2 * self._workers else 1
         return list(self._processes.map(work, *zip(*tasks, strict=True), chunksize=chunk))
+
+
+def attend_parent() -> None:
+    """Leave interrupts to the process that asked for the work, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 def all_cores() -> int:

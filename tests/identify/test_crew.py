@@ -2,6 +2,10 @@
 
 import os
 import pickle
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -54,6 +58,44 @@ def test_a_closed_or_sent_crew_works_one_after_the_other():
 def test_effects_travel_by_name():
     for each in catalogue():
         assert pickle.loads(pickle.dumps(each)) is each
+
+
+_OPEN_FOR_EVER = """
+import os, sys, time
+from tdbmon.identify.crew import Crew
+from tests.identify.test_crew import square
+if __name__ == "__main__":
+    with Crew(2) as crew:
+        print(*{process for _, process in crew.apart(square, [(k,) for k in range(4)])}, flush=True)
+        time.sleep(600)
+"""
+
+
+def alive(process):
+    stat = Path(f"/proc/{process}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see processes")
+def test_workers_end_with_a_parent_that_is_killed(tmp_path):
+    script = tmp_path / "open_for_ever.py"
+    script.write_text(_OPEN_FOR_EVER)
+    root = Path(__file__).parents[2]
+    paths = os.pathsep.join([str(root), str(root / "sim"), os.environ.get("PYTHONPATH", "")])
+    with subprocess.Popen(
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": paths},
+    ) as parent:
+        workers = [int(process) for process in parent.stdout.readline().split()]
+        assert workers
+        assert all(map(alive, workers))
+        parent.kill()
+    until = time.monotonic() + 20
+    while any(map(alive, workers)) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not any(map(alive, workers))
 
 
 def test_no_more_workers_than_cores():
