@@ -35,9 +35,10 @@ _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
-_SEATED = 4  # of them at most, that go on
+_SEATED = 4  # of them at most, that go on from the first search
+_SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-_ROUNDS = 4  # times at most that all suspects are fitted
+_ROUNDS = 3  # times at most that all suspects are fitted
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
@@ -124,7 +125,7 @@ class Search:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
         way = [h for h in self.horizons if h <= horizon]
         seated: list[Contender] = []
-        ranked = _best_of_each_name(fitted)[:_SEATED]
+        ranked = _best_of_each_name(fitted)[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
         for pair in (ranked[k : k + 2] for k in range(0, len(ranked), 2)):
             found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in pair])
             seated += [new.at_home(each, each.causes) for new, each in zip(found, pair, strict=True)]
