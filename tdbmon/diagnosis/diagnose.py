@@ -116,7 +116,9 @@ def diagnose(
         judged = verdict(field, proof)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]
-        sizes = {each.name: sizes_of(each) for each in (likeliest, *(a for a in judged.accused if a is not likeliest))}
+        without = {extended[0].name: proof.without} if proof is not None else {}
+        concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
+        sizes = {each.name: sizes_of(each, without.get(each.name, ())) for each in concerned}
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0].name].causes)
     return Diagnosis(

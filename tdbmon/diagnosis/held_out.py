@@ -7,7 +7,7 @@ angles) are fitted.  What is left there, beside the noise, is the judge.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,6 +38,8 @@ class HeldOut:
         m.
     plain_misfit, extended_misfit : float
         Robust sums of squares there in units of the noise; they count the speed and the levitated stretch too.
+    without : tuple of mapping
+        The extended model's shared values (SI) by name, fitted without the drop, or without each of the two.
     """
 
     drops: tuple[str, ...]
@@ -46,6 +48,7 @@ class HeldOut:
     noise: float
     plain_misfit: float
     extended_misfit: float
+    without: tuple[Mapping[str, float], ...] = ()
 
     def along_with(self, other: HeldOut) -> HeldOut:
         """Return the proof on both drops, each held out by itself."""
@@ -56,6 +59,7 @@ class HeldOut:
             noise=math.sqrt((self.noise**2 + other.noise**2) / 2),
             plain_misfit=self.plain_misfit + other.plain_misfit,
             extended_misfit=self.extended_misfit + other.extended_misfit,
+            without=(*self.without, *other.without),
         )
 
     @property
@@ -103,8 +107,8 @@ def held_out(plain: Contender, extended: Contender, index: int, horizon: float) 
     """
     drop = extended.problem.drops[index]
     noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
-    left = [_left(each, index, horizon) for each in (plain, extended)]
-    return HeldOut((drop.name,), left[0][0], left[1][0], noise, left[0][1], left[1][1])
+    (bare, bare_misfit, _), (wide, wide_misfit, values) = (_left(each, index, horizon) for each in (plain, extended))
+    return HeldOut((drop.name,), bare, wide, noise, bare_misfit, wide_misfit, (values,))
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
@@ -136,8 +140,8 @@ def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: floa
     return math.sqrt(float(np.mean(squares)))
 
 
-def _left(contender: Contender, index: int, horizon: float) -> tuple[float, float]:
-    """Return what a model leaves on a drop that it was not fitted to: rms of the readings, m, and misfit."""
+def _left(contender: Contender, index: int, horizon: float) -> tuple[float, float, dict[str, float]]:
+    """Return what a model leaves on a drop that it was not fitted to, rms of the readings, m, and misfit; and its values."""
     problem = contender.problem
     others = [k for k in range(len(problem.drops)) if k != index]
     count = len(problem.shared)
@@ -145,7 +149,7 @@ def _left(contender: Contender, index: int, horizon: float) -> tuple[float, floa
     exam = _frozen(_only(problem, [index]), taught.point[:count])
     point = np.concatenate([np.zeros(count), contender.fit.point[_columns(problem, [index])][count:]])
     found = better_cages(exam, fit(exam, point, horizon, 2), horizon, 1)
-    return rms(exam, found.point, [0], horizon), found.misfit
+    return rms(exam, found.point, [0], horizon), found.misfit, exam.values(found.point, 0)[0]
 
 
 def _only(problem: Problem, drops: Sequence[int]) -> Problem:

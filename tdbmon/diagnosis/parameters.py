@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,11 +35,31 @@ class Sizes:
     machine: dict[str, Estimate]
 
 
-def sizes_of(contender: Contender) -> Sizes:
-    """Return the values of a fitted model with their intervals."""
+def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) -> Sizes:
+    """Return the values of a fitted model with their intervals.
+
+    Parameters
+    ----------
+    contender : Contender
+    without : sequence of mapping
+        Its values (SI, by name) when fitted without a drop: how far they lie apart is what the model's faults cost, of
+        which the curvature knows nothing.
+    """
     problem = contender.problem
     values, _ = problem.values(contender.fit.point, 0)
+    periods = {
+        f"{free.name}.{of.name}": 2 * math.pi / of.harmonic
+        for free in problem.free
+        for of in free.declared.parameters
+        if goes_round(of)
+    }
     sigmas = _sigmas(contender)
+    for name, value in values.items():
+        apart = [each[name] - value for each in without if name in each]
+        if name in periods:
+            apart = [math.remainder(each, periods[name]) for each in apart]
+        if apart:
+            sigmas[name] = math.hypot(sigmas[name], math.sqrt(sum(each**2 for each in apart) / len(apart)))
     out: dict[str, dict[str, Estimate]] = {}
     for free in problem.free:
         each = {}
