@@ -270,7 +270,7 @@ def test_analyse_writes_the_calibrated_machine(capsys, tmp_path, monkeypatch):
         "impeller.across": 2e-6,
     }
 
-    def fit(machine, record, progress, also):
+    def fit(machine, record, progress, also, workers):
         return fitted.FittedDrop(fit_of(machine, values), DropForces("drop_100.nc", 0.1, 1, {}))
 
     monkeypatch.setattr(fitted, "fit_drop", fit)
