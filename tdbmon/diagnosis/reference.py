@@ -27,9 +27,8 @@ Progress = Callable[[str], None]
 Values = Mapping[str, Estimate]
 
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
-LEAST = (
-    1.0  # of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
-)
+# of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
+LEAST = 1.0
 
 
 @dataclass(frozen=True)

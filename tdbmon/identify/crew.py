@@ -17,6 +17,7 @@ from threading import Thread
 from types import TracebackType
 from typing import TypeVar
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 _THREADS = 2
@@ -60,7 +61,7 @@ class Crew:
                 each.shutdown(cancel_futures=True)
         self._threads = self._processes = None
 
-    def together(self, work: Callable[[int], T], items: Iterable[int]) -> list[T]:
+    def together(self, work: Callable[[S], T], items: Iterable[S]) -> list[T]:
         """Return what a function makes of items, in threads: for short work on what all share."""
         return list(map(work, items) if self._threads is None else self._threads.map(work, items))
 

@@ -9,8 +9,8 @@ that its interval holds both.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from tdbsim.simulate import DropPlan, run
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
@@ -35,7 +36,6 @@ _PARTED = 0.1  # of the gap, standard deviation of the members' places: from the
 _MODEL_SHARE = 0.02  # of a peak force, standard deviation: what reduced modes and steps of 25 us leave
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _BAND = (0.025, 0.975)
-_THREADS = 2
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 _APART_S = 2e-4  # s without force that part two contacts
 
@@ -182,9 +182,9 @@ def forces_of(
     problem = calibration.problem
     points = draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(seed))
     found = []
-    with ThreadPoolExecutor(_THREADS) as pool:
+    with Crew() as crew:
         for drop, measured in enumerate(problem.drops):
-            tried = list(pool.map(lambda point, d=drop: _member(problem, point, d, seconds), points))
+            tried = crew.together(partial(_member, problem, drop=drop, seconds=seconds), points)
             kept = [member for member in tried if member is not None]
             if tried[0] is None or len(kept) < members // 2:
                 raise InputError(
