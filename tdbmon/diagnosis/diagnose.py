@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -100,8 +100,8 @@ def diagnose(
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
     progress("reading levitation and noise")
-    drops = tuple(measured_drop(record, machine) for record in records)
-    _check_names([drop.name for drop in drops])
+    _check_twice(records)
+    drops = _told_apart([measured_drop(record, machine) for record in records])
     horizons = [h for h in HORIZONS if h <= min(drop.seconds for drop in drops)]
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
@@ -140,10 +140,24 @@ def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:
     return [p for p in drops[0].probes if p.name in names]
 
 
-def _check_names(names: Sequence[str]) -> None:
-    double = sorted({name for name in names if names.count(name) > 1})
-    if double:
-        raise InputError(f"{double[0]} is given twice; a drop counts once, give each record once")
+def _check_twice(records: Sequence[xr.Dataset]) -> None:
+    seen: dict[str, str] = {}
+    for record in records:
+        content, name = record.attrs.get("sha256"), str(record.attrs.get("source_file", "a record"))
+        if content in seen:
+            other = "" if seen[content] == name else f", also as {seen[content]}"
+            raise InputError(f"{name} is given twice{other}; a drop counts once, give each record once")
+        if content:
+            seen[content] = name
+
+
+def _told_apart(drops: Sequence[MeasuredDrop]) -> tuple[MeasuredDrop, ...]:
+    """Return the drops with a number behind a name that comes again: files of one name from different folders."""
+    names = [drop.name for drop in drops]
+    return tuple(
+        replace(drop, name=f"{drop.name} ({again})") if (again := names[: k + 1].count(drop.name)) > 1 else drop
+        for k, drop in enumerate(drops)
+    )
 
 
 def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:

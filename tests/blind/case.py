@@ -93,11 +93,8 @@ def simulate(case: Case) -> list[tuple[Drop, Channels]]:
 
 def write(case: Case, folder: Path) -> None:
     """Simulate a case and write its folder: machine.toml, four drops, answer.json, and drawn.json with how it was drawn."""
-    folder.mkdir(parents=True, exist_ok=True)
     drops = simulate(case)
-    (folder / "machine.toml").write_text(toml(case.machine), encoding="utf-8")
-    for k, (speed, (_, channels)) in enumerate(zip(case.machine.speeds, drops, strict=True)):
-        _write_drop(folder / f"drop_{speed:03d}.nc", case.machine, speed, k + 1, channels)
+    write_drops(case, drops, folder)
     peaks = {
         str(speed): [float(f) for f in drop.force.max(axis=0)]
         for speed, (drop, _) in zip(case.machine.speeds, drops, strict=True)
@@ -113,6 +110,18 @@ def write(case: Case, folder: Path) -> None:
         "noise_m": case.plain.sensors.noise,
     }
     (folder / "drawn.json").write_text(json.dumps(drawn, indent=1) + "\n", encoding="utf-8")
+
+
+def write_drops(case: Case, drops: list[tuple[Drop, Channels]], folder: Path) -> tuple[Path, list[Path]]:
+    """Write the machine file and a case's drops; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    machine_file = folder / "machine.toml"
+    machine_file.write_text(toml(case.machine), encoding="utf-8")
+    records = []
+    for k, (speed, (_, channels)) in enumerate(zip(case.machine.speeds, drops, strict=True)):
+        records.append(folder / f"drop_{speed:03d}.nc")
+        _write_drop(records[-1], case.machine, speed, k + 1, channels)
+    return machine_file, records
 
 
 def _truth(machine: Machine, rng: Rng) -> Truth:

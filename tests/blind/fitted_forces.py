@@ -1,0 +1,248 @@
+"""How far the forces and values that are fitted to drops lie from the truth: sets of four drops with nothing hidden.
+
+python -m tests.blind.fitted_forces --sets 50 --out FOLDER --page docs/fitted_forces.md     resumes where it stopped
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from tdbsim.errors import InputError
+from tdbsim.machine import load_machine
+
+from tdbmon.estimate import Estimate
+from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.crew import all_cores
+from tdbmon.identify.forces import SECONDS, forces_of
+from tdbmon.record.read import read
+from tests.blind.case import Case, draw_case, simulate, write_drops
+from tests.blind.hidden import ENDS
+from tests.blind.table import share
+from tests.blind.truth import LEVITATED, RATE
+
+HEAD = """\
+# Fitted forces and values against the truth
+
+Written by `{command}`; do not edit. Each set is **synthetic**: four drops of one machine, nothing hidden, drawn from a seed
+by the generator in `tests/blind/`, which shares no code with `tdbsim` ([blind cases](blind.md) says how they are drawn, and
+what is strange in those with strange laws). The drops are fitted together to 60 ms and simulated on to 0.2 s, as
+`tdbmon analyse --forces` does. The goals are those that the project has set itself. Intervals in brackets are 95 % (Wilson).
+"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A value as found beside the true one, SI; `loose` where the fit says that the drops hardly determine it."""
+
+    name: str
+    true: float
+    value: float
+    low: float
+    high: float
+    loose: bool = False
+
+    @property
+    def inside(self) -> bool:
+        """True where the 95 % interval holds the truth."""
+        return self.low <= self.true <= self.high
+
+    @property
+    def off(self) -> float:
+        """Share of the truth by which the value is off."""
+        return self.value / self.true - 1
+
+
+@dataclass(frozen=True)
+class SetOutcome:
+    """What came of one set: peak forces of every end and drop, values of the machine, what the fit left at 60 ms."""
+
+    seed: int
+    strangeness: float
+    seconds: float
+    peaks: tuple[Found, ...]
+    values: tuple[Found, ...]
+    left: tuple[float, ...]
+    error: str = ""
+
+
+def fit_set(seed: int, folder: Path) -> SetOutcome:
+    """Make a set, fit it and keep what came of it; one that is there is read instead."""
+    path = folder / f"set_{seed:07d}.json"
+    if path.exists():
+        return _load(path)
+    case = draw_case(seed, kind="none")
+    drops = simulate(case)
+    with tempfile.TemporaryDirectory() as temporary:
+        machine_file, records = write_drops(case, drops, Path(temporary))
+        machine = load_machine(machine_file)
+        began = time.monotonic()
+        try:
+            calibration = fit_drops(machine, [read(record) for record in records], workers=all_cores())
+            forces = forces_of(calibration)
+        except InputError as error:
+            outcome = SetOutcome(seed, case.strangeness, time.monotonic() - began, (), (), (), str(error))
+        else:
+            seconds = time.monotonic() - began
+            upto = LEVITATED + round(SECONDS * RATE)
+            peaks = [
+                _found(f"{speed} {end}", float(drop.force[:upto, k].max()), each.ends[end].peak)
+                for speed, (drop, _), each in zip(case.machine.speeds, drops, forces, strict=True)
+                for k, end in enumerate(ENDS)
+            ]
+            left = tuple(each.residuals[-1].ratio for each in calibration.drops)
+            outcome = SetOutcome(seed, case.strangeness, seconds, tuple(peaks), _values(case, calibration), left)
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    partial.write_text(json.dumps(asdict(outcome), indent=1), encoding="utf-8")
+    partial.replace(path)
+    return outcome
+
+
+def _found(name: str, true: float, estimate: Estimate, loose: bool = False) -> Found:
+    value, low, high = (math.nan if v is None else float(v) for v in (estimate.value, estimate.low, estimate.high))
+    return Found(name, true, value, low, high, loose)
+
+
+def _values(case: Case, calibration: Calibration) -> tuple[Found, ...]:
+    truth = case.world.truth
+    true = {"rotor.speed_decay_time": truth.decay_time}
+    for end, b in zip(ENDS, truth.bearings, strict=True):
+        true |= {
+            f"{end}.radial_gap": b.gap,
+            f"{end}.support_stiffness": b.support_stiffness,
+            f"{end}.support_damping": b.support_damping,
+            f"{end}.diametral_clearance": b.ball_clearance,
+            f"{end}.friction": b.friction,
+            f"{end}.contact_damping": b.contact_damping,
+            f"{end}.inner_ring_drag": b.ring_drag,
+        }
+    for plane, unbalance in zip(case.machine.planes, truth.unbalance, strict=True):
+        true |= {f"{plane.name}.amount": abs(unbalance), f"{plane.name}.phase": float(np.angle(unbalance))}
+    loose = {each.name for each in calibration.undetermined}
+    return tuple(
+        _found(name, value, calibration.values[name], name in loose)
+        for name, value in true.items()
+        if name in calibration.values
+    )
+
+
+def _load(path: Path) -> SetOutcome:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    for field in ("peaks", "values"):
+        data[field] = tuple(Found(**each) for each in data[field])
+    return SetOutcome(**{**data, "left": tuple(data["left"])})
+
+
+def page(outcomes: Sequence[SetOutcome], command: str) -> str:
+    """Return the page in Markdown."""
+    lines = [HEAD.format(command=command)]
+    for title, chosen in (
+        ("Plain laws", [o for o in outcomes if o.strangeness == 0]),
+        ("Strange laws", [o for o in outcomes if o.strangeness > 0]),
+    ):
+        if chosen:
+            lines += [f"## {title}", "", *_section(chosen)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _section(outcomes: Sequence[SetOutcome]) -> list[str]:
+    done = [o for o in outcomes if not o.error]
+    if not done:
+        return [f"{len(outcomes)} sets, none of which could be fitted: {outcomes[0].error}", ""]
+    seconds = [o.seconds for o in done]
+    peaks = [p for o in done for p in o.peaks]
+    left = [each for o in done for each in o.left]
+    offs = [abs(p.off) for p in peaks]
+    lines = [
+        f"{len(done)} sets, {sum(len(o.left) for o in done)} drops; {len(outcomes) - len(done)} could not be fitted. Fit and"
+        f" forces of four drops took {np.median(seconds):.0f} s (longest {max(seconds):.0f} s).",
+        "",
+        "| what | goal | reached |",
+        "|---|---|---|",
+        f"| peak force within 5 % | all | {share(sum(o <= 0.05 for o in offs), len(offs))} |",
+        f"| peak force: median, 95th percentile and greatest of the errors | 5 % | {_percents(offs)} |",
+        f"| peak force: mean of the errors | 0 | {100 * np.mean([p.off for p in peaks]):+.1f} % |",
+        f"| interval of the peak force holds the truth | 90 to 99 % | {share(sum(p.inside for p in peaks), len(peaks))} |",
+        f"| left at 60 ms, over the noise: median and greatest | 1.3 | {np.median(left):.2f}, {max(left):.2f} |",
+    ]
+    for label, fields, goal, apart in _GOALS:
+        chosen = [v for o in done for v in o.values if v.name.rpartition(".")[2] in fields]
+        lines.append(f"| {label} | {goal} | {share(sum(apart(v) for v in chosen), len(chosen))} |")
+    lines += [
+        "",
+        "| value | median and greatest error | interval holds the truth | said to be hardly determined |",
+        "|---|---|---|---|",
+    ]
+    for field in dict.fromkeys(v.name.rpartition(".")[2] for o in done for v in o.values):
+        chosen = [v for o in done for v in o.values if v.name.rpartition(".")[2] == field]
+        known = [v for v in chosen if not v.loose]
+        if field == "phase":
+            apart = [math.degrees(_turned(v)) for v in chosen]
+            errors = f"{np.median(apart):.1f}°, {max(apart):.1f}°"
+        else:
+            apart = [100 * abs(v.off) for v in chosen]
+            errors = f"{np.median(apart):.2g} %, {max(apart):.2g} %"
+        lines.append(
+            f"| {field.replace('_', ' ')} | {errors} | {share(sum(v.inside for v in known), len(known))} |"
+            f" {len(chosen) - len(known)} of {len(chosen)} |"
+        )
+    return [*lines, ""]
+
+
+def _turned(found: Found) -> float:
+    return abs(math.remainder(found.value - found.true, 2 * math.pi))
+
+
+def _percents(shares: Sequence[float]) -> str:
+    return ", ".join(f"{100 * v:.1f} %" for v in (np.median(shares), np.quantile(shares, 0.95), max(shares)))
+
+
+Within = Callable[[Found], bool]
+_GOALS: tuple[tuple[str, tuple[str, ...], str, Within], ...] = (
+    ("support stiffness within 3 %", ("support_stiffness",), "all", lambda v: abs(v.off) <= 0.03),
+    ("friction within 0.01", ("friction",), "all", lambda v: abs(v.value - v.true) <= 0.01),
+    ("unbalance within 5 %", ("amount",), "all", lambda v: abs(v.off) <= 0.05),
+    ("its phase within 5°", ("phase",), "all", lambda v: _turned(v) <= math.radians(5)),
+)
+
+
+def main() -> None:
+    """Read the command line and do what it asks for."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.blind.fitted_forces",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--sets", type=int, default=0, metavar="N", help="fit N sets of four drops")
+    parser.add_argument("--seed", type=int, default=1, help="of the first set; even ones have plain laws, odd strange")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="where outcomes are kept")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/fitted_forces.md by default"
+    )
+    o = parser.parse_args()
+    for seed in range(o.seed, o.seed + o.sets):
+        found = fit_set(seed, o.out)
+        worst = max((abs(p.off) for p in found.peaks), default=math.nan)
+        held = sum(p.inside for p in found.peaks)
+        print(
+            f"{seed}: peaks off by up to {100 * worst:.1f} %, {held} of {len(found.peaks)} intervals hold,"
+            f" left {max(found.left, default=math.nan):.2f}  {found.seconds:.0f} s {found.error}",
+            flush=True,
+        )
+    outcomes = [_load(path) for path in sorted(o.out.glob("set_*.json"))]
+    target = o.page or o.out / "fitted_forces.md"
+    target.write_text(page(outcomes, "python -m tests.blind.fitted_forces"), encoding="utf-8")
+    print(f"{len(outcomes)} sets: {target}")
+
+
+if __name__ == "__main__":
+    main()
