@@ -1,7 +1,7 @@
 """Contact of rotor and inner ring: where they touch, and the normal force of Hunt and Crossley.
 
 K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42
-(1975) 440.  The exponent 10/9 is that of two cylinders in line contact.
+(1975) 440.  How stiff the contact is, says `tdbsim.power_law`.
 """
 
 from __future__ import annotations
@@ -11,13 +11,11 @@ import math
 from tdbsim import hooks
 from tdbsim.cache import inlined
 
-EXPONENT = 10 / 9
-
 
 @inlined
-def elastic_force(depth, stiffness):  # type: ignore[no-untyped-def]
-    """Return K depth^(10/9), N; depth in m, not negative."""
-    return stiffness * depth * math.exp(math.log(depth) / 9.0) if depth > 0.0 else 0.0
+def elastic_force(depth, stiffness, power):  # type: ignore[no-untyped-def]
+    """Return K depth^(1 + power), N; depth in m, not negative."""
+    return stiffness * depth * math.exp(math.log(depth) * power) if depth > 0.0 else 0.0
 
 
 @inlined

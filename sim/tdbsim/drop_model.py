@@ -22,6 +22,7 @@ from tdbsim.columns import (
     BALL_STIFFNESS,
     CAGE_RATIO,
     CONTACT_DAMPING,
+    CONTACT_POWER,
     CONTACT_STIFFNESS,
     DECAY_RATE,
     END_COLUMNS,
@@ -55,6 +56,7 @@ from tdbsim.effect import Effect, all_effects
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
+from tdbsim.power_law import scaled_stiffness
 from tdbsim.rotor import build_rotor
 
 Array = NDArray[np.float64]
@@ -69,7 +71,7 @@ class Arrays(NamedTuple):
     ``square`` (n,) angular frequencies squared; ``damping`` (n,) 1/s; ``gyro`` (n, n); ``at_end`` (2, n) shapes at the
     touchdown bearings; ``weight`` (n,) modal weight along y; ``unbalance`` (2, n) modal unbalance, cosine and sine
     part; ``bow`` (2, n) modal bow, likewise; ``circulatory`` (n, n) cross-coupling, F_x = -C b, F_y = C a;
-    ``at_magnet`` (m, n), ``magnet`` (m, 4); ``spin`` (7,); ``end`` (2, 28); ``ball_cosine``, ``ball_sine``,
+    ``at_magnet`` (m, n), ``magnet`` (m, 4); ``spin`` (7,); ``end`` (2, 29); ``ball_cosine``, ``ball_sine``,
     ``ball_oversize`` (2, b); ``effect`` (3, k) numbers of the effects' hooks for the ends and the rotor.
     """
 
@@ -284,7 +286,8 @@ def _end_row(bearing: TouchdownBearing) -> Array:
     row = np.zeros(END_COLUMNS)
     row[GAP] = bearing.radial_gap.nominal
     row[JOURNAL_RADIUS] = bearing.journal_radius
-    row[CONTACT_STIFFNESS] = bearing.contact_stiffness
+    row[CONTACT_STIFFNESS] = scaled_stiffness(bearing.contact_stiffness, bearing.contact_exponent)
+    row[CONTACT_POWER] = bearing.contact_exponent - 1
     row[CONTACT_DAMPING] = bearing.contact_damping.nominal
     row[FRICTION] = bearing.friction.nominal
     row[RING_MASS] = bearing.inner_ring_mass

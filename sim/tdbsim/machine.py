@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from tdbsim.errors import InputError, did_you_mean
+from tdbsim.power_law import LINE_CONTACT
 from tdbsim.units import si_unit_of, to_si
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -179,13 +180,18 @@ class Balls(_Part):
 
 
 class TouchdownBearing(_Part):
-    """A touchdown bearing with its support; its `name` is the name of the machine's end."""
+    """A touchdown bearing with its support; its `name` is the name of the machine's end.
+
+    Rotor and ring press with `contact_stiffness` times the depth to the power 10/9; another `contact_exponent` bends that
+    curve about the force at a depth of 10 um.
+    """
 
     name: str
     position: Length
     journal_radius: Length = Field(gt=0)
     radial_gap: TolerantLength
     contact_stiffness: Annotated[float, _quantity("N/m^(10/9)")] = Field(gt=0)
+    contact_exponent: float = Field(default=LINE_CONTACT, ge=1, le=1.5)
     contact_damping: TolerantContactDamping
     friction: TolerantNumber
     inner_ring_mass: Mass = Field(gt=0)

@@ -14,6 +14,7 @@ from tdbsim.columns import (
     BALL_STIFFNESS,
     CAGE_ANGLE,
     CAGE_RATIO,
+    CONTACT_POWER,
     CONTACT_STIFFNESS,
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
@@ -26,7 +27,7 @@ from tdbsim.columns import (
     RING_MASS,
     SUPPORT_MASS,
 )
-from tdbsim.contact import EXPONENT, elastic_force
+from tdbsim.contact import elastic_force
 from tdbsim.drop_model import Arrays
 from tdbsim.hooks import ball
 from tdbsim.rhs import HEAT, contact_forces, positions, touching
@@ -95,7 +96,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
                 vy += shape * y[nq + n + k]
             heat = y[2 * nq + HEAT + end]
             nx, ny, depth, swing = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], y[j], heat)
-            elastic = elastic_force(depth, row[CONTACT_STIFFNESS])
+            elastic = elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER])
             vx -= y[nq + i]
             vy -= y[nq + i + 1]
             fx, fy, normal, rub, slip = contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, y[nq + j])
@@ -106,7 +107,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
             forces[end, 4, t] = slip
             forces[end, 5, t] = depth
             if depth > 0.0:
-                elastic_sum += elastic * depth / (EXPONENT + 1.0)
+                elastic_sum += elastic * depth / (row[CONTACT_POWER] + 2.0)
 
             ex = y[i] - y[i + 2]
             ey = y[i + 1] - y[i + 3]

@@ -22,6 +22,7 @@ from tdbsim.columns import (
     CAGE_ANGLE,
     CAGE_RATIO,
     CONTACT_DAMPING,
+    CONTACT_POWER,
     CONTACT_STIFFNESS,
     COOLING_RATE,
     DECAY_RATE,
@@ -175,7 +176,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
         ring_torque = ring_drag_torque(row, ring_speed)
         dy[ledger + DRAGGED] -= ring_torque * ring_speed
         if depth > 0.0:
-            elastic = elastic_force(depth, row[CONTACT_STIFFNESS])
+            elastic = elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER])
             vrx = vx - ring_vx
             vry = vy - ring_vy
             fx, fy, normal, rub, slip = contact_forces(m, end, nx, ny, elastic, swing, vrx, vry, omega, ring_speed)

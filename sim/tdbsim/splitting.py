@@ -29,6 +29,7 @@ from tdbsim.columns import (
     CAGE_ANGLE,
     CAGE_RATIO,
     CONTACT_DAMPING,
+    CONTACT_POWER,
     CONTACT_STIFFNESS,
     COOLING_RATE,
     DECAY_RATE,
@@ -297,7 +298,7 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
                     ring_spin = spin[1 + end]
                     if depth > 0.0:
                         touched += 1 + end
-                        elastic = elastic_force(depth, columns[end, CONTACT_STIFFNESS])
+                        elastic = elastic_force(depth, columns[end, CONTACT_STIFFNESS], columns[end, CONTACT_POWER])
                         vx, vy = speed_x[end] - rvx, speed_y[end] - rvy
                         approach = vx * nx + vy * ny + swing * ring_spin
                         radius = columns[end, JOURNAL_RADIUS]

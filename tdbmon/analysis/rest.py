@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from tdbsim.machine import TouchdownBearing
+from tdbsim.power_law import static_depth
 
-CONTACT_EXPONENT = 10 / 9
 _CAGE_ANGLES = 16
 
 
@@ -49,14 +49,14 @@ class RestTravel:
 def rest_travel(bearing: TouchdownBearing, load: float) -> RestTravel:
     """Return the travel at a static load (N) with the machine file's values and tolerances."""
     clearance, stiffness = bearing.balls.diametral_clearance, bearing.support_stiffness
-    contact = (load / bearing.contact_stiffness) ** (1 / CONTACT_EXPONENT)
+    contact = static_depth(load, bearing.contact_stiffness, bearing.contact_exponent)
     balls = ball_travel(bearing, load, clearance.nominal)
     support = load / stiffness.nominal
     clearance_sigma = (clearance.high - clearance.low) / 4 / 2
     support_sigma = support * (stiffness.high - stiffness.low) / 4 / stiffness.nominal
     h = 0.02
     steeper = ball_travel(bearing, load * (1 + h), clearance.nominal)
-    per_load = contact / CONTACT_EXPONENT + (steeper - balls) / h + support
+    per_load = contact / bearing.contact_exponent + (steeper - balls) / h + support
     return RestTravel(contact, balls, support, float(np.hypot(clearance_sigma, support_sigma)), per_load)
 
 

@@ -21,7 +21,7 @@ from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
-from tdbmon.analysis.rest import CONTACT_EXPONENT, ball_travel, rest_travel
+from tdbmon.analysis.rest import ball_travel, rest_travel
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def resting_ends(machine: Machine, rotor: RotorModel) -> tuple[RestingEnd, ...]:
     for bearing in machine.touchdown_bearings:
         load = float(loads[bearing.name])
         travel = rest_travel(bearing, load)
-        contact = travel.contact / CONTACT_EXPONENT  # m for a doubling of the load, linearised
+        contact = travel.contact / bearing.contact_exponent  # m for a doubling of the load, linearised
         on_balls = load + machine.gravity * bearing.inner_ring_mass
         balls = ball_stiffness(bearing, on_balls)
         ends.append(

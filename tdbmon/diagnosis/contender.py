@@ -14,6 +14,7 @@ from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibrate import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
+from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
@@ -153,19 +154,35 @@ def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contende
         If it cannot be simulated there.
     """
     problem, free = contender.problem, start.free(suspect)
+    own = [free.own(drop) for drop in range(len(problem.drops))]
+    wider = _widened(replace(contender, problem=replace(problem, free=(*problem.free, free))), free.shared, own)
+    return replace(wider, causes=(*contender.causes, suspect))
+
+
+def eased(contender: Contender) -> Contender:
+    """Return a contender whose machine's values may move too that its file states without tolerance.
+
+    Its slopes are known, not yet its best fit (raises InputError where it cannot be simulated).
+    """
+    problem = contender.problem
+    return _widened(contender, stated_parameters(problem.model.machine), [()] * len(problem.drops))
+
+
+def _widened(contender: Contender, shared: Sequence[Parameter], each: Sequence[Sequence[Parameter]]) -> Contender:
+    """Return a contender with more parameters, shared and of each drop, that begin at their nominal values."""
+    problem = contender.problem
     wider = replace(
         problem,
-        shared=(*problem.shared, *free.shared),
-        own=tuple((*own, *free.own(drop)) for drop, own in enumerate(problem.own)),
-        free=(*problem.free, free),
+        shared=(*problem.shared, *shared),
+        own=tuple((*own, *more) for own, more in zip(problem.own, each, strict=True)),
     )
     count, width = len(problem.shared), len(problem.own[0])
-    parts = [contender.fit.point[:count], np.zeros(len(free.shared))]
-    for drop in range(len(problem.drops)):
+    parts = [contender.fit.point[:count], np.zeros(len(shared))]
+    for drop, more in enumerate(each):
         begin = count + drop * width
-        parts += [contender.fit.point[begin : begin + width], np.zeros(len(free.own(drop)))]
+        parts += [contender.fit.point[begin : begin + width], np.zeros(len(more))]
     point = np.concatenate(parts)
-    new = {p.name for p in (*free.shared, *free.own(0))}
+    new = {p.name for p in (*shared, *each[0])}
     linear = wider.each(lambda drop: wider.slopes(point, drop, contender.horizon, new))
     slopes = []
     for drop, (_, added) in enumerate(linear):
@@ -175,7 +192,7 @@ def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contende
         slopes.append(added)
     residuals = tuple(r for r, _ in linear)
     fitted = Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
-    return replace(contender, causes=(*contender.causes, suspect), problem=wider, fit=fitted)
+    return replace(contender, problem=wider, fit=fitted)
 
 
 def without_cause(contender: Contender, index: int) -> Contender:

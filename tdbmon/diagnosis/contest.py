@@ -14,6 +14,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, without_each
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
+from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
 from tdbmon.identify.least_squares import fit
@@ -53,7 +54,7 @@ def contest(
     search = Search(plain, suspects, horizons, progress)
     field: list[Contender] = []
     sound: tuple[Contender, ...] = ()
-    lost, decided = 0, False
+    lost, decided, free = 0, False, False
     for horizon in horizons:
         progress(f"fitting the first {horizon * 1e3:g} ms")
         hopeless = decided or (plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field))
@@ -62,6 +63,11 @@ def contest(
         field = _refitted(field, horizon)
         if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
             plain = settled(plain, horizon, FEW_SLOPES)
+        best = leader(plain, field, horizon)
+        if not free and best.fails_beside(plain) and explained_by_stated_values(best):
+            progress("fitting what the machine file states without tolerance too")
+            search.fallen, (plain, *field) = with_stated_values_free(search.fallen, [plain, *field], horizons)
+            free, sound = True, ()
         plain, field = search.compared(plain, field, horizon)
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)

@@ -127,7 +127,7 @@ class Search:
         seated: list[Contender] = []
         ranked = _best_of_each_name(fitted)[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
         for pair in (ranked[k : k + 2] for k in range(0, len(ranked), 2)):
-            found = crew.apart(_from_the_fall, [(self.fallen, each, way) for each in pair])
+            found = crew.apart(from_the_fall, [(self.fallen, each, way) for each in pair])
             seated += [new.at_home(each, each.causes) for new, each in zip(found, pair, strict=True)]
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
@@ -142,7 +142,7 @@ def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
     return list(best.values())
 
 
-def _from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
+def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
     """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
 
     By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in

@@ -4,7 +4,9 @@ A value may move where its owner gave it a tolerance, and no further.  The toler
 of what is known beforehand.  The unbalance of a plane moves as a vector: along the nominal phase, and across it.
 
 Beside the machine's own values there are those that no machine file holds: where the probes see the bearings' centres,
-and what differs from drop to drop (`drop_parameters`), the state at the release before all.
+and what differs from drop to drop (`drop_parameters`), the state at the release before all.  And there are those that it
+states without tolerance though nobody knows them exactly: stiffnesses and masses from catalogues, the law of the contact
+(`stated_parameters`).
 """
 
 from __future__ import annotations
@@ -18,7 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.columns import (
+    BALL_STIFFNESS,
     CONTACT_DAMPING,
+    CONTACT_POWER,
+    CONTACT_STIFFNESS,
     DECAY_RATE,
     FRICTION,
     GAP,
@@ -26,13 +31,16 @@ from tdbsim.columns import (
     MAGNET_DAMPING,
     MAGNET_STIFFNESS,
     RING_DRAG,
+    RING_MASS,
     SUPPORT_DAMPING,
+    SUPPORT_MASS,
     SUPPORT_XX,
     SUPPORT_YY,
 )
 from tdbsim.drop_model import DropModel
-from tdbsim.machine import Machine, Tolerant, Unbalance
+from tdbsim.machine import Machine, Tolerant, TouchdownBearing, Unbalance
 from tdbsim.modes import Modes
+from tdbsim.power_law import scaled_stiffness
 
 Array = NDArray[np.float64]
 
@@ -55,6 +63,17 @@ _END = {
     "friction": ((FRICTION,), 1.0, "1"),
     "contact_damping": ((CONTACT_DAMPING,), 1.0, "s/m"),
 }
+# the same for those stated without tolerance, with the share of them by which they are known (standard deviation)
+_STATED = {
+    "contact_stiffness": (CONTACT_STIFFNESS, "N/m^(10/9)", 0.08),
+    "ball_stiffness": (BALL_STIFFNESS, "N/m^1.5", 0.03),
+    "inner_ring_mass": (RING_MASS, "kg", 0.02),
+    "support_mass": (SUPPORT_MASS, "kg", 0.02),
+}
+_AS_STATED = (*_STATED, "contact_exponent")
+_EXPONENT_SIGMA = 0.04  # line contact has 10/9, ends and misalignment raise it
+_MODULUS_SHARE = 0.004
+_WIDTH = 3.0  # standard deviations that stated values may go
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
 
 
@@ -113,6 +132,18 @@ def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
         found += _unbalance(plane)
     if machine.rotor.speed_decay_time is not None:
         found += _tolerated("rotor.speed_decay_time", "s", machine.rotor.speed_decay_time)
+    return tuple(found)
+
+
+def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
+    """Return what the file of a machine states without tolerance though it is not known exactly."""
+    found = []
+    for bearing in machine.touchdown_bearings:
+        for field, (_, unit, share) in _STATED.items():
+            found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), share))
+        exponent, name = bearing.contact_exponent, f"{bearing.name}.contact_exponent"
+        found.append(Parameter(name, "1", exponent, min(1.0, exponent), max(1.5, exponent), _EXPONENT_SIGMA))
+    found.append(_about("rotor.elastic_modulus", "GPa", machine.rotor.elastic_modulus, _MODULUS_SHARE))
     return tuple(found)
 
 
@@ -190,7 +221,11 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
         if clearance is not None:
             wider = moved(bearing.balls.diametral_clearance, clearance)
             update["balls"] = bearing.balls.model_copy(update={"diametral_clearance": wider})
-        bearings.append(bearing.model_copy(update=update))
+        stated = {f: values[f"{bearing.name}.{f}"] for f in _AS_STATED if f"{bearing.name}.{f}" in values}
+        if (stiffness := stated.pop("ball_stiffness", None)) is not None:
+            balls = update.get("balls", bearing.balls)
+            update["balls"] = balls.model_copy(update={"stiffness": stiffness})
+        bearings.append(bearing.model_copy(update=update | stated))
     magnets = []
     for magnet in machine.magnetic_bearings:
         held = {f: values[f"magnet {magnet.name}.{f}"] for f in _MAGNET if f"magnet {magnet.name}.{f}" in values}
@@ -198,6 +233,8 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
     rotor: dict[str, Any] = {"unbalance": tuple(_with_vector(plane, values) for plane in machine.rotor.unbalance)}
     if machine.rotor.speed_decay_time is not None and "rotor.speed_decay_time" in values:
         rotor["speed_decay_time"] = moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
+    if "rotor.elastic_modulus" in values:
+        rotor["elastic_modulus"] = values["rotor.elastic_modulus"]
     return machine.model_copy(
         update={
             "touchdown_bearings": tuple(bearings),
@@ -221,9 +258,19 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
             if value is not None:
                 for column in columns:
                     row[column] = factor * value
+        for field, (column, *_) in _STATED.items():
+            row[column] = values.get(f"{bearing.name}.{field}", row[column])
+        if f"{bearing.name}.contact_exponent" in values:
+            exponent = values[f"{bearing.name}.contact_exponent"]
+            stiffness = values.get(f"{bearing.name}.contact_stiffness", bearing.contact_stiffness)
+            row[CONTACT_STIFFNESS], row[CONTACT_POWER] = scaled_stiffness(stiffness, exponent), exponent - 1
     for row, held in zip(arrays.magnet, machine.magnetic_bearings, strict=True):
         for field, (column, _) in _MAGNET.items():
             row[column] = values.get(f"magnet {held.name}.{field}", row[column])
+    if "rotor.elastic_modulus" in values:  # the shear modulus goes with it, so all of the shaft's stiffness does
+        stiffer = values["rotor.elastic_modulus"] / machine.rotor.elastic_modulus
+        arrays.square[:] *= stiffer
+        arrays.damping[:] *= math.sqrt(stiffer)
     if "rotor.speed_decay_time" in values:
         arrays.spin[DECAY_RATE] = 1 / values["rotor.speed_decay_time"]
     for plane in machine.rotor.unbalance:
@@ -248,6 +295,14 @@ def moved(value: Tolerant, nominal: float) -> Tolerant:
 def _end_value(bearing: Any, field: str) -> Tolerant:
     value = bearing.balls.diametral_clearance if field == "diametral_clearance" else getattr(bearing, field)
     return Tolerant.model_validate(value)
+
+
+def _stated_value(bearing: TouchdownBearing, field: str) -> float:
+    return bearing.balls.stiffness if field == "ball_stiffness" else float(getattr(bearing, field))
+
+
+def _about(name: str, unit: str, value: float, share: float) -> Parameter:
+    return Parameter(name, unit, value, value * (1 - _WIDTH * share), value * (1 + _WIDTH * share), value * share)
 
 
 def _tolerated(name: str, unit: str, value: Tolerant) -> list[Parameter]:

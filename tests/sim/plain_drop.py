@@ -36,7 +36,9 @@ class PlainDrop:
 
         self.gap = column(lambda b: b.radial_gap.nominal)
         self.radius = column(lambda b: b.journal_radius)
-        self.contact = column(lambda b: b.contact_stiffness)
+        self.exponent = column(lambda b: b.contact_exponent)
+        # every exponent has the same force at 10 um
+        self.contact = column(lambda b: b.contact_stiffness) * 1e-5 ** (10 / 9 - self.exponent)
         self.loss = column(lambda b: b.contact_damping.nominal)
         self.mu = column(lambda b: b.friction.nominal)
         self.ring_mass = column(lambda b: b.inner_ring_mass)
@@ -77,7 +79,7 @@ class PlainDrop:
         distance = np.abs(offset)
         normal = np.where(distance > 0, offset / np.where(distance > 0, distance, 1), 1)
         depth = np.maximum(distance - self.gap, 0.0)
-        push = self.contact * depth ** (10 / 9) * (1 + 1.5 * self.loss * (rate * normal.conj()).real)
+        push = self.contact * depth**self.exponent * (1 + 1.5 * self.loss * (rate * normal.conj()).real)
         push = np.maximum(push, 0.0)
         tangent = 1j * normal
         slip = omega * self.radius - ring_speed * (self.radius + self.gap) + (rate * tangent.conj()).real

@@ -23,8 +23,8 @@ def arrays(machine):
 
 def test_elastic_force_is_a_power_of_depth():
     for depth in (1e-9, 1e-6, 7e-5):
-        assert elastic_force(depth, 1.3e9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
-        assert elastic_force.py_func(depth, 1.3e9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
+        assert elastic_force(depth, 1.3e9, 1 / 9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
+        assert elastic_force.py_func(depth, 1.3e9, 1 / 9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
     assert elastic_force(0.0, 1.3e9) == elastic_force(-1e-6, 1.3e9) == 0.0
 
 

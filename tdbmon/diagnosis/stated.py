@@ -1,0 +1,46 @@
+"""Whether what the best model leaves is a cause, or only that a machine file states more exactly than anybody knows.
+
+A machine file gives tolerances to what calibration is for.  What it states without one (stiffness and exponent of the
+contact, stiffness of the balls, masses, the shaft's elastic modulus) is never exact either.  Where the best model fails and
+these values, moved within what is known of them, take away half of what it leaves, they stay free in all models.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
+from tdbmon.diagnosis.search import from_the_fall
+from tdbmon.identify.least_squares import fit
+
+_SHARE = 0.5  # of what the best model leaves beyond noise, that the stated values must take away
+
+
+def explained_by_stated_values(best: Contender) -> bool:
+    """Return whether the stated values take away half of what a model leaves, fitted from where it is."""
+    try:
+        trial = eased(best)
+        found = fit(trial.problem, trial.fit.point, best.horizon, 1, slopes=trial.fit.slopes)
+    except InputError:
+        return False
+    return best.misfit - found.misfit > _SHARE * best.excess
+
+
+def with_stated_values_free(
+    fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]
+) -> tuple[Contender, list[Contender]]:
+    """Return the plain model after the fall, and contenders, each fitted to where it was, with the stated values free.
+
+    Parameters
+    ----------
+    fallen : Contender
+    contenders : sequence of Contender
+    horizons : sequence of float
+        All; each contender is fitted along those up to its own.
+    """
+    start = settled(eased(fallen), fallen.horizon, SLOPES)
+    tasks = [(start, eased(each), [h for h in horizons if h <= each.horizon]) for each in contenders]
+    found = start.problem.crew.apart(from_the_fall, tasks)
+    return start, [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True)]
