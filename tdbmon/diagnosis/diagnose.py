@@ -16,6 +16,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.stated import stated_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
@@ -129,7 +130,11 @@ def diagnose(
         parameters={each.name: sizes[each.name].causes for each in judged.accused},
         values=sizes[likeliest.name].machine,
         next_test=next_test(judged, tuple(field)),
-        remarks=(*(remark for drop in drops for remark in drop.remarks), *_remarks(drops)),
+        remarks=(
+            *(remark for drop in drops for remark in drop.remarks),
+            *_remarks(drops),
+            *stated_remarks(likeliest),
+        ),
         seconds=time.monotonic() - began,
     )
 

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import (
@@ -25,9 +27,11 @@ from tdbmon.diagnosis.contender import (
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.least_squares import fit
+from tdbmon.identify.least_squares import Fit, fit, linearised
+from tdbmon.identify.problem import Problem
 
 Progress = Callable[[str], None]
+Array = NDArray[np.float64]
 
 MOST_CAUSES = 3
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
@@ -238,12 +242,31 @@ def _with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Co
 
 def _anew(contender: Contender, horizon: float) -> Contender | None:
     """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
-    problem, new, found = contender.problem, contender.causes[-1], contender.fit
+    problem, new = contender.problem, contender.causes[-1]
     try:
         if new.counted is None and not new.turning:
-            return replace(contender, fit=fit(problem, found.point, horizon, 1))
-        for _ in range(2):
-            found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+            return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
+        starts = [contender.fit]
+        if new.counted is not None:  # a ball too large does much of what one too small does on the other side
+            starts.append(linearised(problem, _mirrored(problem, new, contender.fit.point), horizon))
+        found = [_turned(problem, start, horizon) for start in starts]
     except InputError:
         return None
-    return replace(contender, fit=found)
+    return replace(contender, fit=min(found, key=lambda each: each.misfit))
+
+
+def _turned(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return a fit after its cages and rings were turned to where they suit, twice."""
+    for _ in range(2):
+        found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    return found
+
+
+def _mirrored(problem: Problem, cause: Suspect, point: Array) -> Array:
+    """Return a point with the sizes of a cause the other way."""
+    other = point.copy()
+    for size, _ in cause.sizes:
+        at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{size.name}")
+        p, off = problem.shared[at], size.off if isinstance(size.off, float) else 0.0
+        other[at] = 2 * (off - p.nominal) / p.scale - point[at]
+    return np.clip(other, problem.low, problem.high)

@@ -1,5 +1,6 @@
 """What may move, how far, and that a model gets what a machine would give it."""
 
+import itertools
 import math
 
 import numpy as np
@@ -11,7 +12,13 @@ from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
-from tdbmon.identify.parameters import calibrated_machine, drop_parameters, machine_parameters, with_values
+from tdbmon.identify.parameters import (
+    calibrated_machine,
+    drop_parameters,
+    machine_parameters,
+    stated_parameters,
+    with_values,
+)
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -50,6 +57,20 @@ def test_fast_path_is_the_machine_built_anew(full, model, data):
     quick, anew = with_values(model, values), build_model(calibrated_machine(full, values))
     for name, a, b in zip(quick.arrays._fields, quick.arrays, anew.arrays, strict=True):
         assert a == pytest.approx(b, rel=1e-9, abs=1e-15), name
+
+
+def test_fast_path_of_stated_values_is_the_machine_built_anew(full, model):
+    """The elastic modulus too, though it makes the modes anew."""
+    values = {
+        p.name: p.nominal + shift * p.sigma
+        for p, shift in zip(stated_parameters(full), itertools.cycle((1, -2)), strict=False)
+    }
+    quick, anew = with_values(model, values), build_model(calibrated_machine(full, values))
+    for name, a, b in zip(quick.arrays._fields, quick.arrays, anew.arrays, strict=True):
+        size = max(float(np.abs(b).max(initial=0.0)), 1e-30)
+        assert a / size == pytest.approx(b / size, abs=1e-9), name
+    assert not np.allclose(quick.arrays.square, model.arrays.square, rtol=1e-4)
+    assert not np.allclose(quick.arrays.end, model.arrays.end, rtol=1e-4)
 
 
 def test_fast_path_leaves_the_model_as_it_was(full, model):

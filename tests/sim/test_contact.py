@@ -11,6 +11,7 @@ from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.drop_model import build_model
 from tdbsim.effect import declaration
 from tdbsim.friction import REGULAR_SLIP, friction_force
+from tdbsim.power_law import REFERENCE_DEPTH, scaled_stiffness, static_depth
 from tdbsim.rhs import contact_forces
 
 AZIMUTHS = np.linspace(-math.pi, math.pi, 73)
@@ -25,7 +26,14 @@ def test_elastic_force_is_a_power_of_depth():
     for depth in (1e-9, 1e-6, 7e-5):
         assert elastic_force(depth, 1.3e9, 1 / 9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
         assert elastic_force.py_func(depth, 1.3e9, 1 / 9) == pytest.approx(1.3e9 * depth ** (10 / 9), rel=1e-13)
-    assert elastic_force(0.0, 1.3e9) == elastic_force(-1e-6, 1.3e9) == 0.0
+    assert elastic_force(0.0, 1.3e9, 1 / 9) == elastic_force(-1e-6, 1.3e9, 1 / 9) == 0.0
+
+
+def test_every_exponent_has_the_same_force_at_the_reference_depth():
+    for exponent in (1.0, 10 / 9, 1.5):
+        force = elastic_force(REFERENCE_DEPTH, scaled_stiffness(1.3e9, exponent), exponent - 1)
+        assert force == pytest.approx(1.3e9 * REFERENCE_DEPTH ** (10 / 9), rel=1e-12)
+        assert static_depth(force, 1.3e9, exponent) == pytest.approx(REFERENCE_DEPTH, rel=1e-12)
 
 
 def test_normal_force_never_pulls():

@@ -354,6 +354,22 @@ def test_splitting_against_an_independent_integration(machine, independent):
     assert np.abs(at_ends(fine).T - independent).max() < 1e-7
 
 
+def test_another_contact_exponent_against_an_independent_integration(machine):
+    ends = tuple(
+        bearing.model_copy(update={"contact_exponent": exponent})
+        for bearing, exponent in zip(machine.touchdown_bearings, (1.3, 1.0), strict=True)
+    )
+    other = machine.model_copy(update={"touchdown_bearings": ends})
+    drop = run(build_model(other), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    plain = PlainDrop(other, 150.0)
+    start = plain.from_state(drop.state[0])
+    found = solve_ivp(plain, (0, 0.02), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=drop.time)
+    assert float(drop_record(drop)["depth"].max("time").min()) > 1e-6
+    assert np.abs(at_ends(drop).T - plain.at_ends(found.y)).max() < 1e-9
+    usual = run(build_model(machine), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    assert np.abs(at_ends(drop) - at_ends(usual)).max() > 1e-6
+
+
 def test_touch_down_anywhere_in_a_step(machine):
     """Where in a step the first contacts begin and end costs no accuracy: 1 nm through them, wherever they fall."""
     model = build_model(machine)
