@@ -23,7 +23,6 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.crew import Crew
-from tdbmon.identify.draws import shaken
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit, linearised
 from tdbmon.identify.parameters import (
@@ -38,7 +37,6 @@ Progress = Callable[[str], None]
 # s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
-_SHAKEN = (0.022, 0.033)  # horizons at which fits begin at drawn points too, beside the last
 FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
@@ -101,10 +99,8 @@ def fit_drops(
         for horizon in usable:
             progress(f"fitting the first {horizon * 1e3:g} ms")
             found = fit(problem, point, horizon)
-            if horizon > CONTACT_S:
+            if horizon > CONTACT_S and found.misfit > FAILING * sum(len(r) for r in found.residuals):
                 found = better_cages(problem, found, horizon, 3)
-            if horizon in _SHAKEN or horizon == usable[-1]:
-                found = shaken(problem, found, horizon)
             point = found.point
             if horizon > 2 * CONTACT_S:
                 passed.append(point)
