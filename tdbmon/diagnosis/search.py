@@ -25,7 +25,7 @@ from tdbmon.diagnosis.contender import (
     without_each,
 )
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.least_squares import Fit, fit, linearised
 from tdbmon.identify.problem import Problem
@@ -247,8 +247,9 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
         if new.counted is None and not new.turning:
             return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
         starts = [contender.fit]
-        if new.counted is not None:  # a ball too large does much of what one too small does on the other side
-            starts.append(linearised(problem, _mirrored(problem, new, contender.fit.point), horizon))
+        if new.counted is not None:  # a ball too large does much of what one too small does on the other side, or a smaller one
+            sizes = [_usual_size(problem, new, contender.fit.point, way) for way in (1.0, -1.0)]
+            starts += [linearised(problem, start, horizon) for start in sizes]
         found = [_turned(problem, start, horizon) for start in starts]
     except InputError:
         return None
@@ -262,11 +263,11 @@ def _turned(problem: Problem, found: Fit, horizon: float) -> Fit:
     return found
 
 
-def _mirrored(problem: Problem, cause: Suspect, point: Array) -> Array:
-    """Return a point with the sizes of a cause the other way."""
+def _usual_size(problem: Problem, cause: Suspect, point: Array, way: float) -> Array:
+    """Return a point with the sizes of a cause typical ones, one way or the other."""
     other = point.copy()
     for size, _ in cause.sizes:
         at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{size.name}")
-        p, off = problem.shared[at], size.off if isinstance(size.off, float) else 0.0
-        other[at] = 2 * (off - p.nominal) / p.scale - point[at]
+        p = problem.shared[at]
+        other[at] = (sized(size, way) - p.nominal) / p.scale
     return np.clip(other, problem.low, problem.high)
