@@ -9,6 +9,7 @@ values have made up for what it lacks.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tdbsim.errors import InputError
 
@@ -17,6 +18,7 @@ from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
+from tdbmon.identify.draws import shaken
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import Problem
 
@@ -64,6 +66,9 @@ def contest(
         if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
             plain = settled(plain, horizon, FEW_SLOPES)
         best = leader(plain, field, horizon)
+        if best.causes and best.fails_beside(plain):  # it may only sit in the wrong hollow
+            deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
+            field, best = [deeper if each is best else each for each in field], deeper
         if not free and best.fails_beside(plain) and explained_by_stated_values(best):
             progress("fitting what the machine file states without tolerance too")
             search.fallen, (plain, *field) = with_stated_values_free(search.fallen, [plain, *field], horizons)

@@ -50,7 +50,7 @@ def fatigue_of(
     dict
         By the end's name; missing where fewer than half of the simulations can be made.
     """
-    from tdbmon.identify.forces import draws
+    from tdbmon.identify.draws import draws
 
     ends, rng = calibration.machine.ends, np.random.default_rng(seed)
     points = draws(calibration.problem, calibration.point, calibration.covariance, members, rng)

@@ -23,6 +23,7 @@ from tdbsim.simulate import DropPlan, run
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.crew import Crew
+from tdbmon.identify.draws import draws
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
@@ -197,14 +198,6 @@ def forces_of(
             }
             found.append(DropForces(measured.name, seconds, len(kept), ends))
     return tuple(found)
-
-
-def draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
-    """Return the fitted point, then points drawn about it and put within the bounds."""
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = point + rng.standard_normal((members - 1, len(point))) @ root.T
-    return [point, *np.clip(drawn, problem.low, problem.high)]
 
 
 def lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:

@@ -1,0 +1,57 @@
+"""Points drawn from what a fit leaves open: to carry that on to what is computed, and to find a deeper minimum.
+
+Paths with impacts make the misfit rugged: a descent ends in one hollow of many.  Fits that begin at drawn points end in
+others, within what the drops leave open, and the deepest is kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.identify.least_squares import Fit, covariance_of, fit
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_STARTS, _TIMES = 4, 2  # drawn at a time, and how often while that still gains
+_GAIN = 0.003  # relative, of the misfit, that asks for more
+_SLOPES = 2  # times that each takes slopes
+
+
+def draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
+    """Return the fitted point, then points drawn about it and put within the bounds."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = point + rng.standard_normal((members - 1, len(point))) @ root.T
+    return [point, *np.clip(drawn, problem.low, problem.high)]
+
+
+def shaken(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return the deepest of a fit and of those that begin at points drawn about it.
+
+    Parameters
+    ----------
+    problem : Problem
+    found : Fit
+        With slopes near enough for its covariance.
+    horizon : float
+        s after the release.
+    """
+    rng = np.random.default_rng(0)
+    for _ in range(_TIMES):
+        _, *starts = draws(problem, found.point, covariance_of(problem, found, horizon), _STARTS + 1, rng)
+        tried = problem.crew.apart(_fitted, [(problem, start, horizon) for start in starts])
+        before = found.misfit
+        found = min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+        if found.misfit > (1 - _GAIN) * before:
+            break
+    return found
+
+
+def _fitted(problem: Problem, start: Array, horizon: float) -> Fit | None:
+    try:
+        return fit(problem, start, horizon, _SLOPES)
+    except InputError:
+        return None
