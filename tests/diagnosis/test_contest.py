@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contender import Contender, settled, with_cause, without_c
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import _from_the_fall
+from tdbmon.diagnosis.search import from_the_fall
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
@@ -237,7 +237,7 @@ def test_waves_on_the_race_that_stands_still_have_one_phase_for_all_drops():
     assert {s.held["order"] for s in waves} == {2.0, 3.0, 4.0, 5.0, 6.0}
 
 
-def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
+def test_a_fitfrom_the_fall_on_leaves_a_wrong_minimum(crew):
     """A soft direction put a quarter of its period off is found again from the fall, where no contact has fixed it yet."""
     machine = drops.machine()
     problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
@@ -245,7 +245,7 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
     soft = next(s for s in suspects(machine, machine.probes, ()) if s.name == "support_anisotropy@DE")
     plain = settled(fallen, 0.014, 2)
     stuck = with_cause(plain, soft, Start({"ratio": 0.8, "direction": math.radians(75)}))
-    found = _from_the_fall(fallen, stuck, (0.006, 0.010, 0.014))
+    found = from_the_fall(fallen, stuck, (0.006, 0.010, 0.014))
     values, _ = found.problem.values(found.fit.point, 0)
     off = math.remainder(values["support_anisotropy@DE.direction"] - math.radians(30), math.pi)
     assert found.horizon == 0.014

@@ -1,0 +1,62 @@
+"""What a machine file states without tolerance, where it is not so (drops of the same simulator, so no test of the physics)."""
+
+import pytest
+
+from tdbmon.diagnosis.contender import Contender, settled
+from tdbmon.diagnosis.stated import explained_by_stated_values, stated_remarks, with_stated_values_free
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import fit
+from tdbmon.identify.problem import build_problem
+from tests.diagnosis.test_contest import record
+from tests.identify import drops
+
+HORIZONS = (0.006, 0.010, 0.014, 0.018, 0.022)
+EXPONENT = 1.35
+
+
+@pytest.fixture(scope="module")
+def crew():
+    with Crew() as opened:
+        yield opened
+
+
+def plain_model(crew, truth, *effects):
+    """The model of the usual machine, after the fall and to the last horizon, on drops of a machine that may differ."""
+    machine = drops.machine()
+    measured = tuple(
+        measured_drop(record(truth, speed, seed, *effects), machine) for speed, seed in ((80.0, 1), (150.0, 2))
+    )
+    problem = build_problem(machine, measured, crew)
+    fallen = Contender((), problem, fit(problem, problem.start, HORIZONS[0], 3), HORIZONS[0], 0.9)
+    plain = fallen
+    for horizon in HORIZONS:
+        plain = settled(plain, horizon, 3)
+    return fallen, plain
+
+
+def with_exponent(machine):
+    ends = tuple(each.model_copy(update={"contact_exponent": EXPONENT}) for each in machine.touchdown_bearings)
+    return machine.model_copy(update={"touchdown_bearings": ends})
+
+
+def test_another_law_of_the_contact_is_found_among_the_stated_values(crew):
+    fallen, plain = plain_model(crew, with_exponent(drops.machine()))
+    assert plain.fails
+    assert explained_by_stated_values(plain)
+    start, (freed,) = with_stated_values_free(fallen, [plain], HORIZONS)
+    assert start.horizon == HORIZONS[0]
+    assert freed.horizon == HORIZONS[-1]
+    assert not freed.fails
+    values, _ = freed.problem.values(freed.fit.point, 0)
+    assert values["DE.contact_exponent"] > 10 / 9 + 0.02
+    (told,) = stated_remarks(freed)
+    assert "contact_exponent" in told
+    assert "instead of 1.111" in told
+
+
+def test_a_cause_is_not_taken_for_stated_values(crew):
+    _, plain = plain_model(crew, drops.machine(), "probe_gain:probe=DE_A,gain=1.06")
+    assert plain.fails
+    assert not explained_by_stated_values(plain)
+    assert stated_remarks(plain) == []
