@@ -139,10 +139,13 @@ class Search:
 
 
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders, the best first, of those with other words or orders of the same cause the best only."""
-    best: dict[str, Contender] = {}
+    """Return the contenders, the best first, of those with other words or orders of the same cause the best only.
+
+    What turns with a ring and what stands still are two causes: the one has an angle of its own in every drop.
+    """
+    best: dict[tuple[str, bool], Contender] = {}
     for each in sorted(fitted, key=lambda each: each.bic):
-        best.setdefault(each.name, each)
+        best.setdefault((each.name, each.causes[-1].turning), each)
     return list(best.values())
 
 
@@ -174,10 +177,10 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
     """
     likely: list[Contender] = []
     others: list[Contender] = []
-    kinds: dict[str, int] = {}
+    kinds: dict[tuple[str, bool], int] = {}
     for place, each in enumerate(rough):
         new = each.causes[-1]
-        kind = new.declared.identifier
+        kind = new.declared.identifier, new.turning
         if new in promised or new.counted is not None:
             likely.append(each)
             continue
