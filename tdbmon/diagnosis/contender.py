@@ -21,6 +21,7 @@ SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
 MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
+_COMPARABLE = ("m", "rad", "s", "1")  # units of sizes that mean the same to machines large and small
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
 
 
@@ -119,8 +120,11 @@ class Contender:
 
 
 def negligible(cause: Suspect, values: Mapping[str, float]) -> bool:
-    """Return whether sizes (SI, by name) are so small that every machine has such a cause."""
-    return all(_share(size, values[size.name]) < _NEGLIGIBLE for size, _ in cause.sizes)
+    """Return whether sizes (SI, by name) are so small that every machine has such a cause.
+
+    Stiffnesses, torques and unbalances are as large as the machine is: what is little to one is much to another.
+    """
+    return all(size.si in _COMPARABLE and _share(size, values[size.name]) < _NEGLIGIBLE for size, _ in cause.sizes)
 
 
 def _share(size: Declared, value: float) -> float:

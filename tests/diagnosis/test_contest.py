@@ -10,7 +10,7 @@ from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.contender import Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.score import scores
@@ -312,3 +312,12 @@ def test_a_size_that_may_as_well_be_none_is_not_named(competed):
     assert doubted(named, plain, sized(1.02, 1.06)).kind is Kind.NAMED
     assert doubted(named, plain, sized(0.98, 1.06)).kind is Kind.NONE
     assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06)).kind is Kind.NAMED
+
+
+def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
+    _, everyone = gained
+    named = {each.name: each for each in everyone if each.held.get("race") != "outer"}
+    assert negligible(named["off_sized_ball@DE"], {"deviation": 0.3e-6})
+    assert not negligible(named["off_sized_ball@DE"], {"deviation": 3e-6})
+    assert not negligible(named["hardening_support@NDE"], {"cubic": 5e16})  # a soft support of a light machine
+    assert not negligible(named["unbalance@impeller"], {"amount": 2e-6})
