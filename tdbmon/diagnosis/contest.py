@@ -68,6 +68,8 @@ def contest(
         best = leader(plain, field, horizon)
         if best.causes and best.fails_beside(plain):  # it may only sit in the wrong hollow
             deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
+            if deeper.fails_beside(plain):
+                deeper = search.in_neighbouring_orders(deeper, horizon)
             field, best = [deeper if each is best else each for each in field], deeper
         if not free and best.fails_beside(plain) and explained_by_stated_values(best):
             progress("fitting what the machine file states without tolerance too")

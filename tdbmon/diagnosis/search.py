@@ -6,6 +6,7 @@ decide between those that come out best.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from tdbmon.diagnosis.contender import (
     negligible,
     settled,
     with_cause,
+    without_cause,
     without_each,
 )
 from tdbmon.diagnosis.score import Score, scores
@@ -42,6 +44,7 @@ _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
+_DOWN = -math.pi / 2  # rad, where the weight presses
 _ROUNDS = 3  # times at most that all suspects are fitted
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -65,6 +68,8 @@ class Search:
     progress : callable
     rounds : int
         Times that all suspects may still be fitted.
+    compared_orders : list of Suspect
+        Those whose neighbouring orders were tried.
     """
 
     fallen: Contender
@@ -72,6 +77,7 @@ class Search:
     horizons: Sequence[float]
     progress: Progress
     rounds: int = _ROUNDS
+    compared_orders: list[Suspect] = dataclasses.field(default_factory=list)
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
@@ -99,6 +105,20 @@ class Search:
                 break
             best = after
         return plain, field
+
+    def in_neighbouring_orders(self, best: Contender, horizon: float) -> Contender:
+        """Return a contender, or the best of those whose last cause has a wave or a lobe more or less, from the fall on."""
+        cause, start = best.causes[-1], best.starts()[-1]
+        near = [(each, apart) for each in self.suspects if abs(apart := _orders_apart(each, cause) or 0.0) == 1]
+        if not near or cause in self.compared_orders:
+            return best
+        self.compared_orders.append(cause)
+        bare = without_cause(best, len(best.causes) - 1)
+        others = [with_cause(bare, each, _turned_to_the_load(start, each, apart)) for each, apart in near]
+        way = [h for h in self.horizons if h <= horizon]
+        found = best.problem.crew.apart(from_the_fall, [(self.fallen, each, way) for each in others])
+        tried = [new.at_home(each, each.causes) for new, each in zip(found, others, strict=True)]
+        return min([best, *tried], key=lambda each: each.misfit)
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
@@ -136,6 +156,26 @@ class Search:
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
         return seated
+
+
+def _orders_apart(suspect: Suspect, cause: Suspect) -> float | None:
+    """Return by how many waves or lobes a suspect differs from a cause that is otherwise the same; None where it is not."""
+    if suspect.name != cause.name or suspect.held.keys() != cause.held.keys():
+        return None
+    orders = {p.name for p in suspect.declared.parameters if p.whole}
+    if any(suspect.held[name] != cause.held[name] for name in suspect.held.keys() - orders):
+        return None
+    return sum(float(suspect.held[name]) - float(cause.held[name]) for name in suspect.held.keys() & orders)
+
+
+def _turned_to_the_load(start: Start, suspect: Suspect, apart: float) -> Start:
+    """Return a start whose waves, so many more than before, stand as before where the weight presses."""
+    angles = {
+        angle.name: start.shared[angle.name] + apart * _DOWN
+        for _, angle in suspect.sizes
+        if angle is not None and angle.name in start.shared
+    }
+    return replace(start, shared={**start.shared, **angles})
 
 
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
@@ -250,7 +290,9 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
         if new.counted is None and not new.turning:
             return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
         starts = [contender.fit]
-        if new.counted is not None:  # a ball too large does much of what one too small does on the other side, or a smaller one
+        if (
+            new.counted is not None
+        ):  # a ball too large does much of what one too small does on the other side, or a smaller one
             sizes = [_usual_size(problem, new, contender.fit.point, way) for way in (1.0, -1.0)]
             starts += [linearised(problem, start, horizon) for start in sizes]
         found = [_turned(problem, start, horizon) for start in starts]
