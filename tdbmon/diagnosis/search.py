@@ -69,7 +69,7 @@ class Search:
     rounds : int
         Times that all suspects may still be fitted.
     compared_orders : list of Suspect
-        Those whose neighbouring orders were tried.
+        Those that were tried with their neighbouring orders, or as such.
     """
 
     fallen: Contender
@@ -112,7 +112,7 @@ class Search:
         near = [(each, apart) for each in self.suspects if abs(apart := _orders_apart(each, cause) or 0.0) == 1]
         if not near or cause in self.compared_orders:
             return best
-        self.compared_orders.append(cause)
+        self.compared_orders += [cause, *(each for each, _ in near)]
         bare = without_cause(best, len(best.causes) - 1)
         others = [with_cause(bare, each, _turned_to_the_load(start, each, apart)) for each, apart in near]
         way = [h for h in self.horizons if h <= horizon]
