@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contender import Contender, negligible, settled, with_caus
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import from_the_fall
+from tdbmon.diagnosis.search import Search, from_the_fall
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
@@ -321,3 +321,22 @@ def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
     assert not negligible(named["off_sized_ball@DE"], {"deviation": 3e-6})
     assert not negligible(named["hardening_support@NDE"], {"cubic": 5e16})  # a soft support of a light machine
     assert not negligible(named["unbalance@impeller"], {"amount": 2e-6})
+
+
+def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail(crew):
+    """Waves of the race that stands still, seated with one too many."""
+    machine = drops.machine()
+    problem = problem_of(crew, "race_waviness:end=DE,race=outer,order=4,amplitude=8 um,phase=20 deg")
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    everyone = suspects(machine, machine.probes, ())
+    waves = {s.held["order"]: s for s in everyone if s.name == "race_waviness@DE" and s.held["race"] == "outer"}
+    horizons = (0.006, 0.010, 0.014, 0.018)
+    search = Search(fallen, everyone, horizons, str)
+    wrong = with_cause(fallen, waves[5.0], Start({"amplitude": 5e-6, "phase": math.radians(20 - 90)}))
+    for horizon in horizons:
+        wrong = settled(wrong, horizon, 3)
+    found = search.in_neighbouring_orders(wrong, horizons[-1])
+    assert found.causes == (waves[4.0],)
+    assert found.misfit < 0.9 * wrong.misfit
+    assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
+    assert search.in_neighbouring_orders(wrong, horizons[-1]) is wrong  # once is enough
