@@ -14,6 +14,7 @@ from dataclasses import replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, without_each
+from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
@@ -56,6 +57,7 @@ def contest(
     search = Search(plain, suspects, horizons, progress)
     field: list[Contender] = []
     sound: tuple[Contender, ...] = ()
+    compared: list[Suspect] = []  # waves and lobes whose neighbouring orders were tried, and those
     lost, decided, free = 0, False, False
     for horizon in horizons:
         progress(f"fitting the first {horizon * 1e3:g} ms")
@@ -68,13 +70,19 @@ def contest(
         best = leader(plain, field, horizon)
         if best.causes and best.fails_beside(plain):  # it may only sit in the wrong hollow
             deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
-            if deeper.fails_beside(plain):
-                deeper = search.in_neighbouring_orders(deeper, horizon)
+            cause = deeper.causes[-1]
+            if deeper.fails_beside(plain) and cause not in compared:
+                near = neighbours(cause, suspects)
+                compared += [cause, *near]
+                deeper = in_neighbouring_orders(search.fallen, deeper, near, horizons)
             field, best = [deeper if each is best else each for each in field], deeper
         if not free and best.fails_beside(plain) and explained_by_stated_values(best):
             progress("fitting what the machine file states without tolerance too")
-            search.fallen, (plain, *field) = with_stated_values_free(search.fallen, [plain, *field], horizons)
-            free, sound = True, ()
+            free = True
+            freed = with_stated_values_free(search.fallen, [plain, *field], horizons)
+            if freed is not None:
+                search.fallen, (plain, *field) = freed
+                sound = ()
         plain, field = search.compared(plain, field, horizon)
         best = min([plain, *field], key=lambda each: each.ratio)
         field = _kept(field)

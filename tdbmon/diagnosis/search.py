@@ -6,47 +6,26 @@ decide between those that come out best.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-from tdbsim.errors import InputError
-
-from tdbmon.diagnosis.contender import (
-    FEW_SLOPES,
-    SLOPES,
-    Contender,
-    leader,
-    negligible,
-    settled,
-    with_cause,
-    without_cause,
-    without_each,
-)
+from tdbmon.diagnosis.attempt import begun, from_the_fall, with_own_slopes
+from tdbmon.diagnosis.contender import SLOPES, Contender, leader, negligible, settled, without_each
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, sized
-from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.least_squares import Fit, fit, linearised
-from tdbmon.identify.problem import Problem
+from tdbmon.diagnosis.suspects import Suspect
 
 Progress = Callable[[str], None]
-Array = NDArray[np.float64]
 
 MOST_CAUSES = 3
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
-_SMALLER = 0.3  # of the size that a score promises, where that is too much
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-_DOWN = -math.pi / 2  # rad, where the weight presses
 _ROUNDS = 3  # times at most that all suspects are fitted
-_ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
@@ -68,8 +47,6 @@ class Search:
     progress : callable
     rounds : int
         Times that all suspects may still be fitted.
-    compared_orders : list of Suspect
-        Those that were tried with their neighbouring orders, or as such.
     """
 
     fallen: Contender
@@ -77,7 +54,6 @@ class Search:
     horizons: Sequence[float]
     progress: Progress
     rounds: int = _ROUNDS
-    compared_orders: list[Suspect] = dataclasses.field(default_factory=list)
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
@@ -106,20 +82,6 @@ class Search:
             best = after
         return plain, field
 
-    def in_neighbouring_orders(self, best: Contender, horizon: float) -> Contender:
-        """Return a contender, or the best of those whose last cause has a wave or a lobe more or less, from the fall on."""
-        cause, start = best.causes[-1], best.starts()[-1]
-        near = [(each, apart) for each in self.suspects if abs(apart := _orders_apart(each, cause) or 0.0) == 1]
-        if not near or cause in self.compared_orders:
-            return best
-        self.compared_orders += [cause, *(each for each, _ in near)]
-        bare = without_cause(best, len(best.causes) - 1)
-        others = [with_cause(bare, each, _turned_to_the_load(start, each, apart)) for each, apart in near]
-        way = [h for h in self.horizons if h <= horizon]
-        found = best.problem.crew.apart(from_the_fall, [(self.fallen, each, way) for each in others])
-        tried = [new.at_home(each, each.causes) for new, each in zip(found, others, strict=True)]
-        return min([best, *tried], key=lambda each: each.misfit)
-
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
 
@@ -130,21 +92,21 @@ class Search:
         """
         asked = _asked(best, horizon, self.suspects, field)
         crew = best.problem.crew
-        begun = crew.apart(_begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
+        tried = crew.apart(begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
         rough = [
             each.at_home(best, (*best.causes, score.suspect))
-            for each, score in zip(begun, asked, strict=True)
+            for each, score in zip(tried, asked, strict=True)
             if each is not None
         ]
         rough.sort(key=lambda each: each.bic)
         if not best.fails:  # then its values are right, and little can be missing
-            ranked = _best_of_each_name(_with_own_slopes(rough[:_PROMISED], horizon))[:2]
+            ranked = _best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
             return [settled(each, horizon, SLOPES) for each in ranked]
         likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
-        fitted = _with_own_slopes(likely, horizon)
+        fitted = with_own_slopes(likely, horizon)
         explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
-            fitted += _with_own_slopes(others, horizon)
+            fitted += with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
         way = [h for h in self.horizons if h <= horizon]
@@ -158,26 +120,6 @@ class Search:
         return seated
 
 
-def _orders_apart(suspect: Suspect, cause: Suspect) -> float | None:
-    """Return by how many waves or lobes a suspect differs from a cause that is otherwise the same; None where it is not."""
-    if suspect.name != cause.name or suspect.held.keys() != cause.held.keys():
-        return None
-    orders = {p.name for p in suspect.declared.parameters if p.whole}
-    if any(suspect.held[name] != cause.held[name] for name in suspect.held.keys() - orders):
-        return None
-    return sum(float(suspect.held[name]) - float(cause.held[name]) for name in suspect.held.keys() & orders)
-
-
-def _turned_to_the_load(start: Start, suspect: Suspect, apart: float) -> Start:
-    """Return a start whose waves, so many more than before, stand as before where the weight presses."""
-    angles = {
-        angle.name: start.shared[angle.name] + apart * _DOWN
-        for _, angle in suspect.sizes
-        if angle is not None and angle.name in start.shared
-    }
-    return replace(start, shared={**start.shared, **angles})
-
-
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
     """Return the contenders, the best first, of those with other words or orders of the same cause the best only.
 
@@ -187,26 +129,6 @@ def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
     for each in sorted(fitted, key=lambda each: each.bic):
         best.setdefault((each.name, each.causes[-1].turning), each)
     return list(best.values())
-
-
-def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
-    """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
-
-    By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in
-    another minimum.
-    """
-    settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
-    try:
-        anew = fallen
-        for cause, start in zip(fitted.causes, fitted.starts(), strict=True):
-            anew = with_cause(anew, cause, start)
-        for horizon in horizons:
-            anew = settled(anew, horizon, SLOPES)
-            if anew.ratio > _ASTRAY * settled_here.ratio:
-                return settled_here
-    except InputError:
-        return settled_here
-    return min(settled_here, anew, key=lambda each: each.misfit)
 
 
 def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
@@ -232,27 +154,6 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
     return likely, others
 
 
-def _begun(best: Contender, suspect: Suspect, start: Start, early: bool) -> Contender | None:
-    """Return a contender with one cause more, fitted roughly from where a score says, or from elsewhere if that is no good.
-
-    `early` says that what acts in contacts may begin at its usual size too.
-    """
-    begun = [_roughly(best, suspect, start)]
-    if begun[0] is None or begun[0].misfit > best.misfit:  # the score saw a straight line further than it goes
-        further = (suspect.smaller(start, _SMALLER), *(suspect.usual() if early else ()))
-        begun += [_roughly(best, suspect, each) for each in further]
-    return min((each for each in begun if each is not None), key=lambda each: each.bic, default=None)
-
-
-def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
-    """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
-    try:
-        widened = with_cause(best, suspect, start)
-        return replace(widened, fit=fit(widened.problem, widened.fit.point, best.horizon, 0, slopes=widened.fit.slopes))
-    except InputError:
-        return None
-
-
 def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:
     """Return the suspects to fit roughly: all where the plain model fails, else those that promise a gain."""
     taken = {each.name for each in best.causes}
@@ -273,46 +174,3 @@ def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: 
         ):
             asked.append(score)
     return asked
-
-
-def _with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
-    """Return those contenders that can be simulated, fitted anew."""
-    if not contenders:
-        return []
-    found = contenders[0].problem.crew.apart(_anew, [(each, horizon) for each in contenders])
-    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
-
-
-def _anew(contender: Contender, horizon: float) -> Contender | None:
-    """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
-    problem, new = contender.problem, contender.causes[-1]
-    try:
-        if new.counted is None and not new.turning:
-            return replace(contender, fit=fit(problem, contender.fit.point, horizon, 1))
-        starts = [contender.fit]
-        if (
-            new.counted is not None
-        ):  # a ball too large does much of what one too small does on the other side, or a smaller one
-            sizes = [_usual_size(problem, new, contender.fit.point, way) for way in (1.0, -1.0)]
-            starts += [linearised(problem, start, horizon) for start in sizes]
-        found = [_turned(problem, start, horizon) for start in starts]
-    except InputError:
-        return None
-    return replace(contender, fit=min(found, key=lambda each: each.misfit))
-
-
-def _turned(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return a fit after its cages and rings were turned to where they suit, twice."""
-    for _ in range(2):
-        found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
-    return found
-
-
-def _usual_size(problem: Problem, cause: Suspect, point: Array, way: float) -> Array:
-    """Return a point with the sizes of a cause typical ones, one way or the other."""
-    other = point.copy()
-    for size, _ in cause.sizes:
-        at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{size.name}")
-        p = problem.shared[at]
-        other[at] = (sized(size, way) - p.nominal) / p.scale
-    return np.clip(other, problem.low, problem.high)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.attempt import from_the_fall
 from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
-from tdbmon.diagnosis.search import from_the_fall
 from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import stated_parameters
@@ -33,8 +33,10 @@ def explained_by_stated_values(best: Contender) -> bool:
 
 def with_stated_values_free(
     fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]
-) -> tuple[Contender, list[Contender]]:
+) -> tuple[Contender, list[Contender]] | None:
     """Return the plain model after the fall, and contenders, each fitted to where it was, with the stated values free.
+
+    None where one of them cannot be simulated so.
 
     Parameters
     ----------
@@ -43,8 +45,11 @@ def with_stated_values_free(
     horizons : sequence of float
         All; each contender is fitted along those up to its own.
     """
-    start = settled(eased(fallen), fallen.horizon, SLOPES)
-    tasks = [(start, eased(each), [h for h in horizons if h <= each.horizon]) for each in contenders]
+    try:
+        start = settled(eased(fallen), fallen.horizon, SLOPES)
+        tasks = [(start, eased(each), [h for h in horizons if h <= each.horizon]) for each in contenders]
+    except InputError:
+        return None
     found = start.problem.crew.apart(from_the_fall, tasks)
     return start, [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True)]
 

@@ -10,11 +10,12 @@ from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
+from tdbmon.diagnosis.attempt import from_the_fall
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import Search, from_the_fall
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
@@ -331,12 +332,12 @@ def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail
     everyone = suspects(machine, machine.probes, ())
     waves = {s.held["order"]: s for s in everyone if s.name == "race_waviness@DE" and s.held["race"] == "outer"}
     horizons = (0.006, 0.010, 0.014, 0.018)
-    search = Search(fallen, everyone, horizons, str)
     wrong = with_cause(fallen, waves[5.0], Start({"amplitude": 5e-6, "phase": math.radians(20 - 90)}))
     for horizon in horizons:
         wrong = settled(wrong, horizon, 3)
-    found = search.in_neighbouring_orders(wrong, horizons[-1])
+    near = neighbours(waves[5.0], everyone)
+    assert set(near) == {waves[4.0], waves[6.0]}
+    found = in_neighbouring_orders(fallen, wrong, near, horizons)
     assert found.causes == (waves[4.0],)
     assert found.misfit < 0.9 * wrong.misfit
     assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
-    assert search.in_neighbouring_orders(wrong, horizons[-1]) is wrong  # once is enough

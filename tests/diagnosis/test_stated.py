@@ -44,7 +44,9 @@ def test_another_law_of_the_contact_is_found_among_the_stated_values(crew):
     fallen, plain = plain_model(crew, with_exponent(drops.machine()))
     assert plain.fails
     assert explained_by_stated_values(plain)
-    start, (freed,) = with_stated_values_free(fallen, [plain], HORIZONS)
+    together = with_stated_values_free(fallen, [plain], HORIZONS)
+    assert together is not None
+    start, (freed,) = together
     assert start.horizon == HORIZONS[0]
     assert freed.horizon == HORIZONS[-1]
     assert not freed.fails

@@ -1,0 +1,109 @@
+"""A suspect fitted: roughly from where a score says, with slopes of its own, and from the fall on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.least_squares import Fit, fit, linearised
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_SMALLER = 0.3  # of the size that a score promises, where that is too much
+_ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
+
+
+def begun(best: Contender, suspect: Suspect, start: Start, early: bool) -> Contender | None:
+    """Return a contender with one cause more, fitted roughly from where a score says, or from elsewhere if that is no good.
+
+    `early` says that what acts in contacts may begin at its usual size too.
+    """
+    tried = [_roughly(best, suspect, start)]
+    if tried[0] is None or tried[0].misfit > best.misfit:  # the score saw a straight line further than it goes
+        further = (suspect.smaller(start, _SMALLER), *(suspect.usual() if early else ()))
+        tried += [_roughly(best, suspect, each) for each in further]
+    return min((each for each in tried if each is not None), key=lambda each: each.bic, default=None)
+
+
+def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
+    """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
+    try:
+        widened = with_cause(best, suspect, start)
+        return replace(widened, fit=fit(widened.problem, widened.fit.point, best.horizon, 0, slopes=widened.fit.slopes))
+    except InputError:
+        return None
+
+
+def with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return those contenders that can be simulated, fitted anew."""
+    if not contenders:
+        return []
+    found = contenders[0].problem.crew.apart(_anew, [(each, horizon) for each in contenders])
+    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
+
+
+def _anew(contender: Contender, horizon: float) -> Contender | None:
+    """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
+    problem, new, point = contender.problem, contender.causes[-1], contender.fit.point
+    if new.counted is None and not new.turning:
+        try:
+            return replace(contender, fit=fit(problem, point, horizon, 1))
+        except InputError:
+            return None
+    found = [_turned(problem, contender.fit, horizon)]
+    if new.counted is not None:
+        # a ball too large on one side does much of what a smaller one, or one too small, does elsewhere
+        found += [_from_usual_size(problem, new, point, way, horizon) for way in (1.0, -1.0)]
+    best = min((each for each in found if each is not None), key=lambda each: each.misfit, default=None)
+    return None if best is None else replace(contender, fit=best)
+
+
+def _turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
+    """Return a fit after its cages and rings were turned to where they suit, twice; None where that is impossible."""
+    try:
+        for _ in range(2):
+            found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
+    except InputError:
+        return None
+    return found
+
+
+def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float, horizon: float) -> Fit | None:
+    """Return the same from where a cause has its typical size, one way or the other."""
+    other = point.copy()
+    for size, _ in cause.sizes:
+        at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{size.name}")
+        other[at] = (sized(size, way) - problem.shared[at].nominal) / problem.shared[at].scale
+    try:
+        start = linearised(problem, np.clip(other, problem.low, problem.high), horizon)
+    except InputError:
+        return None
+    return _turned(problem, start, horizon)
+
+
+def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
+    """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
+
+    By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in
+    another minimum.
+    """
+    settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
+    try:
+        anew = fallen
+        for cause, start in zip(fitted.causes, fitted.starts(), strict=True):
+            anew = with_cause(anew, cause, start)
+        for horizon in horizons:
+            anew = settled(anew, horizon, SLOPES)
+            if anew.ratio > _ASTRAY * settled_here.ratio:
+                return settled_here
+    except InputError:
+        return settled_here
+    return min(settled_here, anew, key=lambda each: each.misfit)
