@@ -7,7 +7,7 @@ PIP    := $(BIN)/pip --disable-pip-version-check --quiet
 # small matrices on few cores: threads of the linear algebra only get in each other's way
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: demo test lint reports docs blind bench constraints clean
+.PHONY: demo test lint reports docs blind blind-forces bench constraints clean
 
 demo: $(VENV)/.installed
 	$(BIN)/tdbmon demo
@@ -30,6 +30,10 @@ docs: $(VENV)/.installed-dev   # the pages that are made from runs
 N ?= 300
 blind: $(VENV)/.installed-dev   # N blind cases through the command line; about a minute each, resumes where it stopped
 	$(BIN)/python -m tests.blind --cases $(N) --seed 1 --jobs 1 --out blind-output --page docs/blind.md
+
+SETS ?= 50
+blind-forces: $(VENV)/.installed-dev   # forces and values fitted to SETS sets of four drops, against the truth; half a minute each
+	$(BIN)/python -m tests.blind.fitted_forces --sets $(SETS) --seed 1 --out blind-output/forces --page docs/fitted_forces.md
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m benchmarks

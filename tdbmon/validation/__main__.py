@@ -14,7 +14,8 @@ HEAD = """# Validation against published numbers
 Made by `python -m tdbmon.validation` from runs; do not edit. Source: N. Neisi, doctoral dissertation on touchdown bearings
 (LUT University), with its Publications I and II. Published numbers and what the machines' files state are inputs;
 everything else is computed when this file is made. The machines are in `datasets/machines/`, where each file says what is
-printed and what is assumed: the shafts' drawings are in figures only. Nothing is tuned to match.
+printed and what is assumed: the shafts' drawings are in figures only. Nothing is tuned to match. Forces and values that are
+fitted to synthetic drops stand beside the true ones in [forces](forces.md) and [fitted forces](fitted_forces.md).
 """
 
 
