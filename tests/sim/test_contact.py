@@ -52,7 +52,7 @@ def test_restitution_of_hunt_and_crossley():
         depth, rate, step = 0.0, speed, 1e-7
         while True:
             middle = depth + 0.5 * step * rate
-            force = normal_force(elastic_force(middle, 1.3e9), rate, damping)
+            force = normal_force(elastic_force(middle, 1.3e9, 1 / 9), rate, damping)
             rate -= step * force / mass
             depth = middle + 0.5 * step * rate
             if depth <= 0:

@@ -4,7 +4,7 @@ import json
 import math
 from dataclasses import asdict
 
-from tests.blind.fitted_forces import Found, SetOutcome, _load, page
+from tests.fitted_forces import Found, SetOutcome, _load, page
 
 
 def outcome(seed, error=""):

@@ -1,6 +1,6 @@
 """How far the forces and values that are fitted to drops lie from the truth: sets of four drops with nothing hidden.
 
-python -m tests.blind.fitted_forces --sets 50 --out FOLDER --page docs/fitted_forces.md     resumes where it stopped
+python -m tests.fitted_forces --sets 50 --out FOLDER --page docs/fitted_forces.md     resumes where it stopped
 """
 
 from __future__ import annotations
@@ -218,7 +218,7 @@ _GOALS: tuple[tuple[str, tuple[str, ...], str, Within], ...] = (
 def main() -> None:
     """Read the command line and do what it asks for."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.blind.fitted_forces",
+        prog="python -m tests.fitted_forces",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -240,7 +240,7 @@ def main() -> None:
         )
     outcomes = [_load(path) for path in sorted(o.out.glob("set_*.json"))]
     target = o.page or o.out / "fitted_forces.md"
-    target.write_text(page(outcomes, "python -m tests.blind.fitted_forces"), encoding="utf-8")
+    target.write_text(page(outcomes, "python -m tests.fitted_forces"), encoding="utf-8")
     print(f"{len(outcomes)} sets: {target}")
 
 
