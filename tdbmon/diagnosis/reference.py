@@ -29,6 +29,7 @@ Values = Mapping[str, Estimate]
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
 # of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
 LEAST = 1.0
+_MADE_UP_FOR = 0.5  # of a change, that its counterpart must leave of it
 
 
 @dataclass(frozen=True)
@@ -138,9 +139,19 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
         (x, half), (y, other) = map(_value_and_half_width, pair)
         apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
         inside = not any(_at_edge(own, value) for value in (x, y))  # there a value has no interval
-        if inside and apart > APART and abs(y - x) > LEAST * own.scale:
+        if inside and apart > APART and abs(y - x) > LEAST * own.scale and not _made_up_for(own.name, before, since):
             found.append((apart, Change(own.name, *pair)))
     return tuple(change for _, change in sorted(found, key=lambda each: -each[0]))
+
+
+def _made_up_for(name: str, before: Values, since: Values) -> bool:
+    """True for a gap or a ball clearance whose change the other makes up for: drops tell where the balls are met, their sum."""
+    end, _, field = name.rpartition(".")
+    pair = (f"{end}.radial_gap", 1.0), (f"{end}.diametral_clearance", 0.5)
+    if field not in ("radial_gap", "diametral_clearance") or any(each not in before for each, _ in pair):
+        return False
+    parts = [share * ((since[each].value or 0.0) - (before[each].value or 0.0)) for each, share in pair]
+    return abs(sum(parts)) < _MADE_UP_FOR * max(map(abs, parts))
 
 
 def _edges(machine: Machine, before: Values, since: Values) -> tuple[str, ...]:

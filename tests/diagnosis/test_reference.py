@@ -4,14 +4,17 @@ import json
 
 import pytest
 from tdbsim.errors import InputError
+from tdbsim.machine import load_machine
 
 from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.reference import _edges, changes, diagnose_since
+from tdbmon.estimate import Estimate
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
+from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
 from tests.diagnosis.test_contest import crew
@@ -47,6 +50,22 @@ def test_a_friction_that_rose_is_listed_with_both_values(crew, before):
 
 def test_other_drops_of_the_same_condition_show_no_change(crew, before):
     assert changes(drops.machine(), before, fitted(crew, drops.TRUTH, (3, 4))) == ()
+
+
+def test_a_gap_that_the_ball_clearance_makes_up_for_has_not_changed():
+    machine = load_machine(shipped("short/machine.toml"))
+
+    def values(gap, clearance):
+        nominal = {
+            p.name: Estimate.from_sigma(p.nominal, 1e-3 * p.scale, p.unit, "test") for p in machine_parameters(machine)
+        }
+        moved = {"NDE.radial_gap": gap, "NDE.diametral_clearance": clearance}
+        return nominal | {name: Estimate.from_sigma(value, 1e-7, "um", "test") for name, value in moved.items()}
+
+    before = values(250e-6, 18e-6)
+    assert changes(machine, before, values(248e-6, 22e-6)) == ()  # the balls are met where they were
+    assert {each.name for each in changes(machine, before, values(250e-6, 22e-6))} == {"NDE.diametral_clearance"}
+    assert {each.name for each in changes(machine, before, values(285e-6, 18e-6))} == {"NDE.radial_gap"}
 
 
 def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before):
