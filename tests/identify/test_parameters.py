@@ -19,6 +19,7 @@ from tdbmon.identify.parameters import (
     stated_parameters,
     with_values,
 )
+from tdbmon.machine_file import write_machine
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -110,3 +111,14 @@ def test_unknown_shaft_angle_may_be_any(full):
     own = {p.name: p for p in drop_parameters(full, np.zeros((2, 2)), 1.0, math.inf)}
     assert own["shaft_angle"].high - own["shaft_angle"].low == pytest.approx(2 * math.pi)
     assert math.isfinite(own["shaft_angle"].scale)
+
+
+def test_stated_values_are_written_and_read_again(full, tmp_path):
+    moved = calibrated_machine(full, {p.name: p.nominal + p.sigma for p in stated_parameters(full)})
+    path = tmp_path / "machine.toml"
+    write_machine(moved, path)
+    back = load_machine(path)
+    for name in ("contact_exponent", "contact_stiffness", "inner_ring_mass", "support_mass"):
+        assert getattr(back.touchdown_bearings[1], name) == pytest.approx(getattr(moved.touchdown_bearings[1], name))
+        assert getattr(back.touchdown_bearings[1], name) != getattr(full.touchdown_bearings[1], name)
+    assert back.rotor.elastic_modulus == pytest.approx(1.004 * full.rotor.elastic_modulus)
