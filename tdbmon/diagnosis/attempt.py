@@ -89,6 +89,13 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
     return _turned(problem, start, horizon)
 
 
+def all_from_the_fall(fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
+    """Return contenders fitted from the fall on, several at a time, each along the horizons up to its own."""
+    tasks = [(fallen, each, [h for h in horizons if h <= each.horizon]) for each in contenders]
+    found = fallen.problem.crew.apart(from_the_fall, tasks)
+    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True)]
+
+
 def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
     """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
 

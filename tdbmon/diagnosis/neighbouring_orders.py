@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import from_the_fall
+from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import Contender, with_cause, without_cause
 from tdbmon.diagnosis.suspects import Start, Suspect
 
@@ -40,28 +40,25 @@ def in_neighbouring_orders(
     try:
         bare = without_cause(best, len(best.causes) - 1)
         for each in near:
-            apart = _orders_apart(each, best.causes[-1]) or 0.0
+            apart = _orders_apart(each, best.causes[-1])
             others.append(with_cause(bare, each, _turned_to_the_load(start, each, apart)))
     except InputError:
         return best
-    way = [h for h in horizons if h <= best.horizon]
-    found = best.problem.crew.apart(from_the_fall, [(fallen, each, way) for each in others])
-    tried = [new.at_home(each, each.causes) for new, each in zip(found, others, strict=True)]
-    return min([best, *tried], key=lambda each: each.misfit)
+    return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
 
 
 def neighbours(cause: Suspect, suspects: Sequence[Suspect]) -> list[Suspect]:
     """Return the suspects that differ from a cause by one wave or lobe and are otherwise the same."""
-    return [each for each in suspects if abs(_orders_apart(each, cause) or 0.0) == 1]
+    return [each for each in suspects if abs(_orders_apart(each, cause)) == 1]
 
 
-def _orders_apart(suspect: Suspect, cause: Suspect) -> float | None:
-    """Return by how many waves or lobes a suspect differs from a cause that is otherwise the same; None where it is not."""
+def _orders_apart(suspect: Suspect, cause: Suspect) -> float:
+    """Return by how many waves or lobes a suspect differs from a cause; 0 where that is not all that differs."""
     if suspect.name != cause.name or suspect.held.keys() != cause.held.keys():
-        return None
+        return 0.0
     orders = {p.name for p in suspect.declared.parameters if p.whole}
     if any(suspect.held[name] != cause.held[name] for name in suspect.held.keys() - orders):
-        return None
+        return 0.0
     return sum(float(suspect.held[name]) - float(cause.held[name]) for name in suspect.held.keys() & orders)
 
 

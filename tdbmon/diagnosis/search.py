@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tdbmon.diagnosis.attempt import begun, from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
 from tdbmon.diagnosis.contender import SLOPES, Contender, leader, negligible, settled, without_each
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Suspect
@@ -109,12 +109,10 @@ class Search:
             fitted += with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
-        way = [h for h in self.horizons if h <= horizon]
         seated: list[Contender] = []
         ranked = _best_of_each_name(fitted)[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
         for pair in (ranked[k : k + 2] for k in range(0, len(ranked), 2)):
-            found = crew.apart(from_the_fall, [(self.fallen, each, way) for each in pair])
-            seated += [new.at_home(each, each.causes) for new, each in zip(found, pair, strict=True)]
+            seated += all_from_the_fall(self.fallen, pair, self.horizons)
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
         return seated

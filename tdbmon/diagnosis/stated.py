@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import from_the_fall
+from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
 from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.least_squares import fit
@@ -47,11 +47,10 @@ def with_stated_values_free(
     """
     try:
         start = settled(eased(fallen), fallen.horizon, SLOPES)
-        tasks = [(start, eased(each), [h for h in horizons if h <= each.horizon]) for each in contenders]
+        free = [eased(each) for each in contenders]
     except InputError:
         return None
-    found = start.problem.crew.apart(from_the_fall, tasks)
-    return start, [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True)]
+    return start, all_from_the_fall(start, free, horizons)
 
 
 def stated_remarks(contender: Contender) -> list[str]:
