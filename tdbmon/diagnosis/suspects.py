@@ -67,11 +67,16 @@ class Suspect:
         """True for what turns with a ring: contacts meet it at a phase that differs from drop to drop."""
         return self.in_contacts and any(angle is not None and angle.per_drop for _, angle in self.sizes)
 
+    @property
+    def of_each_drop(self) -> bool:
+        """True for what has an angle or a number of its own in every drop: it fits anything a little."""
+        return self.turning or self.counted is not None
+
     def usual(self) -> tuple[Start, ...]:
         """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
         shared = {p.name: p.typical for p in self.shapes} | {size.name: size.typical for size, _ in self.sizes}
         angles = [angle for _, angle in self.sizes if angle is not None]
-        if not self.in_contacts or self.counted is not None or self.turning:
+        if not self.in_contacts or self.of_each_drop:
             return ()
         if not angles:
             return (Start(shared),)

@@ -16,6 +16,9 @@ _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count 
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
+_PROVED = (
+    0.5  # of what the plain model leaves on a drop held out, that what has angles of its own in every drop must gain
+)
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
@@ -67,11 +70,12 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     if not _explains(best, plain):
         why = f"the best model, {best.name}, still leaves {best.ratio:.1f} times what noise would"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
-    if proof is not None and not proof.holds:
+    if proof is not None and not _proved(best, proof):
         if plain.ratio <= EXPLAINED:
             why = f"{best.name} fits better, but not on {proof.drop}, which was held out"
             return Verdict(Kind.NONE, (), probabilities, why)
-        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains nothing"
+        gains = "too little" if proof.holds else "nothing"
+        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small
     if proof is not None and not proof.clear and not plain.fails and any(each.in_contacts for each in best.causes):
@@ -119,19 +123,25 @@ def _clear(size: Estimate | None, off: float | str) -> bool:
     return not size.low <= off <= size.high
 
 
+def _proved(best: Contender, proof: HeldOut) -> bool:
+    """True where a model does better on a drop held out: much better, if it has angles of its own in every drop."""
+    if not proof.holds or not any(each.of_each_drop for each in best.causes):
+        return proof.holds
+    return proof.clear if proof.gain is None else proof.gain > _PROVED
+
+
 def _explains(best: Contender, plain: Contender) -> bool:
     """True where a model leaves noise alone, or so little of what the plain one leaves as its law may be inexact."""
     return best.ratio <= EXPLAINED or (best.ratio <= _NEARLY and best.excess < MINOR * plain.excess)
 
 
 def _probabilities(contenders: Sequence[Contender]) -> tuple[float, ...]:
-    best = min(contenders, key=lambda each: each.bic)
-    # what even the best model leaves says how little a difference means
-    temperature = TEMPERATURE + _DOUBT * best.excess
     criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
     least = min(criteria)
-    weights = [math.exp(-(c - least) / (2 * temperature)) for c in criteria]
     best = contenders[criteria.index(least)]
+    # what even the best model leaves says how little a difference means
+    temperature = TEMPERATURE + _DOUBT * best.excess
+    weights = [math.exp(-(c - least) / (2 * temperature)) for c in criteria]
     # a model that leaves much is likely to lack something that is in no catalogue
     plain = next(each for each in contenders if not each.causes)
     outside = min(best.ratio / EXPLAINED, 1.0 if _explains(best, plain) else math.inf) ** 8

@@ -301,6 +301,21 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
     assert verdict([oval, lost], little).kind is Kind.NAMED
 
 
+def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_is_left_there(competed):
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    lobed = contender(plain, ("ring_out_of_round@DE",), 0, 0.95)
+    oval = contender(plain, ("oval_clearance@DE",), 0, 0.95)
+    little = HeldOut(("drop_80.nc",), 9e-7, 7.5e-7, 3e-7, 9000.0, 7000.0)
+    much = replace(little, extended=4e-7, extended_misfit=2000.0)
+    assert little.gain == pytest.approx(0.25)
+    assert verdict([lobed, lost], little).kind is Kind.UNKNOWN
+    assert verdict([oval, lost], little).kind is Kind.NAMED
+    assert verdict([lobed, lost], much).kind is Kind.NAMED
+    explained = contender(plain, (), 900, 1.4)
+    assert verdict([lobed, explained], little).kind is Kind.NONE
+
+
 def test_a_size_that_may_as_well_be_none_is_not_named(competed):
     plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
     gain = contender(plain, ("probe_gain@DE_A",), 900, 0.9)

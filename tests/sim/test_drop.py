@@ -1,4 +1,4 @@
-"""Whole drops: closed forms, conservation, symmetry, convergence, an independent integration."""
+"""Whole drops: closed forms, conservation, symmetry, an independent rig."""
 
 from __future__ import annotations
 
@@ -8,41 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plain_drop import PlainDrop
-from scipy.integrate import solve_ivp
+from changed_machine import at_ends, changed, exactly
 from scipy.optimize import brentq
-from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.errors import InputError
-from tdbsim.machine import Machine
 from tdbsim.rhs import LEDGER
-from tdbsim.simulate import DropPlan, error_scale, initial_state, run, simulate
+from tdbsim.simulate import DropPlan, run, simulate
 
 DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
 ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
-
-
-def changed(machine: Machine, rotor=None, ends=None, **fields) -> Machine:
-    """Return the machine with some fields of itself, its rotor and both its touchdown bearings replaced."""
-    if rotor:
-        fields["rotor"] = machine.rotor.model_copy(update=rotor)
-    if ends:
-        fields["touchdown_bearings"] = tuple(each.model_copy(update=ends) for each in machine.touchdown_bearings)
-    return machine.model_copy(update=fields)
-
-
-def exactly(value):
-    """A value without tolerance, as the machine holds it."""
-    from tdbsim.machine import Tolerant
-
-    return Tolerant(nominal=value, low=value, high=value)
-
-
-def at_ends(trajectory):
-    """Shaft centres (k, 2), complex, at the touchdown bearings."""
-    n, at = trajectory.model.n, trajectory.model.arrays.at_end
-    return (trajectory.state[:, :n] + 1j * trajectory.state[:, n : 2 * n]) @ at.T
 
 
 @pytest.fixture(scope="module")
@@ -275,124 +249,6 @@ def test_mirror_symmetry(machine):
     assert np.abs(at_ends(second) + at_ends(first).conj()).max() < 2e-9
 
 
-def _pressed_start(model):
-    """A state in the middle of a contact at both ends, moving in."""
-    start = initial_state(model, DropPlan(150.0))
-    n, at = model.n, model.arrays.at_end
-    deep = np.array([-model.arrays.end[0, 0] - 3e-5, -model.arrays.end[1, 0] - 3e-5])
-    start[n : n + 2] += np.linalg.solve(at[:, :2], deep)
-    nq = 2 * n + 15
-    start[nq + n : nq + n + 2] += np.linalg.solve(at[:, :2], [-0.05, -0.05])
-    for end in range(2):
-        start[2 * n + 6 * end + 1] -= 1e-5
-    return start
-
-
-def _through_contact(model):
-    """Return start, finish and exact finish of 80 us within one contact of both ends."""
-    from tdbsim import dormand_prince
-    from tdbsim.observe import ENERGIES, FORCES, observe
-
-    start, times = _pressed_start(model), np.linspace(0, 8e-5, 41)[1:]
-    exact = np.empty((40, len(start)))
-    dormand_prince.integrate(model.arrays, start.copy(), 0.0, 1e-7, 1e-5, 1e-13, error_scale(model.n), times, exact)
-    forces = np.zeros((2, len(FORCES), 40))
-    observe(model.arrays, exact, forces, np.zeros((2, 11, 40)), np.zeros((len(ENERGIES), 40)))
-    assert forces[:, FORCES.index("depth")].min() > 0
-    assert forces[:, FORCES.index("normal_force")].max() > 3000
-    return start, times[-1:], exact[-1]
-
-
-def test_order_of_the_splitting_during_contact(machine):
-    """Within a contact the error falls as the step to the fourth power, down to 0.1 nm."""
-    from tdbsim import splitting
-
-    model = build_model(machine)
-    start, finish, exact = _through_contact(model)
-    errors = []
-    for count in (1, 2, 4):
-        out = np.empty((1, len(start)))
-        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2))
-        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
-    assert math.log2(errors[0] / errors[1]) > 3.7
-    assert math.log2(errors[1] / errors[2]) > 3.7
-    assert errors[2] < 1e-10
-
-
-def test_order_of_dormand_prince_during_contact(machine):
-    """With equal steps the error falls as the step to the fifth power."""
-    from tdbsim import dormand_prince
-
-    model = build_model(machine)
-    start, finish, exact = _through_contact(model)
-    errors = []
-    for count in (20, 40, 80):
-        out, step = np.empty((1, len(start))), finish[0] / count
-        dormand_prince.integrate(model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out)
-        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
-    assert math.log2(errors[0] / errors[1]) > 4.5
-    assert math.log2(errors[1] / errors[2]) > 4.5
-
-
-@pytest.fixture(scope="module")
-def independent(machine, exact_drop):
-    """The same drop integrated by scipy from equations written a second time: centres at the ends (2, k), complex."""
-    plain = PlainDrop(machine, 150.0)
-    start = plain.from_state(exact_drop.state[0])
-    found = solve_ivp(plain, (0, 0.05), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=exact_drop.time)
-    return plain.at_ends(found.y)
-
-
-def test_first_50_ms_against_an_independent_integration(exact_drop, independent):
-    depth = drop_record(exact_drop)["depth"]
-    assert float(depth.max()) > 1e-6
-    assert np.abs(at_ends(exact_drop).T - independent).max() < 1e-9
-
-
-def test_splitting_against_an_independent_integration(machine, independent):
-    fine = run(build_model(machine), DropPlan(150.0, 0.05, step=25e-6))
-    assert np.abs(at_ends(fine).T - independent).max() < 1e-7
-
-
-def test_another_contact_exponent_against_an_independent_integration(machine):
-    ends = tuple(
-        bearing.model_copy(update={"contact_exponent": exponent})
-        for bearing, exponent in zip(machine.touchdown_bearings, (1.3, 1.0), strict=True)
-    )
-    other = machine.model_copy(update={"touchdown_bearings": ends})
-    drop = run(build_model(other), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
-    plain = PlainDrop(other, 150.0)
-    start = plain.from_state(drop.state[0])
-    found = solve_ivp(plain, (0, 0.02), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=drop.time)
-    assert float(drop_record(drop)["depth"].max("time").min()) > 1e-6
-    assert np.abs(at_ends(drop).T - plain.at_ends(found.y)).max() < 1e-9
-    usual = run(build_model(machine), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
-    assert np.abs(at_ends(drop) - at_ends(usual)).max() > 1e-6
-
-
-def test_touch_down_anywhere_in_a_step(machine):
-    """Where in a step the first contacts begin and end costs no accuracy: 1 nm through them, wherever they fall."""
-    model = build_model(machine)
-    for k in range(10):
-        plan = DropPlan(150.0, 0.01, shaft_angle=0.6 * k, set_point=((0.0, k * 1e-6), (0.0, 0.0)))
-        exact = run(model, replace(plan, method="dormand_prince", tolerance=1e-11))
-        caught = run(model, plan)
-        assert caught.peak_normal.min() > 100
-        assert np.abs(at_ends(caught) - at_ends(exact)).max() < 1e-9
-
-
-def test_neighbouring_trajectories_part(machine):
-    """A picometre grows by contacts, and by no more than thousandfold within 0.1 s: trajectories compare early only."""
-    model = build_model(machine)
-    plan = DropPlan(150.0, 0.1, step=10e-6)
-    near = replace(plan, set_point=((1e-12, 0.0), (0.0, 0.0)))
-    apart = np.abs(at_ends(run(model, near)) - at_ends(run(model, plan))).max(axis=1)
-    before = apart[: int(0.006 * 20e3)].max()
-    assert before < 3e-12
-    rate = math.log(apart[-200:].max() / before) / 0.09
-    assert 10 < rate < 120
-
-
 def test_first_contacts_of_the_independent_rig(coastdown_answer):
     """Against a record of another program with the true values known: first contact and first rebound, both ends."""
     import tomllib
@@ -449,59 +305,6 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         assert np.sqrt(np.mean(miss[time[:count] > 0.112] ** 2)) < 8e-6  # the cages' angles are not known
     assert float(drop["normal_force"].max()) > 1000
     assert json.dumps(drop.attrs["effects"]) == '""'
-
-
-@pytest.mark.parametrize(
-    ("values", "says"),
-    [
-        ({"speed": -50.0}, "speed -50 Hz must be not negative"),
-        ({"speed": math.nan}, "speed"),
-        ({"speed": 100.0, "seconds": 0.0}, "seconds 0 s must be positive"),
-        ({"speed": 100.0, "step": -1e-5}, "step"),
-        ({"speed": 100.0, "sampling": 0.0}, "sampling"),
-        ({"speed": 100.0, "levitated": -1.0}, "levitated"),
-        ({"speed": 100.0, "bending": -1}, "bending"),
-        ({"speed": 100.0, "method": "euler"}, "euler"),
-        ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point"),
-        ({"speed": 100.0, "seconds": 1e-6}, "no sample"),
-    ],
-)
-def test_impossible_plans(values, says):
-    with pytest.raises(InputError, match=says):
-        DropPlan(**values)
-
-
-def test_set_point_outside_the_gap(machine):
-    with pytest.raises(InputError, match="reaches the gap of 250 um"):
-        simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
-
-
-def test_no_gap(machine):
-    with pytest.raises(InputError, match="gap"):
-        simulate(changed(machine, ends={"radial_gap": exactly(0.0)}), DropPlan(100.0, 0.01))
-
-
-def test_no_magnets(machine):
-    with pytest.raises(InputError, match="magnetic_bearing"):
-        simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
-
-
-@pytest.mark.parametrize("feeds", ["cross-coupling", "magnets push away", "magnets drive"])
-def test_whirl_that_grows_before_the_release(machine, feeds):
-    model = build_model(machine)
-    if feeds == "cross-coupling":
-        model.arrays.circulatory[:2, :2] = 1e7 * np.eye(2)
-    else:
-        model.arrays.magnet[:, MAGNET_STIFFNESS if feeds == "magnets push away" else MAGNET_DAMPING] *= -1
-    with pytest.raises(InputError, match="not stable at 150 Hz"):
-        run(model, DropPlan(150.0, 0.01))
-
-
-def test_steps_that_cannot_converge(machine):
-    with pytest.raises(InputError, match="step"):
-        simulate(machine, DropPlan(150.0, 0.1, step=1e-3, sampling=1e3))
-    with pytest.raises(InputError, match="tolerance"):
-        simulate(machine, replace(ADAPTIVE, tolerance=1e-30))
 
 
 def test_a_run_leaves_the_model_as_it_was(machine):

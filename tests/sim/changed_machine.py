@@ -1,0 +1,25 @@
+"""Machines with some values changed, and where a trajectory is at the touchdown bearings."""
+
+from __future__ import annotations
+
+from tdbsim.machine import Machine, Tolerant
+
+
+def changed(machine: Machine, rotor=None, ends=None, **fields) -> Machine:
+    """Return the machine with some fields of itself, its rotor and both its touchdown bearings replaced."""
+    if rotor:
+        fields["rotor"] = machine.rotor.model_copy(update=rotor)
+    if ends:
+        fields["touchdown_bearings"] = tuple(each.model_copy(update=ends) for each in machine.touchdown_bearings)
+    return machine.model_copy(update=fields)
+
+
+def exactly(value):
+    """A value without tolerance, as the machine holds it."""
+    return Tolerant(nominal=value, low=value, high=value)
+
+
+def at_ends(trajectory):
+    """Shaft centres (k, 2), complex, at the touchdown bearings."""
+    n, at = trajectory.model.n, trajectory.model.arrays.at_end
+    return (trajectory.state[:, :n] + 1j * trajectory.state[:, n : 2 * n]) @ at.T

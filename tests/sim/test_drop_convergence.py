@@ -1,0 +1,141 @@
+"""Drops through contacts: order of the integrators, an independent integration, how fast neighbours part."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from changed_machine import at_ends
+from plain_drop import PlainDrop
+from scipy.integrate import solve_ivp
+from tdbsim.drop_model import build_model
+from tdbsim.drop_record import drop_record
+from tdbsim.simulate import DropPlan, error_scale, initial_state, run
+
+ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
+
+
+@pytest.fixture(scope="module")
+def exact_drop(machine):
+    """A drop with contacts, integrated far below what is asked of it."""
+    return run(build_model(machine), ADAPTIVE)
+
+
+def _pressed_start(model):
+    """A state in the middle of a contact at both ends, moving in."""
+    start = initial_state(model, DropPlan(150.0))
+    n, at = model.n, model.arrays.at_end
+    deep = np.array([-model.arrays.end[0, 0] - 3e-5, -model.arrays.end[1, 0] - 3e-5])
+    start[n : n + 2] += np.linalg.solve(at[:, :2], deep)
+    nq = 2 * n + 15
+    start[nq + n : nq + n + 2] += np.linalg.solve(at[:, :2], [-0.05, -0.05])
+    for end in range(2):
+        start[2 * n + 6 * end + 1] -= 1e-5
+    return start
+
+
+def _through_contact(model):
+    """Return start, finish and exact finish of 80 us within one contact of both ends."""
+    from tdbsim import dormand_prince
+    from tdbsim.observe import ENERGIES, FORCES, observe
+
+    start, times = _pressed_start(model), np.linspace(0, 8e-5, 41)[1:]
+    exact = np.empty((40, len(start)))
+    dormand_prince.integrate(model.arrays, start.copy(), 0.0, 1e-7, 1e-5, 1e-13, error_scale(model.n), times, exact)
+    forces = np.zeros((2, len(FORCES), 40))
+    observe(model.arrays, exact, forces, np.zeros((2, 11, 40)), np.zeros((len(ENERGIES), 40)))
+    assert forces[:, FORCES.index("depth")].min() > 0
+    assert forces[:, FORCES.index("normal_force")].max() > 3000
+    return start, times[-1:], exact[-1]
+
+
+def test_order_of_the_splitting_during_contact(machine):
+    """Within a contact the error falls as the step to the fourth power, down to 0.1 nm."""
+    from tdbsim import splitting
+
+    model = build_model(machine)
+    start, finish, exact = _through_contact(model)
+    errors = []
+    for count in (1, 2, 4):
+        out = np.empty((1, len(start)))
+        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2))
+        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+    assert math.log2(errors[0] / errors[1]) > 3.7
+    assert math.log2(errors[1] / errors[2]) > 3.7
+    assert errors[2] < 1e-10
+
+
+def test_order_of_dormand_prince_during_contact(machine):
+    """With equal steps the error falls as the step to the fifth power."""
+    from tdbsim import dormand_prince
+
+    model = build_model(machine)
+    start, finish, exact = _through_contact(model)
+    errors = []
+    for count in (20, 40, 80):
+        out, step = np.empty((1, len(start))), finish[0] / count
+        dormand_prince.integrate(model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out)
+        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+    assert math.log2(errors[0] / errors[1]) > 4.5
+    assert math.log2(errors[1] / errors[2]) > 4.5
+
+
+@pytest.fixture(scope="module")
+def independent(machine, exact_drop):
+    """The same drop integrated by scipy from equations written a second time: centres at the ends (2, k), complex."""
+    plain = PlainDrop(machine, 150.0)
+    start = plain.from_state(exact_drop.state[0])
+    found = solve_ivp(plain, (0, 0.05), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=exact_drop.time)
+    return plain.at_ends(found.y)
+
+
+def test_first_50_ms_against_an_independent_integration(exact_drop, independent):
+    depth = drop_record(exact_drop)["depth"]
+    assert float(depth.max()) > 1e-6
+    assert np.abs(at_ends(exact_drop).T - independent).max() < 1e-9
+
+
+def test_splitting_against_an_independent_integration(machine, independent):
+    fine = run(build_model(machine), DropPlan(150.0, 0.05, step=25e-6))
+    assert np.abs(at_ends(fine).T - independent).max() < 1e-7
+
+
+def test_another_contact_exponent_against_an_independent_integration(machine):
+    ends = tuple(
+        bearing.model_copy(update={"contact_exponent": exponent})
+        for bearing, exponent in zip(machine.touchdown_bearings, (1.3, 1.0), strict=True)
+    )
+    other = machine.model_copy(update={"touchdown_bearings": ends})
+    drop = run(build_model(other), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    plain = PlainDrop(other, 150.0)
+    start = plain.from_state(drop.state[0])
+    found = solve_ivp(plain, (0, 0.02), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=drop.time)
+    assert float(drop_record(drop)["depth"].max("time").min()) > 1e-6
+    assert np.abs(at_ends(drop).T - plain.at_ends(found.y)).max() < 1e-9
+    usual = run(build_model(machine), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    assert np.abs(at_ends(drop) - at_ends(usual)).max() > 1e-6
+
+
+def test_touch_down_anywhere_in_a_step(machine):
+    """Where in a step the first contacts begin and end costs no accuracy: 1 nm through them, wherever they fall."""
+    model = build_model(machine)
+    for k in range(10):
+        plan = DropPlan(150.0, 0.01, shaft_angle=0.6 * k, set_point=((0.0, k * 1e-6), (0.0, 0.0)))
+        exact = run(model, replace(plan, method="dormand_prince", tolerance=1e-11))
+        caught = run(model, plan)
+        assert caught.peak_normal.min() > 100
+        assert np.abs(at_ends(caught) - at_ends(exact)).max() < 1e-9
+
+
+def test_neighbouring_trajectories_part(machine):
+    """A picometre grows by contacts, and by no more than thousandfold within 0.1 s: trajectories compare early only."""
+    model = build_model(machine)
+    plan = DropPlan(150.0, 0.1, step=10e-6)
+    near = replace(plan, set_point=((1e-12, 0.0), (0.0, 0.0)))
+    apart = np.abs(at_ends(run(model, near)) - at_ends(run(model, plan))).max(axis=1)
+    before = apart[: int(0.006 * 20e3)].max()
+    assert before < 3e-12
+    rate = math.log(apart[-200:].max() / before) / 0.09
+    assert 10 < rate < 120

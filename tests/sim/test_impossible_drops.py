@@ -1,0 +1,66 @@
+"""Drops that cannot be simulated: each is refused with the value, its unit and the cure."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from changed_machine import changed, exactly
+from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
+from tdbsim.drop_model import build_model
+from tdbsim.errors import InputError
+from tdbsim.simulate import DropPlan, run, simulate
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"speed": -50.0}, "speed -50 Hz must be not negative"),
+        ({"speed": math.nan}, "speed"),
+        ({"speed": 100.0, "seconds": 0.0}, "seconds 0 s must be positive"),
+        ({"speed": 100.0, "step": -1e-5}, "step"),
+        ({"speed": 100.0, "sampling": 0.0}, "sampling"),
+        ({"speed": 100.0, "levitated": -1.0}, "levitated"),
+        ({"speed": 100.0, "bending": -1}, "bending"),
+        ({"speed": 100.0, "method": "euler"}, "euler"),
+        ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point"),
+        ({"speed": 100.0, "seconds": 1e-6}, "no sample"),
+    ],
+)
+def test_impossible_plans(values, says):
+    with pytest.raises(InputError, match=says):
+        DropPlan(**values)
+
+
+def test_set_point_outside_the_gap(machine):
+    with pytest.raises(InputError, match="reaches the gap of 250 um"):
+        simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
+
+
+def test_no_gap(machine):
+    with pytest.raises(InputError, match="gap"):
+        simulate(changed(machine, ends={"radial_gap": exactly(0.0)}), DropPlan(100.0, 0.01))
+
+
+def test_no_magnets(machine):
+    with pytest.raises(InputError, match="magnetic_bearing"):
+        simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
+
+
+@pytest.mark.parametrize("feeds", ["cross-coupling", "magnets push away", "magnets drive"])
+def test_whirl_that_grows_before_the_release(machine, feeds):
+    model = build_model(machine)
+    if feeds == "cross-coupling":
+        model.arrays.circulatory[:2, :2] = 1e7 * np.eye(2)
+    else:
+        model.arrays.magnet[:, MAGNET_STIFFNESS if feeds == "magnets push away" else MAGNET_DAMPING] *= -1
+    with pytest.raises(InputError, match="not stable at 150 Hz"):
+        run(model, DropPlan(150.0, 0.01))
+
+
+def test_steps_that_cannot_converge(machine):
+    with pytest.raises(InputError, match="step"):
+        simulate(machine, DropPlan(150.0, 0.1, step=1e-3, sampling=1e3))
+    with pytest.raises(InputError, match="tolerance"):
+        simulate(machine, DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-30))
