@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause
@@ -18,6 +20,8 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
+_WAVE_PHASES = 8  # tried of waves that stand still
+_WAVES_FITTED = 2  # of these, the best, with slopes of their own
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
 
@@ -53,17 +57,49 @@ def with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Con
 def _anew(contender: Contender, horizon: float) -> Contender | None:
     """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
     problem, new, point = contender.problem, contender.causes[-1], contender.fit.point
-    if new.counted is None and not new.turning:
-        try:
-            return replace(contender, fit=fit(problem, point, horizon, 1))
-        except InputError:
-            return None
-    found = [_turned(problem, contender.fit, horizon)]
+    if new.standing_waves:
+        found = _round_the_race(problem, new, contender.fit, horizon)
+    elif new.of_each_drop:
+        found = [_turned(problem, contender.fit, horizon)]
+    else:
+        found = [_as_it_is(problem, point, horizon)]
     if new.counted is not None:
         # a ball too large on one side does much of what a smaller one, or one too small, does elsewhere
         found += [_from_usual_size(problem, new, point, way, horizon) for way in (1.0, -1.0)]
     best = min((each for each in found if each is not None), key=lambda each: each.misfit, default=None)
     return None if best is None else replace(contender, fit=best)
+
+
+def _as_it_is(problem: Problem, point: Array, horizon: float) -> Fit | None:
+    """Return a fit from a point; None where that is impossible."""
+    try:
+        return fit(problem, point, horizon, 1)
+    except InputError:
+        return None
+
+
+def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> list[Fit | None]:
+    """Return fits of waves that stand still, after phases all round a wave were tried, each with the cages that suit it."""
+    tried = [found]
+    for phase in np.arange(_WAVE_PHASES) * 2 * math.pi / _WAVE_PHASES - math.pi:
+        point = found.point.copy()
+        for size, angle in cause.sizes:
+            _set(problem, point, cause, size, size.typical)
+            if angle is not None:
+                _set(problem, point, cause, angle, float(phase))
+        try:
+            turned = turn_cages(problem, replace(found, point=np.clip(point, problem.low, problem.high)), horizon)
+            tried.append(fit(problem, turned, horizon, 0, slopes=found.slopes))
+        except InputError:
+            continue
+    tried.sort(key=lambda each: each.misfit)
+    return [_turned(problem, each, horizon) for each in tried[:_WAVES_FITTED]]
+
+
+def _set(problem: Problem, point: Array, cause: Suspect, parameter: Declared, value: float) -> None:
+    """Give a cause's parameter a value (SI) in a point."""
+    at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{parameter.name}")
+    point[at] = (value - problem.shared[at].nominal) / problem.shared[at].scale
 
 
 def _turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
@@ -80,8 +116,7 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
     """Return the same from where a cause has its typical size, one way or the other."""
     other = point.copy()
     for size, _ in cause.sizes:
-        at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{size.name}")
-        other[at] = (sized(size, way) - problem.shared[at].nominal) / problem.shared[at].scale
+        _set(problem, other, cause, size, sized(size, way))
     try:
         start = linearised(problem, np.clip(other, problem.low, problem.high), horizon)
     except InputError:

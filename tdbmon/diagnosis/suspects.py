@@ -68,6 +68,12 @@ class Suspect:
         return self.in_contacts and any(angle is not None and angle.per_drop for _, angle in self.sizes)
 
     @property
+    def standing_waves(self) -> bool:
+        """True for waves of a race that does not turn: which balls meet them is for the cages' angles to say."""
+        counted = any(p.whole and p.name in self.held for p in self.declared.parameters)
+        return counted and self.in_contacts and not self.turning
+
+    @property
     def of_each_drop(self) -> bool:
         """True for what has an angle or a number of its own in every drop: it fits anything a little."""
         return self.turning or self.counted is not None
