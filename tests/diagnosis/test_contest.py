@@ -10,7 +10,7 @@ from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
-from tdbmon.diagnosis.attempt import from_the_fall
+from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
@@ -284,6 +284,28 @@ def test_values_of_causes_lead_to_the_same_model(gained):
         again = with_cause(again, cause, start)
     assert again.misfit == pytest.approx(both.misfit, rel=1e-12)
     assert again.problem.free[0].each_held == ({"ball": 3.0}, {"ball": 5.0})
+
+
+def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
+    """Only with the cages turned to it does a phase show what it can; from here a plain fit of the same waves fails."""
+    problem = problem_of(crew, "race_waviness:end=DE,amplitude=6 um,order=6,race=outer,phase=100 deg")
+    bare = Contender((), problem, fit(problem, problem.start, 0.014), 0.014, 0.8)
+    assert bare.fails
+    outer = {"order": 6.0, "race": "outer"}
+    waves = next(
+        s
+        for s in suspects(problem.model.machine, problem.model.machine.probes, ())
+        if s.name == "race_waviness@DE" and s.held == outer
+    )
+    assert waves.standing_waves
+    assert not waves.of_each_drop
+    start = with_cause(bare, waves, Start({"amplitude": 2e-6, "phase": math.radians(-80)}))
+    straight = fit(start.problem, start.fit.point, 0.014, 3)
+    (found,) = with_own_slopes([start], 0.014)
+    values, _ = found.problem.values(found.fit.point, 0)
+    assert values["race_waviness@DE.amplitude"] == pytest.approx(6e-6, rel=0.1)
+    assert not found.fails
+    assert straight.misfit > found.misfit + 100
 
 
 def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
