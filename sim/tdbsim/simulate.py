@@ -17,6 +17,7 @@ from tdbsim.errors import InputError
 from tdbsim.levitation import add_whirl_force, check_stable, hold, synchronous_response
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
+from tdbsim.usual_step import usual_step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,9 +57,9 @@ class DropPlan:
         Whether the local compliance at the touchdown bearings completes the modes.
     method : str
         "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
-    step : float
-        Greatest step of the splitting while an end touches, s; steps in free flight are twice as long, up to 50e-6, those
-        in which a contact begins or ends a quarter. 50e-6 takes two thirds of the time and is four times less accurate.
+    step : float, optional
+        Greatest step of the splitting while an end touches, s, by default the machine's `usual_step`; steps in free flight
+        are twice as long, up to 50e-6, those in which a contact begins or ends a quarter.
     tolerance : float
         Relative error a step of the adaptive method.
     """
@@ -77,7 +78,7 @@ class DropPlan:
     bending: int = 4
     attachment: bool = True
     method: Literal["splitting", "dormand_prince"] = "splitting"
-    step: float = 25e-6
+    step: float | None = None
     tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
@@ -86,6 +87,8 @@ class DropPlan:
             ("step", "s", None), ("tolerance", "", None),
         ):  # fmt: skip
             value = getattr(self, name)
+            if value is None:
+                continue
             if not math.isfinite(value) or (value <= 0 if least is None else value < least):
                 wanted = "positive" if least is None else "not negative"
                 sense = "; the sense of rotation is the machine's 'rotation'" if name == "speed" else ""
@@ -243,7 +246,8 @@ def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out
         return
     from tdbsim import splitting
 
-    t = splitting.integrate(model.arrays, y, 0.0, plan.step, times, out, peak)
+    step = usual_step(model.machine) if plan.step is None else plan.step
+    t = splitting.integrate(model.arrays, y, 0.0, step, times, out, peak)
     if (len(times) and t < times[-1]) or not np.all(np.isfinite(out[-1:])):  # what is not finite stays so
         raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
 

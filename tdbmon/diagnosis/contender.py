@@ -227,11 +227,20 @@ def without_each(best: Contender, horizon: float) -> list[Contender]:
 
     A cause may only have led the way out of a wrong minimum; without it the model then fits as well, and is the simpler one.
     """
-    out = []
-    for index in range(len(best.causes)):
-        try:
-            bare = without_cause(best, index)
-            out.append(replace(bare, fit=fit(bare.problem, bare.fit.point, horizon, 1, slopes=bare.fit.slopes)))
-        except InputError:
-            continue
-    return out
+    found = [_fitted_without(best, index, horizon) for index in range(len(best.causes))]
+    return [each for each in found if each is not None]
+
+
+def without_last(found: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return contenders without the cause that joined last, fitted anew from there."""
+    bare = [_fitted_without(each, len(each.causes) - 1, horizon) for each in found]
+    return [each for each in bare if each is not None]
+
+
+def _fitted_without(best: Contender, index: int, horizon: float) -> Contender | None:
+    """Return a contender with one cause less, fitted anew; None where it cannot be simulated."""
+    try:
+        bare = without_cause(best, index)
+        return replace(bare, fit=fit(bare.problem, bare.fit.point, horizon, 1, slopes=bare.fit.slopes))
+    except InputError:
+        return None

@@ -20,6 +20,7 @@ from tdbsim.errors import InputError
 from tdbsim.levitation import synchronous_response
 from tdbsim.sensors import Motion, ProbeChain, Runout, SensorChain, measure
 from tdbsim.simulate import DropPlan, initial_state
+from tdbsim.usual_step import usual_step
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
@@ -29,7 +30,7 @@ from tdbmon.identify.prediction import Values, centre, drop_plan
 Array = NDArray[np.float64]
 
 LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
-_STEP_S = 50e-6  # of the integration: paths have parted long before its error shows
+_LONGER = 2.0  # times the usual step: paths have parted long before its error shows
 _CHUNK = 10_000  # samples whose states are held at a time
 
 
@@ -103,9 +104,11 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     measured = problem.drops[drop]
     shared, own = problem.values(calibration.point, drop)
     model, effects = problem.setting(shared, own, drop)
-    plan = drop_plan(measured, own, 0, len(measured.time), _STEP_S)
+    plan = drop_plan(measured, own, 0, len(measured.time))
     began = clock.thread_time()
-    places, angle, omega = _simulate(model.copy(), plan, measured.time - measured.time[0])
+    places, angle, omega = _simulate(
+        model.copy(), plan, _LONGER * usual_step(machine), measured.time - measured.time[0]
+    )
     took = clock.thread_time() - began
     offset = np.array([centre(machine, shared, probe.position) for probe in machine.probes])
     noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
@@ -137,7 +140,7 @@ def _runout(own: Values, end: str) -> tuple[Runout, ...]:
     return tuple(found)
 
 
-def _simulate(model: DropModel, plan: DropPlan, time: Array) -> tuple[Array, Array, Array]:
+def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tuple[Array, Array, Array]:
     """Return place in the probes' planes (2 axes, probes, k), shaft angle and speed (k,) of a levitated and dropped rotor."""
     n, machine = model.n, model.machine
     state = initial_state(model, plan)
@@ -157,7 +160,7 @@ def _simulate(model: DropModel, plan: DropPlan, time: Array) -> tuple[Array, Arr
     for start in range(held, len(time), _CHUNK):
         instants = since[start : start + _CHUNK]
         out = np.empty((len(instants), len(state)))
-        at = splitting.integrate(model.arrays, state, at, plan.step, instants, out, peak)
+        at = splitting.integrate(model.arrays, state, at, step, instants, out, peak)
         if at < instants[-1] or not np.all(np.isfinite(state)):
             raise InputError(f"the simulation of the coast-down left all bounds {at:.4g} s after the release")
         here = slice(start, start + len(instants))

@@ -24,7 +24,6 @@ from tdbmon.identify.noise import coloured
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
-STEP_S = 25e-6  # of the integration; with twice of it the balls' clearance comes out a tenth off
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 DIVERGENCE = 42.0  # 1/s, by which neighbouring trajectories part (median of drops with contact at both ends)
 MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
@@ -109,7 +108,7 @@ def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
     return first, min(round((LEAD_S + horizon) / drop.interval), len(drop.time) - first)
 
 
-def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int, step: float = STEP_S) -> DropPlan:
+def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int) -> DropPlan:
     """Return the plan of a drop that begins at a sample of the record and has `count` of them."""
     offset = own["release"]
     levitated = drop.release + offset - float(drop.time[first])
@@ -123,7 +122,6 @@ def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int, step: flo
         velocity=((own["velocity_x_0"], own["velocity_y_0"]), (own["velocity_x_1"], own["velocity_y_1"])),
         shaft_angle=own["shaft_angle"] + drop.omega * offset,
         cage_angle=(own["cage_0"], own["cage_1"]),
-        step=step,
     )
 
 

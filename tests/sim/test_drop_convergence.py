@@ -129,6 +129,26 @@ def test_touch_down_anywhere_in_a_step(machine):
         assert np.abs(at_ends(caught) - at_ends(exact)).max() < 1e-9
 
 
+def test_a_light_ring_takes_shorter_steps(machine):
+    """The shipped machine takes 25 us; with rings of a fifth of their mass that is too long, and not taken."""
+    from tdbsim.usual_step import usual_step
+
+    assert usual_step(machine) == 25e-6
+    rings = [bearing.inner_ring_mass / 5 for bearing in machine.touchdown_bearings]
+    ends = tuple(
+        bearing.model_copy(update={"inner_ring_mass": mass})
+        for bearing, mass in zip(machine.touchdown_bearings, rings, strict=True)
+    )
+    light = machine.model_copy(update={"touchdown_bearings": ends})
+    assert usual_step(light) < 15e-6
+    plan, model = DropPlan(150.0, 0.012), build_model(light)
+    exact = at_ends(run(model, replace(plan, method="dormand_prince", tolerance=1e-11)))
+    usual, long = (np.abs(at_ends(run(model, each)) - exact).max() for each in (plan, replace(plan, step=25e-6)))
+    assert run(model, plan).peak_normal.min() > 100
+    assert usual < 1e-8
+    assert long > 5 * usual
+
+
 def test_neighbouring_trajectories_part(machine):
     """A picometre grows by contacts, and by no more than thousandfold within 0.1 s: trajectories compare early only."""
     model = build_model(machine)
