@@ -16,6 +16,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
@@ -284,6 +285,26 @@ def test_values_of_causes_lead_to_the_same_model(gained):
         again = with_cause(again, cause, start)
     assert again.misfit == pytest.approx(both.misfit, rel=1e-12)
     assert again.problem.free[0].each_held == ({"ball": 3.0}, {"ball": 5.0})
+
+
+def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypatch):
+    """A suspect that ends at no size, but whose fit is better, leaves the plain model where it came to, and goes."""
+    problem = problem_of(crew)
+    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
+    off = problem.start.copy()
+    off[place] += 0.5
+    stuck = Contender((), problem, linearised(problem, off, 0.012), 0.012, 0.8)
+    bare = replace(stuck, fit=fit(problem, problem.start, 0.012))
+    assert stuck.misfit > 2 * bare.misfit
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
+    assert tiny.negligible
+    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field: [tiny] if not field else [])
+    plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
+    assert not plain.causes
+    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
+    assert not any(each.causes for each in field)
 
 
 def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
