@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _WAVE_PHASES = 8  # tried of waves that stand still
-_WAVES_FITTED = 2  # of these, the best, with slopes of their own
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
 
@@ -58,7 +57,7 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
     """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
     problem, new, point = contender.problem, contender.causes[-1], contender.fit.point
     if new.standing_waves:
-        found = _round_the_race(problem, new, contender.fit, horizon)
+        found = [_round_the_race(problem, new, contender.fit, horizon)]
     elif new.of_each_drop:
         found = [_turned(problem, contender.fit, horizon)]
     else:
@@ -78,8 +77,8 @@ def _as_it_is(problem: Problem, point: Array, horizon: float) -> Fit | None:
         return None
 
 
-def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> list[Fit | None]:
-    """Return fits of waves that stand still, after phases all round a wave were tried, each with the cages that suit it."""
+def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> Fit | None:
+    """Return a fit of waves that stand still, from the best of phases all round a wave, each with the cages that suit it."""
     tried = [found]
     for phase in np.arange(_WAVE_PHASES) * 2 * math.pi / _WAVE_PHASES - math.pi:
         point = found.point.copy()
@@ -92,8 +91,7 @@ def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float
             tried.append(fit(problem, turned, horizon, 0, slopes=found.slopes))
         except InputError:
             continue
-    tried.sort(key=lambda each: each.misfit)
-    return [_turned(problem, each, horizon) for each in tried[:_WAVES_FITTED]]
+    return _turned(problem, min(tried, key=lambda each: each.misfit), horizon)
 
 
 def _set(problem: Problem, point: Array, cause: Suspect, parameter: Declared, value: float) -> None:
