@@ -69,10 +69,9 @@ class Search:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
             if not found:
                 break
+            # what is next to nothing may have led out of a hollow
             led = without_last([each for each in found if each.negligible], horizon)
-            deeper = min(
-                [best, *led], key=lambda each: each.misfit
-            )  # what is next to nothing may have led out of a hollow
+            deeper = min([best, *led], key=lambda each: each.misfit)
             if deeper.misfit < best.misfit - _SURE:
                 plain, field, best = _replaced(plain, field, best, deeper)
             field = field + [each for each in found if not each.negligible]

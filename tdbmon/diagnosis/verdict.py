@@ -16,9 +16,7 @@ _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count 
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
-_PROVED = (
-    0.5  # of what the plain model leaves on a drop held out, that what has angles of its own in every drop must gain
-)
+_PROVED = 0.5  # gain on a drop held out, that what has angles of its own in every drop must show
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
