@@ -29,6 +29,7 @@ Values = Mapping[str, Estimate]
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
 # of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
 LEAST = 1.0
+CLEARANCE_LEAST = 2.0  # the same of a ball clearance, which two drops know worst
 _MADE_UP_FOR = 0.5  # of a change, that its counterpart must leave of it
 
 
@@ -139,7 +140,8 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
         (x, half), (y, other) = map(_value_and_half_width, pair)
         apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
         inside = not any(_at_edge(own, value) for value in (x, y))  # there a value has no interval
-        if inside and apart > APART and abs(y - x) > LEAST * own.scale and not _made_up_for(own.name, before, since):
+        least = CLEARANCE_LEAST if own.name.endswith(".diametral_clearance") else LEAST
+        if inside and apart > APART and abs(y - x) > least * own.scale and not _made_up_for(own.name, before, since):
             found.append((apart, Change(own.name, *pair)))
     return tuple(change for _, change in sorted(found, key=lambda each: -each[0]))
 
