@@ -14,7 +14,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.least_squares import Fit, fit, linearised
+from tdbmon.identify.least_squares import Fit, fit, fit_or_none, linearised
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -61,20 +61,12 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
     elif new.of_each_drop:
         found = [_turned(problem, contender.fit, horizon)]
     else:
-        found = [_as_it_is(problem, point, horizon)]
+        found = [fit_or_none(problem, point, horizon, 1)]
     if new.counted is not None:
         # a ball too large on one side does much of what a smaller one, or one too small, does elsewhere
         found += [_from_usual_size(problem, new, point, way, horizon) for way in (1.0, -1.0)]
     best = min((each for each in found if each is not None), key=lambda each: each.misfit, default=None)
     return None if best is None else replace(contender, fit=best)
-
-
-def _as_it_is(problem: Problem, point: Array, horizon: float) -> Fit | None:
-    """Return a fit from a point; None where that is impossible."""
-    try:
-        return fit(problem, point, horizon, 1)
-    except InputError:
-        return None
 
 
 def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> Fit | None:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim.errors import InputError
 
-from tdbmon.identify.least_squares import Fit, covariance_of, fit
+from tdbmon.identify.least_squares import Fit, covariance_of, fit_or_none
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -42,16 +41,9 @@ def shaken(problem: Problem, found: Fit, horizon: float) -> Fit:
     rng = np.random.default_rng(0)
     for _ in range(_TIMES):
         _, *starts = draws(problem, found.point, covariance_of(problem, found, horizon), _STARTS + 1, rng)
-        tried = problem.crew.apart(_fitted, [(problem, start, horizon) for start in starts])
+        tried = problem.crew.apart(fit_or_none, [(problem, start, horizon, _SLOPES) for start in starts])
         before = found.misfit
         found = min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
         if found.misfit > (1 - _GAIN) * before:
             break
     return found
-
-
-def _fitted(problem: Problem, start: Array, horizon: float) -> Fit | None:
-    try:
-        return fit(problem, start, horizon, _SLOPES)
-    except InputError:
-        return None

@@ -94,6 +94,14 @@ def fit(
         linearisations -= 1
 
 
+def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int) -> Fit | None:
+    """Return `fit`; None where the point cannot be simulated."""
+    try:
+        return fit(problem, point, horizon, linearisations)
+    except InputError:
+        return None
+
+
 def linearised(problem: Problem, point: Array, horizon: float) -> Fit:
     """Return a point as it stands, with its slopes (raises InputError where it cannot be simulated)."""
     linear = problem.linearised(point, horizon)

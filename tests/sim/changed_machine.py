@@ -1,8 +1,11 @@
-"""Machines with some values changed, and where a trajectory is at the touchdown bearings."""
+"""Machines with some values changed, a plan followed exactly, and where a trajectory is at the touchdown bearings."""
 
 from __future__ import annotations
 
 from tdbsim.machine import Machine, Tolerant
+from tdbsim.simulate import DropPlan
+
+ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
 
 
 def changed(machine: Machine, rotor=None, ends=None, **fields) -> Machine:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from changed_machine import at_ends, changed, exactly
+from changed_machine import ADAPTIVE, at_ends, changed, exactly
 from scipy.optimize import brentq
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
@@ -16,18 +16,11 @@ from tdbsim.rhs import LEDGER
 from tdbsim.simulate import DropPlan, run, simulate
 
 DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
-ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
 
 
 @pytest.fixture(scope="module")
 def balanced(machine):
     return changed(machine, rotor={"unbalance": ()})
-
-
-@pytest.fixture(scope="module")
-def exact_drop(machine):
-    """A drop with contacts, integrated far below what is asked of it."""
-    return run(build_model(machine), ADAPTIVE)
 
 
 @pytest.mark.parametrize("method", ["splitting", "dormand_prince"])

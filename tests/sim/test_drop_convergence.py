@@ -14,14 +14,6 @@ from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
 from tdbsim.simulate import DropPlan, error_scale, initial_state, run
 
-ADAPTIVE = DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-10)
-
-
-@pytest.fixture(scope="module")
-def exact_drop(machine):
-    """A drop with contacts, integrated far below what is asked of it."""
-    return run(build_model(machine), ADAPTIVE)
-
 
 def _pressed_start(model):
     """A state in the middle of a contact at both ends, moving in."""
