@@ -149,6 +149,15 @@ def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Cont
     return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
 
 
+def replaced(
+    plain: Contender, field: list[Contender], old: Contender, new: Contender
+) -> tuple[Contender, list[Contender], Contender]:
+    """Return the plain model, the others and the new one, with the old one, which is among them, replaced by it."""
+    if old is plain:
+        return new, field, new
+    return plain, [new if each is old else each for each in field], new
+
+
 def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contender:
     """Return a contender with one cause more, which begins at given values; its slopes are known, not yet its best fit.
 

@@ -13,12 +13,13 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, settled, without_each
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, replaced, settled, without_each
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import Problem
@@ -68,6 +69,9 @@ def contest(
         if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
             plain = settled(plain, horizon, FEW_SLOPES)
         best = leader(plain, field, horizon)
+        if horizon == TOUCHED_S:
+            deeper = replace(best, fit=better_clearances(best.problem, best.fit, horizon))
+            plain, field, best = replaced(plain, field, best, deeper)
         if best.causes and best.fails_beside(plain):  # it may only sit in the wrong hollow
             deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
             cause = deeper.causes[-1]
@@ -75,7 +79,7 @@ def contest(
                 near = neighbours(cause, suspects)
                 compared += [cause, *near]
                 deeper = in_neighbouring_orders(search.fallen, deeper, near, horizons)
-            field, best = [deeper if each is best else each for each in field], deeper
+            plain, field, best = replaced(plain, field, best, deeper)
         if not free and best.fails_beside(plain) and explained_by_stated_values(best):
             progress("fitting what the machine file states without tolerance too")
             free = True

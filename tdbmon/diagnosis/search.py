@@ -11,7 +11,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
-from tdbmon.diagnosis.contender import SLOPES, Contender, leader, negligible, settled, without_each, without_last
+from tdbmon.diagnosis.contender import (
+    SLOPES,
+    Contender,
+    leader,
+    negligible,
+    replaced,
+    settled,
+    without_each,
+    without_last,
+)
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Suspect
 
@@ -73,7 +82,7 @@ class Search:
             led = without_last([each for each in found if each.negligible], horizon)
             deeper = min([best, *led], key=lambda each: each.misfit)
             if deeper.misfit < best.misfit - _SURE:
-                plain, field, best = _replaced(plain, field, best, deeper)
+                plain, field, best = replaced(plain, field, best, deeper)
             field = field + [each for each in found if not each.negligible]
             after = min([best, *found], key=lambda each: each.bic)
             for freed in without_each(after, horizon):
@@ -121,15 +130,6 @@ class Search:
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
         return seated
-
-
-def _replaced(
-    plain: Contender, field: list[Contender], old: Contender, new: Contender
-) -> tuple[Contender, list[Contender], Contender]:
-    """Return the plain model, the others and the new one, with the old one, which is among them, replaced by it."""
-    if old is plain:
-        return new, field, new
-    return plain, [new if each is old else each for each in field], new
 
 
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:

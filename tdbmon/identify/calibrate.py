@@ -22,6 +22,7 @@ from tdbsim.machine import Machine
 from tdbmon.estimate import Estimate
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit, linearised
@@ -101,6 +102,8 @@ def fit_drops(
             found = fit(problem, point, horizon)
             if horizon > CONTACT_S and found.misfit > FAILING * sum(len(r) for r in found.residuals):
                 found = better_cages(problem, found, horizon, 3)
+            if horizon == TOUCHED_S:
+                found = better_clearances(problem, found, horizon)
             point = found.point
             if horizon > 2 * CONTACT_S:
                 passed.append(point)

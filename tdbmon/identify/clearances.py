@@ -1,0 +1,72 @@
+"""Fits begun at other clearances of the balls.
+
+The shaft meets a ring where gap and half the clearance add up to, so the first contacts hardly tell the one from the
+other; how the balls share the load does, and that depends on the cages' angles in a wavy way.  A descent along this
+valley ends long before its bottom.  So fits begin at all four corners of what is known of both ends' clearances, gaps
+making up for them and cages turned to suit, and the deepest is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.least_squares import Fit, fit, fit_or_none
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+TOUCHED_S = 0.014  # s after the release; by then both ends have met their bearings
+_CORNER = 1.2  # standard deviations from the nominal clearance
+_SLOPES = 4  # times that each takes slopes
+
+
+def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return the deepest of a fit and of those that begin at other clearances.
+
+    Parameters
+    ----------
+    problem : Problem
+    found : Fit
+        With slopes near enough to turn the cages.
+    horizon : float
+        s after the release, late enough for both ends to have met their bearings.
+    """
+    names = [p.name for p in problem.shared]
+    ends = [end for end in problem.model.machine.ends if f"{end}.diametral_clearance" in names]
+    if not ends:
+        return found
+    corners = [
+        _with_clearances(problem, found.point, dict(zip(ends, signs, strict=True)))
+        for signs in product((-_CORNER, _CORNER), repeat=len(ends))
+    ]
+    tried = problem.crew.apart(_begun_at, [(problem, found, corner, horizon) for corner in corners])
+    best = min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+    return best if best is found else fit(problem, best.point, horizon, slopes=best.slopes)
+
+
+def _with_clearances(problem: Problem, point: Array, clearances: dict[str, float]) -> Array:
+    """Return a point with other clearances, in their scales, each gap less by as much as half of it is more."""
+    names = [p.name for p in problem.shared]
+    moved = point.copy()
+    for end, clearance in clearances.items():
+        at = names.index(f"{end}.diametral_clearance")
+        wider = (clearance - point[at]) * problem.shared[at].scale
+        moved[at] = clearance
+        if f"{end}.radial_gap" in names:
+            gap = names.index(f"{end}.radial_gap")
+            moved[gap] -= wider / 2 / problem.shared[gap].scale
+    return np.clip(moved, problem.low, problem.high)
+
+
+def _begun_at(problem: Problem, found: Fit, corner: Array, horizon: float) -> Fit | None:
+    """Return a fit begun at a corner, cages turned first; None where it cannot be simulated."""
+    residuals = problem.all_residuals(corner, horizon)
+    if residuals is None:
+        return None
+    there = turn_cages(problem, replace(found, point=corner, residuals=tuple(residuals)), horizon)
+    return fit_or_none(problem, there, horizon, _SLOPES)

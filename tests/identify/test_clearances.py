@@ -1,0 +1,51 @@
+"""Fits begun at other clearances of the balls, where a descent along the valley of gap and clearance has ended early."""
+
+import numpy as np
+import pytest
+from tdbsim.machine import load_machine
+
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import fit, linearised
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
+from tests.identify import drops
+
+TRUTH = drops.TRUTH | {"NDE.diametral_clearance": 19.6e-6, "DE.diametral_clearance": 16.4e-6}
+FALL_S = 0.006
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """One drop of a machine whose clearances are known to 30 %."""
+    machine = load_machine(shipped("short/machine.toml"))
+    with Crew() as crew:
+        yield build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
+
+
+def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
+    names = [p.name for p in problem.shared]
+    start = problem.start
+    for name, value in TRUTH.items():
+        parameter = problem.shared[names.index(name)]
+        start[names.index(name)] = (value - parameter.nominal) / parameter.scale
+    told = fit(problem, fit(problem, start, FALL_S).point, TOUCHED_S)
+    astray = fit(problem, problem.start, FALL_S).point
+    for end in problem.model.machine.ends:
+        gap, clearance = names.index(f"{end}.radial_gap"), names.index(f"{end}.diametral_clearance")
+        wider = (1.8 - astray[clearance]) * problem.shared[clearance].scale
+        astray[clearance] = 1.8
+        astray[gap] -= wider / 2 / problem.shared[gap].scale
+    early = fit(problem, astray, TOUCHED_S, 3)
+    assert early.misfit > told.misfit + 10
+    assert better_clearances(problem, early, TOUCHED_S).misfit < told.misfit + 2
+
+
+def test_clearances_that_are_known_exactly_stay():
+    machine = drops.machine()
+    with Crew() as crew:
+        problem = build_problem(machine, (measured_drop(drops.drop(seconds=0.03), machine),), crew)
+    there = linearised(problem, problem.start, FALL_S)
+    assert better_clearances(problem, there, FALL_S) is there
+    assert not np.any(there.point)
