@@ -240,7 +240,7 @@ class _Comparison:
         """Return what these drops show."""
         # the others' rows weigh nothing, so the fitted values do not hear of them
         weights = [np.full(len(each.slopes), float(k in drops)) for k, each in enumerate(seen)]
-        basis, begin = directions(problem, [each.slopes for each in seen], weights)
+        basis, begin = directions(problem, [each.slopes for each in seen], weights, problem.low < problem.high)
         columns: list[Mapping[int, Array]] = []
         blocks: list[tuple[tuple[tuple[int, ...], ...], ...]] = []
         for k, suspect in enumerate(wanted):

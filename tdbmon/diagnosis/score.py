@@ -25,13 +25,15 @@ from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
 from tdbmon.identify.prediction import predict, residuals
-from tdbmon.identify.problem import Problem, huber, spread
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 
 _SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
 QUARTER = (0, 2)  # eighths of a period: angles at right angles, of which all others are made as long as sizes are small
 _LARGE = 2.5  # of the typical size
+_AT_BOUND = 1e-6  # of a value's scale
 FURTHEST = 4.0  # trial sizes, to which a trial is believed
 
 
@@ -71,7 +73,9 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     point = fitted.point
     linear = list(zip(fitted.residuals, fitted.slopes, strict=True))
     weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
-    basis, begin = directions(problem, [j for _, j in linear], weights)
+    # a value at its bound goes no further, as little as it may be off
+    held = (point <= problem.low + _AT_BOUND) | (point >= problem.high - _AT_BOUND)
+    basis, begin = directions(problem, [j for _, j in linear], weights, ~held)
     left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
     left = left - basis @ (basis.T @ left)
     tried = problem.crew.apart(
@@ -86,7 +90,9 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     return sorted((each for each in found if each is not None), key=lambda each: -each.gain)
 
 
-def directions(problem: Problem, slopes: Sequence[Array], weights: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
+def directions(
+    problem: Problem, slopes: Sequence[Array], weights: Sequence[Array], free: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.intp]]:
     """Return what the fitted values can do, as orthonormal columns, and the row at which each drop begins.
 
     Parameters
@@ -96,11 +102,13 @@ def directions(problem: Problem, slopes: Sequence[Array], weights: Sequence[Arra
         Of each drop.
     weights : sequence of (m,) array
         By which its residuals count.
+    free : (parameters,) array
+        Which values may move.
 
     Returns
     -------
     basis : (rows, n) array
-        Rows of the drops one after the other, then what is known of each value beforehand.
+        n values that are free.  Rows of the drops one after the other, then what is known of each value beforehand.
     begin : (drops + 1,) array
     """
     begin = np.concatenate([[0], np.cumsum([len(weight) for weight in weights])])
@@ -109,7 +117,7 @@ def directions(problem: Problem, slopes: Sequence[Array], weights: Sequence[Arra
     for drop, (jacobian, weight) in enumerate(zip(slopes, weights, strict=True)):
         design[begin[drop] : begin[drop + 1], problem.columns(drop)] = jacobian * weight[:, None]
     design[begin[-1] :] = np.diag(np.maximum(problem.prior, 1e-3))
-    basis, _ = np.linalg.qr(design)
+    basis, _ = np.linalg.qr(design[:, free])
     return basis, begin
 
 

@@ -104,7 +104,7 @@ class Search:
         Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
         their start.  A score follows straight lines; these fits go beyond.
         """
-        asked = _asked(best, horizon, self.suspects, field)
+        asked = worth_fitting(best, horizon, self.suspects, field)
         crew = best.problem.crew
         tried = crew.apart(begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
         rough = [
@@ -166,23 +166,28 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
     return likely, others
 
 
-def _asked(best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]) -> list[Score]:
+def worth_fitting(
+    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
+) -> list[Score]:
     """Return the suspects to fit roughly: all where the plain model fails, else those that promise a gain."""
     taken = {each.name for each in best.causes}
     known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
     open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
     price = math.log(best.residuals)
-    asked: list[Score] = []
+    found: list[Score] = []
     names: dict[str, int] = {}
     for score in scores(best.problem, best.fit, horizon, open_to):
         name = score.suspect.name
         names[name] = names.get(name, 0) + 1
         worth = score.gain - score.start.free(score.suspect).freedom * price
-        least = _PROMISE * best.excess if best.causes else -math.inf if best.fails else _SURE
+        # of what is left, and in the units of the scores
+        least = (
+            _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if best.fails else _SURE
+        )
         if (
             names[name] <= _SAME_NAME
             and worth > least
             and (best.fails or not negligible(score.suspect, score.start.shared))
         ):
-            asked.append(score)
-    return asked
+            found.append(score)
+    return found

@@ -14,7 +14,8 @@ from tdbsim.errors import InputError
 
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.parameters import Parameter
-from tdbmon.identify.problem import Problem, huber, spread
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 

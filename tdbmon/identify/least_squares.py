@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.identify.prediction import window
-from tdbmon.identify.problem import Problem, huber, spread
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 

@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 _BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
-_ROBUST = 3.0  # times the spread: from there on a residual counts linearly (Huber)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,17 +215,6 @@ class Problem:
     def each(self, work: Callable[[int], T]) -> list[T]:
         """Do something for every drop, several at a time."""
         return self.crew.together(work, range(len(self.drops)))
-
-
-def spread(residual: Array) -> float:
-    """Return how many times wider than expected the residuals are, robustly; at least 1."""
-    return max(1.0, 1.4826 * float(np.median(np.abs(residual))))
-
-
-def huber(residual: Array, scale: float) -> Array:
-    """Return the weights of residuals: 1/scale^2, less for those beyond three times it."""
-    away = np.abs(residual) / scale
-    return np.minimum(1.0, _ROBUST / np.maximum(away, 1e-12)) / scale**2
 
 
 def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew) -> Problem:

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from tdbsim.effect import catalogue, parse
 from tdbsim.machine import load_machine
-from tdbsim.sensors import ProbeChain, SensorChain
-from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
@@ -27,41 +25,16 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
+from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
 
 GAIN = 1.06
-
-
-def record(machine, speed, seed, *effects):
-    rng = np.random.default_rng(seed)
-    plan = DropPlan(
-        speed=speed,
-        seconds=0.03,
-        levitated=0.08,
-        set_point=tuple(map(tuple, rng.uniform(-25e-6, 25e-6, (2, 2)))),
-        shaft_angle=float(rng.uniform(0, 2 * np.pi)),
-        cage_angle=tuple(rng.uniform(0, 2 * np.pi / 11, 2)),
-        sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
-        seed=seed,
-        bending=12,
-    )
-    made = simulate(machine, plan, [parse(text) for text in effects])
-    made.attrs["source_file"] = f"drop_{speed:g}.nc"
-    return made
 
 
 @pytest.fixture(scope="module")
 def crew():
     with Crew() as opened:
         yield opened
-
-
-def problem_of(crew, *effects):
-    machine = drops.machine()
-    measured = tuple(
-        measured_drop(record(machine, speed, seed, *effects), machine) for speed, seed in ((80.0, 1), (150.0, 2))
-    )
-    return build_problem(machine, measured, crew)
 
 
 @pytest.fixture(scope="module")

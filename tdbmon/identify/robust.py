@@ -1,0 +1,27 @@
+"""How residuals count: those far beyond their spread linearly, not by their square (P. J. Huber, Ann. Math. Statist. 35
+(1964) 73), so that a few odd samples do not lead a fit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_FROM = 3.0  # times the spread: from there on linearly
+
+
+def spread(residual: Array) -> float:
+    """Return how many times wider than expected the residuals are, robustly; at least 1."""
+    return max(1.0, 1.4826 * float(np.median(np.abs(residual))))
+
+
+def huber(residual: Array, scale: float) -> Array:
+    """Return the weights of a drop's residuals: 1/scale^2, less for those beyond three times it.
+
+    The last, which the deceleration before the release leaves, is no sample among many: it counts by its square always.
+    """
+    away = np.abs(residual) / scale
+    away[-1] = 0.0
+    return np.minimum(1.0, _FROM / np.maximum(away, 1e-12)) / scale**2

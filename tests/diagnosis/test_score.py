@@ -1,0 +1,47 @@
+"""Scores of causes beside values that have gone as far as they may, on drops of the same simulator."""
+
+import pytest
+
+from tdbmon.diagnosis.contender import Contender, settled, with_cause
+from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.search import worth_fitting
+from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.least_squares import fit
+from tests.diagnosis.simulated import problem_of
+
+FALL_S = 0.006
+
+
+@pytest.fixture(scope="module")
+def crew():
+    with Crew() as opened:
+        yield opened
+
+
+def by_name(problem):
+    machine = problem.model.machine
+    return {suspect.name: suspect for suspect in suspects(machine, machine.probes, ())}
+
+
+def test_what_a_value_at_its_bound_cannot_do_a_cause_can(crew):
+    """Every drop has a runout of its own up to 3 um: that does all that a cause of 10 um does, but not so much of it."""
+    problem = problem_of(crew, "probe_runout:end=NDE,first=10 um,second=1 um")
+    fallen = fit(problem, problem.start, FALL_S)
+    where = [k for k, p in enumerate(problem.parameters) if p.name.startswith("NDE.runout_cosine_1")]
+    at_bound = (fallen.point <= problem.low + 1e-9) | (fallen.point >= problem.high - 1e-9)
+    assert at_bound[where].any()
+    found = scores(problem, fallen, FALL_S, [by_name(problem)["probe_runout@NDE"]])
+    assert found[0].gain > 0.5 * found[0].total
+
+
+def test_a_further_cause_is_asked_where_the_first_leaves_many_times_the_noise(crew):
+    problem = problem_of(crew, "shaft_bow:bow=21 um,phase=2.5 rad", "probe_runout:end=NDE,first=8 um,second=1.5 um")
+    suspect = by_name(problem)
+    plain = Contender((), problem, fit(problem, problem.start, FALL_S), FALL_S, 0.9)
+    bowed = with_cause(plain, suspect["shaft_bow@rotor"], Start({"bow": 21e-6, "phase": 2.5}))
+    for horizon in (FALL_S, 0.01, 0.014):
+        bowed = settled(bowed, horizon, 8)
+    assert bowed.ratio > 3 * bowed.floor
+    names = [each.suspect.name for each in worth_fitting(bowed, 0.014, list(suspect.values()), [])]
+    assert "probe_runout@NDE" in names
