@@ -88,6 +88,11 @@ class Contender:
         return replace(self, causes=causes, problem=replace(self.problem, drops=known.drops, crew=known.crew))
 
     @property
+    def of_each_drop(self) -> bool:
+        """True where one of its causes has angles or a number of its own in every drop, by which it fits much."""
+        return any(cause.of_each_drop for cause in self.causes)
+
+    @property
     def negligible(self) -> bool:
         """True where one of its causes is so small that every machine has it."""
         return any(negligible(cause, start.shared) for cause, start in zip(self.causes, self.starts(), strict=True))

@@ -121,7 +121,7 @@ def diagnose(
         concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
         sizes = {each.name: sizes_of(each, without.get(each.name, ())) for each in concerned}
         if judged.accused:
-            judged = doubted(judged, plain, sizes[judged.accused[0].name].causes)
+            judged = doubted(judged, plain, sizes[judged.accused[0].name].causes, proof)
     return Diagnosis(
         machine=machine,
         verdict=judged,

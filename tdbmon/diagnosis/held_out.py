@@ -21,6 +21,7 @@ from tdbmon.identify.problem import Problem
 LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
+_MUCH = 0.5  # of what the plain model leaves beyond the noise
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
 
 
@@ -78,6 +79,11 @@ class HeldOut:
         return abs(self.plain_misfit - self.extended_misfit) > _CLEAR * self.plain_misfit
 
     @property
+    def much_better(self) -> bool:
+        """True where the extended model takes away half of what the plain one leaves, or clearly some of very little."""
+        return self.holds and (self.clear if self.gain is None else self.gain > _MUCH)
+
+    @property
     def gain(self) -> float | None:
         """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
 
@@ -115,14 +121,15 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """Return the proof on the drop of middle speed, no further than to where one of the models clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
-    is no proof, two are to be one.
+    is no proof, two are to be one: a ball of another size may hardly be met in one of them.
     """
     first, *further = middle_drops(extended.problem)
     for horizon in (*(h for h in _PROOF_S if h < extended.horizon), extended.horizon):
         proof = held_out(plain, extended, first, horizon)
         if proof.gain is not None and proof.clear:
             break
-    if proof.holds or not further:
+    suffices = proof.much_better if extended.of_each_drop else proof.holds
+    if suffices or not further:
         return proof
     return proof.along_with(held_out(plain, extended, further[0], horizon))
 

@@ -16,7 +16,6 @@ _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count 
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
-_PROVED = 0.5  # gain on a drop held out, that what has angles of its own in every drop must show
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
@@ -94,8 +93,12 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
 
 
-def doubted(judged: Verdict, plain: Contender, sizes: Mapping[str, Mapping[str, Estimate]]) -> Verdict:
+def doubted(
+    judged: Verdict, plain: Contender, sizes: Mapping[str, Mapping[str, Estimate]], proof: HeldOut | None
+) -> Verdict:
     """Return the verdict, or none where no size of a named cause is clear of nothing and the plain model explains the drops.
+
+    A cause that is much better on a drop held out is there, however badly its size is known.
 
     Parameters
     ----------
@@ -103,8 +106,11 @@ def doubted(judged: Verdict, plain: Contender, sizes: Mapping[str, Mapping[str, 
     plain : Contender
     sizes : mapping
         Of each cause of the named model, its parameters by name.
+    proof : HeldOut or None
     """
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
+        return judged
+    if proof is not None and proof.gain is not None and proof.much_better:
         return judged
     (named,) = judged.accused
     for cause in named.causes:
@@ -123,9 +129,7 @@ def _clear(size: Estimate | None, off: float | str) -> bool:
 
 def _proved(best: Contender, proof: HeldOut) -> bool:
     """True where a model does better on a drop held out: much better, if it has angles of its own in every drop."""
-    if not proof.holds or not any(each.of_each_drop for each in best.causes):
-        return proof.holds
-    return proof.clear if proof.gain is None else proof.gain > _PROVED
+    return proof.much_better if best.of_each_drop else proof.holds
 
 
 def _explains(best: Contender, plain: Contender) -> bool:

@@ -341,9 +341,13 @@ def test_a_size_that_may_as_well_be_none_is_not_named(competed):
     def sized(low, high):
         return {"probe_gain@DE_A": {"gain": Estimate((low + high) / 2, low, high)}}
 
-    assert doubted(named, plain, sized(1.02, 1.06)).kind is Kind.NAMED
-    assert doubted(named, plain, sized(0.98, 1.06)).kind is Kind.NONE
-    assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06)).kind is Kind.NAMED
+    little = HeldOut(("drop_80.nc",), 4e-7, 3.8e-7, 3e-7, 4000.0, 3900.0)
+    much = replace(little, extended=3.1e-7, extended_misfit=2000.0)
+    assert doubted(named, plain, sized(1.02, 1.06), None).kind is Kind.NAMED
+    assert doubted(named, plain, sized(0.98, 1.06), None).kind is Kind.NONE
+    assert doubted(named, plain, sized(0.98, 1.06), little).kind is Kind.NONE
+    assert doubted(named, plain, sized(0.98, 1.06), much).kind is Kind.NAMED
+    assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06), None).kind is Kind.NAMED
 
 
 def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
