@@ -75,7 +75,12 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small
-    if proof is not None and not proof.much_better and not plain.fails and any(each.in_contacts for each in best.causes):
+    if (
+        proof is not None
+        and not proof.much_better
+        and not plain.fails
+        and any(each.in_contacts for each in best.causes)
+    ):
         why = f"the plain model leaves noise alone; {best.name} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     total = 0.0
