@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 _SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
 QUARTER = (0, 2)  # eighths of a period: angles at right angles, of which all others are made as long as sizes are small
 _LARGE = 2.5  # of the typical size
-_AT_BOUND = 1e-6  # of a value's scale
 FURTHEST = 4.0  # trial sizes, to which a trial is believed
 
 
@@ -74,8 +73,7 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     linear = list(zip(fitted.residuals, fitted.slopes, strict=True))
     weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
     # a value at its bound goes no further, as little as it may be off
-    held = (point <= problem.low + _AT_BOUND) | (point >= problem.high - _AT_BOUND)
-    basis, begin = directions(problem, [j for _, j in linear], weights, ~held)
+    basis, begin = directions(problem, [j for _, j in linear], weights, ~problem.at_bound(point))
     left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
     left = left - basis @ (basis.T @ left)
     tried = problem.crew.apart(

@@ -217,12 +217,9 @@ def _estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, E
 
 
 def _at_bound(problem: Problem, point: Array) -> tuple[AtBound, ...]:
-    edge = 1e-6
     values, _ = problem.values(point, 0)
     return tuple(
-        AtBound(p.name, values[p.name])
-        for p, z, low, high in zip(problem.shared, point, problem.low, problem.high, strict=False)
-        if z <= low + edge or z >= high - edge
+        AtBound(p.name, values[p.name]) for p, at in zip(problem.shared, problem.at_bound(point), strict=False) if at
     )
 
 
