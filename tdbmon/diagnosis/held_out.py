@@ -79,9 +79,14 @@ class HeldOut:
         return abs(self.plain_misfit - self.extended_misfit) > _CLEAR * self.plain_misfit
 
     @property
+    def seen(self) -> bool:
+        """True where the readings show it: the extended model takes away half of what the plain one leaves there."""
+        return self.holds and self.gain is not None and self.gain > _MUCH
+
+    @property
     def much_better(self) -> bool:
-        """True where the extended model takes away half of what the plain one leaves, or clearly some of very little."""
-        return self.holds and (self.clear if self.gain is None else self.gain > _MUCH)
+        """True where it is seen, or the plain model leaves hardly more than noise and the extended one clearly less."""
+        return self.seen or (self.holds and self.gain is None and self.clear)
 
     @property
     def gain(self) -> float | None:

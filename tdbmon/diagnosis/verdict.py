@@ -74,10 +74,10 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         gains = "too little" if proof.holds else "nothing"
         why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
-    # what acts in contacts is of many kinds, which look alike while they are small
+    # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if (
         proof is not None
-        and not proof.much_better
+        and not proof.seen
         and not plain.fails
         and any(each.in_contacts for each in best.causes)
     ):
@@ -115,7 +115,7 @@ def doubted(
     """
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
         return judged
-    if proof is not None and proof.gain is not None and proof.much_better:
+    if proof is not None and proof.seen:
         return judged
     (named,) = judged.accused
     for cause in named.causes:

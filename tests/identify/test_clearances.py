@@ -39,7 +39,8 @@ def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
         astray[gap] -= wider / 2 / problem.shared[gap].scale
     early = fit(problem, astray, TOUCHED_S, 3)
     assert early.misfit > told.misfit + 10
-    assert better_clearances(problem, early, TOUCHED_S).misfit < told.misfit + 2
+    led = better_clearances(problem, early, TOUCHED_S)
+    assert led.misfit - told.misfit < 0.1 * (early.misfit - told.misfit)  # both end a little short of the bottom
 
 
 def test_clearances_that_are_known_exactly_stay():
