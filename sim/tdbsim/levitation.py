@@ -6,6 +6,9 @@ bow make the rotor whirl at its speed, p = P exp(i theta), with x + i y = shape 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,9 +17,52 @@ from tdbsim.drop_model import Array, Arrays
 from tdbsim.errors import InputError
 
 _RIGID = 2  # modes
+_KEPT = 64  # rotors; slopes ask for some tens at a time
+
+Whirl = NDArray[np.complex128]
 
 
-def synchronous_response(arrays: Arrays, omega: float) -> NDArray[np.complex128]:
+@dataclass(frozen=True)
+class _Asked:
+    """A levitated rotor; it counts as equal to another of which everything is equal that its place depends on."""
+
+    arrays: Arrays
+    set_point: Array
+    omega: float
+    key: bytes
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Asked) and self.key == other.key
+
+
+def levitate(arrays: Arrays, set_point: Array, omega: float) -> tuple[Array, Array, Whirl]:
+    """Return the mean modal displacements (n,) in x and in y, and the whirl (n,) with the shaft's angle at zero.
+
+    The magnets' steady force is set in `arrays`.  Calibration asks for one rotor again and again, since what it changes is
+    mostly in the touchdown bearings: so the last ones are kept (raises as `check_stable` and `hold` do).
+    """
+    springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
+    parts = (
+        arrays.square, arrays.damping, arrays.gyro, arrays.circulatory, arrays.weight, arrays.unbalance, arrays.bow,
+        arrays.at_end, arrays.at_magnet, springs, set_point, np.array(omega),
+    )  # fmt: skip
+    asked = _Asked(arrays, set_point, omega, b"".join(part.tobytes() for part in parts))
+    mean_x, mean_y, force, whirl = _levitated(asked)
+    arrays.magnet[:, [MAGNET_FX, MAGNET_FY]] = force
+    return mean_x, mean_y, whirl
+
+
+@lru_cache(maxsize=_KEPT)
+def _levitated(asked: _Asked) -> tuple[Array, Array, Array, Whirl]:
+    check_stable(asked.arrays, asked.omega)
+    mean_x, mean_y = hold(asked.arrays, asked.set_point)
+    return mean_x, mean_y, asked.arrays.magnet[:, [MAGNET_FX, MAGNET_FY]], synchronous_response(asked.arrays, asked.omega)
+
+
+def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
     """Return the whirl P (n,) of the levitated rotor at a speed in rad/s (negative: clockwise).
 
     (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
@@ -69,7 +115,7 @@ def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
     return mean_x, mean_y
 
 
-def add_whirl_force(arrays: Arrays, omega: float, whirl: NDArray[np.complex128]) -> None:
+def add_whirl_force(arrays: Arrays, omega: float, whirl: Whirl) -> None:
     """Add to the magnets' steady force what they exert on the whirl (n,) at the instant of the release."""
     seen = arrays.at_magnet @ whirl
     force = -(arrays.magnet[:, MAGNET_STIFFNESS] + 1j * omega * arrays.magnet[:, MAGNET_DAMPING]) * seen

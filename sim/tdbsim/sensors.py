@@ -8,6 +8,7 @@ file, SI, on the dimension ``time`` counted from the first sample.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -183,12 +184,21 @@ def projected(x: ArrayLike, y: ArrayLike, angle: float) -> Array:
     return np.asarray(x) * math.cos(angle) + np.asarray(y) * math.sin(angle)
 
 
-def surface(harmonics: tuple[Runout, ...], shaft_angle: Array, probe_angle: float) -> Array:
-    """Return how far the shaft's surface stands out under a probe, m: it reads as if the shaft came nearer."""
-    beta = probe_angle - shaft_angle
-    height = np.zeros_like(shaft_angle)
+def surface(harmonics: tuple[Runout, ...], turned: NDArray[np.complex128], probe_angle: float) -> Array:
+    """Return how far the shaft's surface stands out under a probe, m: it reads as if the shaft came nearer.
+
+    Parameters
+    ----------
+    harmonics : tuple of Runout
+    turned : (n,) complex array
+        exp(-i shaft angle).
+    probe_angle : float
+        rad.
+    """
+    height = np.zeros(len(turned))
     for each in harmonics:
-        height += each.amplitude * np.cos(each.order * (beta - each.phase))
+        crest = cmath.rect(each.amplitude, each.order * (probe_angle - each.phase))
+        height += (crest * turned**each.order).real
     return height
 
 
@@ -221,12 +231,13 @@ def clean_readings(
     chain : SensorChain
     """
     out = np.empty_like(x)
+    turned = np.exp(-1j * shaft_angle)
     for row, probe in enumerate(probes):
         link = chain.of(probe.name)
         angle = probe.angle + link.angle_error
         seen = projected(x[row], y[row], angle)
         if link.runout:
-            seen = seen + surface(link.runout, shaft_angle, angle)
+            seen = seen + surface(link.runout, turned, angle)
         out[row] = delayed(link.gain * seen + link.offset, link.lag)
     if chain.leaks:
         rows = {probe.name: row for row, probe in enumerate(probes)}

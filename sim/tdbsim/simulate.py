@@ -14,7 +14,7 @@ from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
-from tdbsim.levitation import add_whirl_force, check_stable, hold, synchronous_response
+from tdbsim.levitation import add_whirl_force, levitate
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
 from tdbsim.usual_step import usual_step
@@ -191,9 +191,7 @@ def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.compl
     nq = positions.py_func(n)
     y = np.zeros(2 * nq + len(LEDGER))
     omega = model.machine.sense * 2 * math.pi * plan.speed
-    check_stable(arrays, omega)
-    mean_x, mean_y = hold(arrays, np.asarray(plan.set_point, dtype=float))
-    unturned = synchronous_response(arrays, omega)
+    mean_x, mean_y, unturned = levitate(arrays, np.asarray(plan.set_point, dtype=float), omega)
     whirl = unturned * np.exp(1j * plan.shaft_angle)
     add_whirl_force(arrays, omega, whirl)
     y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag

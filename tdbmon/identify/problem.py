@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -122,15 +122,27 @@ class Problem:
         begin = len(self.shared) + drop * width
         return np.concatenate([np.arange(len(self.shared)), np.arange(begin, begin + width)])
 
+    @cached_property
+    def _names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Of the shared parameters, and of a drop's own, which are the same in every drop."""
+        return tuple(p.name for p in self.shared), tuple(p.name for p in self.own[0])
+
+    @cached_property
+    def _nominal(self) -> Array:
+        return np.array([p.nominal for p in self.parameters])
+
+    @cached_property
+    def _scale(self) -> Array:
+        return np.array([p.scale for p in self.parameters])
+
     def values(self, point: Array, drop: int) -> tuple[dict[str, float], dict[str, float]]:
         """Return shared values and a drop's own (SI) by name."""
-        inside = point[self.columns(drop)]
-        parameters = (*self.shared, *self.own[drop])
-        numbers = [p.nominal + p.scale * z for p, z in zip(parameters, inside, strict=True)]
-        count = len(self.shared)
+        shared, own = self._names
+        where = self.columns(drop)
+        numbers = (self._nominal[where] + self._scale[where] * point[where]).tolist()
         return (
-            {p.name: x for p, x in zip(self.shared, numbers[:count], strict=True)},
-            {p.name: x for p, x in zip(self.own[drop], numbers[count:], strict=True)},
+            dict(zip(shared, numbers[: len(shared)], strict=True)),
+            dict(zip(own, numbers[len(shared) :], strict=True)),
         )
 
     def setting(
@@ -187,7 +199,8 @@ class Problem:
         shared, own = self.values(point, drop)
         model, effects = self.setting(shared, own, drop)
         prediction = predict(measured, model, own, horizon)
-        base = residuals(prediction, measured, machine, self.sensors(effects, shared, own, drop))
+        sensors = self.sensors(effects, shared, own, drop)
+        base = residuals(prediction, measured, machine, sensors)
         where = self.columns(drop)
         jacobian = np.zeros((len(base), len(where)))
         acting_names = {each.name for each in self.free}
@@ -204,11 +217,14 @@ class Problem:
             try:
                 if k < len(self.shared) or parameter.name.partition(".")[0] in acting_names:
                     moved_model, acting = self.setting(moved_shared, moved_own, drop)
-                if parameter.moves:
+                if parameter.moves:  # then the probes stay as they are
                     moved = predict(measured, moved_model, moved_own, horizon)
+                    probes = replace(sensors, shared=moved_shared, own=moved_own)
+                else:
+                    probes = self.sensors(acting, moved_shared, moved_own, drop)
             except InputError:
                 continue
-            seen = residuals(moved, measured, machine, self.sensors(acting, moved_shared, moved_own, drop))
+            seen = residuals(moved, measured, machine, probes)
             jacobian[:, k] = (seen - base) / step
         return base, jacobian
 
