@@ -172,6 +172,7 @@ class Effect:
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
+    slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
 
     def __post_init__(self) -> None:

@@ -59,7 +59,12 @@ def levitate(arrays: Arrays, set_point: Array, omega: float) -> tuple[Array, Arr
 def _levitated(asked: _Asked) -> tuple[Array, Array, Array, Whirl]:
     check_stable(asked.arrays, asked.omega)
     mean_x, mean_y = hold(asked.arrays, asked.set_point)
-    return mean_x, mean_y, asked.arrays.magnet[:, [MAGNET_FX, MAGNET_FY]], synchronous_response(asked.arrays, asked.omega)
+    return (
+        mean_x,
+        mean_y,
+        asked.arrays.magnet[:, [MAGNET_FX, MAGNET_FY]],
+        synchronous_response(asked.arrays, asked.omega),
+    )
 
 
 def synchronous_response(arrays: Arrays, omega: float) -> Whirl:

@@ -17,6 +17,7 @@ from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 
+MOST_CAUSES = 3
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
@@ -39,6 +40,8 @@ class Contender:
         s after the release.
     floor : float
         Misfit a residual of the fall before the first contact, where the model can hardly be wrong: that of the noise.
+    later : float
+        Sum of squares of how the rotor slows after the horizon (see `tdbmon.diagnosis.slowing`); 0 as long as nobody asked.
     """
 
     causes: tuple[Suspect, ...]
@@ -46,6 +49,7 @@ class Contender:
     fit: Fit
     horizon: float
     floor: float
+    later: float = 0.0
 
     @property
     def misfit(self) -> float:
@@ -75,7 +79,7 @@ class Contender:
     @property
     def bic(self) -> float:
         """Bayesian information criterion: G. Schwarz, Ann. Statist. 6 (1978) 461."""
-        return self.misfit + self.freedom * math.log(self.residuals)
+        return self.misfit + self.later + self.freedom * math.log(self.residuals)
 
     @property
     def name(self) -> str:
@@ -110,6 +114,7 @@ class Contender:
                 if free.each_start
                 else (),
                 free.each_held,
+                free.known,
             )
             for free in self.problem.free
         ]

@@ -16,6 +16,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.slowing import with_slowing
 from tdbmon.diagnosis.stated import stated_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
@@ -107,13 +108,17 @@ def diagnose(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, horizons[0])
-        field = contest(problem, suspects(machine, _common(drops), problem.standing), horizons, progress)
+        suspected = suspects(machine, _common(drops), problem.standing)
+        field = contest(problem, suspected, horizons, progress)
+        progress("following how the rotor slows")
+        field, slowed = with_slowing(field, suspected)
         extended = [each for each in field if each.causes]
         plain = next(each for each in field if not each.causes)
         proof = None
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
-            proof = proved(plain, extended[0])
+            by_slowing = slowed is not None and not slowed.base.causes
+            proof = slowed.proof() if slowed is not None and by_slowing else proved(plain, extended[0])
         judged = verdict(field, proof)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]

@@ -40,7 +40,9 @@ class HeldOut:
     plain_misfit, extended_misfit : float
         Robust sums of squares there in units of the noise; they count the speed and the levitated stretch too.
     without : tuple of mapping
-        The extended model's shared values (SI) by name, fitted without the drop, or without each of the two.
+        The extended model's shared values (SI) by name, fitted without the drop, or without each of them.
+    quantity : str
+        What was measured and simulated.
     """
 
     drops: tuple[str, ...]
@@ -50,6 +52,7 @@ class HeldOut:
     plain_misfit: float
     extended_misfit: float
     without: tuple[Mapping[str, float], ...] = ()
+    quantity: str = "readings"
 
     def along_with(self, other: HeldOut) -> HeldOut:
         """Return the proof on both drops, each held out by itself."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
 from tdbmon.diagnosis.contender import (
+    MOST_CAUSES,
     SLOPES,
     Contender,
     leader,
@@ -26,7 +27,6 @@ from tdbmon.diagnosis.suspects import Suspect
 
 Progress = Callable[[str], None]
 
-MOST_CAUSES = 3
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too

@@ -103,15 +103,21 @@ class Suspect:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the fit of a suspect begins (SI): values of all drops, and those of each."""
+    """Where the fit of a suspect begins (SI): values of all drops, and those of each.
+
+    `known` are standard deviations of what is known of some of the former beside what the fit sees.
+    """
 
     shared: Mapping[str, float]
     each: tuple[Mapping[str, float], ...] = ()
     each_held: tuple[Mapping[str, float], ...] = field(default=())
+    known: Mapping[str, float] = field(default_factory=dict)
 
     def free(self, suspect: Suspect) -> FreeEffect:
         """Return the suspect as an effect with free parameters."""
-        return FreeEffect(suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held)
+        return FreeEffect(
+            suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held, self.known
+        )
 
 
 def _nearer(size: Declared, value: float, share: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tdbsim.effect import Effect, EffectDeclaration
 from tdbsim.effect import Parameter as Declared
@@ -31,6 +31,8 @@ class FreeEffect:
         angle at the release nobody knows.
     each_held : tuple of mapping
         Parameters that stay and differ from drop to drop: the number of a ball, counted from the cage's angle.
+    known : mapping
+        Standard deviations (SI) of what is known of some shared ones, beside what the fit sees, about where they begin.
     """
 
     declared: EffectDeclaration
@@ -39,6 +41,7 @@ class FreeEffect:
     start: Mapping[str, float]
     each_start: tuple[Mapping[str, float], ...] = ()
     each_held: tuple[Mapping[str, float], ...] = ()
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -67,7 +70,8 @@ class FreeEffect:
         if goes_round(of):
             return Parameter(full, of.unit, value, value - math.pi, value + math.pi, math.inf, moves, span=_ANGLE_SPAN)
         size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
-        return Parameter(full, of.unit, value, of.low, of.high, math.inf, moves, span=size or abs(of.typical))
+        sigma = self.known.get(name, math.inf)
+        return Parameter(full, of.unit, value, of.low, of.high, sigma, moves, span=size or abs(of.typical))
 
     def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
         """Return the effect with its parameters as a point of the fit has them.

@@ -25,6 +25,7 @@ class RingDrag(Effect):
     )
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
+    slows: ClassVar = True
     rise: ClassVar = 1.05
 
     torque: float = parameter("N m", 0.0, (0.0, 50.0), 0.5, "added drag torque")
