@@ -11,6 +11,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.left_over import LeftOver, left_over
 from tdbmon.diagnosis.residual_force import ResidualForce, residual_force
+from tdbmon.diagnosis.slowing import Slowing, slowings_of
 
 _SHOWN = 3  # drops in a figure
 
@@ -29,6 +30,8 @@ class Evidence:
     extended_left : tuple of LeftOver
         Of the extended one, to the same horizon; empty where there is none.
     plain_force, extended_force : tuple of ResidualForce
+    plain_slowing, extended_slowing : tuple of Slowing or None
+        None where they are not known, or there is no such model.
     """
 
     diagnosis: Diagnosis
@@ -37,6 +40,8 @@ class Evidence:
     extended_left: tuple[LeftOver, ...]
     plain_force: tuple[ResidualForce, ...]
     extended_force: tuple[ResidualForce, ...]
+    plain_slowing: tuple[Slowing, ...] | None
+    extended_slowing: tuple[Slowing, ...] | None
 
     @property
     def best_left(self) -> tuple[LeftOver, ...]:
@@ -73,6 +78,8 @@ def evidence_of(diagnosis: Diagnosis) -> Evidence:
         extended_left,
         tuple(residual_force(left) for left in plain_left),
         tuple(residual_force(left) for left in extended_left),
+        slowings_of(plain),
+        slowings_of(extended) if extended is not None else None,
     )
 
 

@@ -18,6 +18,7 @@ from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.problem import Problem
 
+READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
 LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
@@ -52,7 +53,7 @@ class HeldOut:
     plain_misfit: float
     extended_misfit: float
     without: tuple[Mapping[str, float], ...] = ()
-    quantity: str = "readings"
+    quantity: str = READINGS
 
     def along_with(self, other: HeldOut) -> HeldOut:
         """Return the proof on both drops, each held out by itself."""

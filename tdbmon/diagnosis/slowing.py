@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, MOST_CAUSES, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import MOST_CAUSES, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.prediction import coasting, predict
@@ -31,7 +31,7 @@ _LAST_S = 0.6  # after the release; what slows a rotor later is drag alone
 _WINDOW_S = 0.02  # over which angles are averaged
 _LEAST_WINDOWS = 5  # of a drop
 _ANGLE_SIGMA = 0.005  # rad, of a mean: the simulated path is one of many
-_LAG_SIGMA = 0.03  # of the lag, for the same reason
+_LAG_SIGMA = 0.02  # of the lag, for the same reason
 _LIMIT = 400.0  # that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
@@ -186,8 +186,9 @@ class Slowed:
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
         start = Start({size: float(self.sizes[best])}, known={size: sigma})
-        found = settled(with_cause(self.base, self.suspect, start), self.base.horizon, FEW_SLOPES)
-        return replace(found, later=float(misfits[best]))
+        found = settled(with_cause(self.base, self.suspect, start), self.base.horizon, SLOPES)
+        # up to the horizon the cause hardly acts: a fit that leaves more there has ended in another hollow by chance
+        return replace(found, later=float(misfits[best]) + min(0.0, self.base.misfit - found.misfit))
 
     def proof(self) -> HeldOut:
         """Return the proof on each drop in turn: size and factor of the lag are those of the other drops."""

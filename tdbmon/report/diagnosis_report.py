@@ -16,6 +16,7 @@ from tdbmon.report.sections import (
     diagnosis_remains,
     diagnosis_residual,
     diagnosis_sizes,
+    diagnosis_slowing,
     diagnosis_verdict,
 )
 
@@ -45,6 +46,7 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Referenc
         diagnosis_force.section(evidence),
         diagnosis_ranking.section(evidence),
         diagnosis_fit.extended(evidence),
+        diagnosis_slowing.section(evidence),
         diagnosis_gain.section(evidence),
         diagnosis_sizes.section(evidence),
         diagnosis_remains.remains(evidence),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.held_out import READINGS
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
 
@@ -31,16 +32,21 @@ def section(evidence: Evidence) -> Section | None:
             + ("" if believed else " The verdict says why it is not believed all the same."),
             "good" if believed else "attention",
         )
+    fitted = (
+        f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then fitted: position"
+        " and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are those of the"
+        " other drops."
+    )
+    turned = (
+        f"For {proof.drop}, each in turn, the effect's size and the factor of the simulated lag are those of the other drops."
+        " What is left of the shaft's angle is given as the arc that the journal has turned."
+    )
     blocks: list[Block] = [
-        Paragraph(
-            f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then fitted: position"
-            " and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are those of the"
-            " other drops."
-        ),
+        Paragraph(fitted if proof.quantity == READINGS else turned),
         said,
         Figure(
             "extended-gain",
-            f"What is left of {proof.drop} from the release on.",
+            f"What is left of the {proof.quantity}.",
             "Three bars: what the plain model leaves, what the extended one leaves, and the noise.",
             partial(extended_gain, proof),
         ),

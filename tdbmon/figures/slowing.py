@@ -1,0 +1,63 @@
+"""How far shafts turned after paths have parted: measured less simulated angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tdbmon.figures.style import (
+    BLUE,
+    GREY,
+    LIGHT,
+    VERMILION,
+    Margins,
+    legend_below,
+    new_figure,
+    styled,
+    subplots,
+)
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.slowing import Slowing
+
+PLAIN = "plain model"  # what it is called in legends
+
+
+@styled
+def slowing(
+    models: Mapping[str, tuple[float, Sequence[Slowing]]], names: Sequence[str], shown: Sequence[int]
+) -> Figure:
+    """Draw some drops side by side: what each model leaves of the shaft's angle.
+
+    Parameters
+    ----------
+    models : mapping
+        By the model's name, the factor with which its simulated lag counts and its drops; two at most.
+    names : sequence of str
+        Of all drops.
+    shown : sequence of int
+        Drops.
+    """
+    figure = new_figure(
+        62, "Keyphasor less simulated shaft angle, forward, means of 20 ms · grey: two standard deviations"
+    )
+    axes = subplots(figure, 1, len(shown), Margins(17, 3, 13, 20, across=4), sharey="row")
+    for ax, drop in zip(axes[0], shown, strict=True):
+        for name, (factor, drops) in models.items():
+            each = drops[drop]
+            colour = VERMILION if name == PLAIN else BLUE
+            if colour == VERMILION or len(models) == 1:
+                band = 2 * np.degrees(each.sigma)
+                ax.fill_between(each.time * 1e3, -band, band, color=LIGHT, linewidth=0, label="expected")
+            ax.plot(
+                each.time * 1e3, np.degrees(each.rest(factor)), color=colour, marker="o", markersize=2.5, label=name
+            )
+        ax.axhline(0, color=GREY, linewidth=0.6)
+        ax.set_title(names[drop])
+        ax.set_xlabel("time from the release [ms]")
+    axes[0, 0].set_ylabel("measured ahead [°]")
+    legend_below(figure, 3)
+    return figure

@@ -1,0 +1,39 @@
+"""How the rotor slows after paths have parted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.slowing import lag_factor
+from tdbmon.report.document import Figure, Paragraph, Section
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Return the shaft's angle, measured less simulated; None where no keyphasor tells."""
+    if evidence.plain_slowing is None:
+        return None
+    from tdbmon.figures.slowing import PLAIN, slowing
+
+    models = {PLAIN: (lag_factor(evidence.plain_slowing), evidence.plain_slowing)}
+    if evidence.extended_slowing is not None:
+        models["extended model"] = (lag_factor(evidence.extended_slowing), evidence.extended_slowing)
+    counted = " and ".join(f"{factor:.2f} times ({name})" for name, (factor, _) in models.items())
+    names = [drop.name for drop in evidence.diagnosis.plain.problem.drops]
+    return Section(
+        "How the rotor slows",
+        (
+            Paragraph(
+                "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
+                " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
+                f" the shaft. The simulated lag behind a rotor that only coasts counts {counted}: polar inertia and friction at"
+                " small loads are known no better. What remains tells of rings that are hard to turn."
+            ),
+            Figure(
+                "slowing",
+                "Shaft angle, measured less simulated, from where paths have parted to the end of the record.",
+                "For some drops, the angle by which the measured shaft is ahead of the simulated one, against time.",
+                partial(slowing, models, names, evidence.shown),
+            ),
+        ),
+    )
