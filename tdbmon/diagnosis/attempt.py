@@ -20,6 +20,7 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
+_BALLS = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
 _WAVE_PHASES = 8  # tried of waves that stand still
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
@@ -115,10 +116,41 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
 
 
 def all_from_the_fall(fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
-    """Return contenders fitted from the fall on, several at a time, each along the horizons up to its own."""
-    tasks = [(fallen, each, [h for h in horizons if h <= each.horizon]) for each in contenders]
-    found = fallen.problem.crew.apart(from_the_fall, tasks)
-    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True)]
+    """Return contenders fitted from the fall on, several at a time, each along the horizons up to its own.
+
+    A ball is begun at several sizes: how large it is, a fit that had made up for it by the horizon can hardly tell.
+    """
+    begun = [(each, start) for each in contenders for start in (each, *_balls(each))]
+    tasks = [(fallen, start, [h for h in horizons if h <= each.horizon]) for each, start in begun]
+    found = fallen.problem.crew.apart(_from_the_fall_or_none, tasks)
+    best: dict[int, Contender] = {}
+    for (each, _), new in zip(begun, found, strict=True):
+        if new is not None and (id(each) not in best or new.misfit < best[id(each)].misfit):
+            best[id(each)] = new.at_home(each, each.causes)
+    return [best[id(each)] for each in contenders if id(each) in best]
+
+
+def _balls(contender: Contender) -> list[Contender]:
+    """Return a contender whose last cause is a ball with others of sizes that it is tried at; none for another cause."""
+    if not contender.causes or contender.causes[-1].counted is None:
+        return []
+    cause, problem = contender.causes[-1], contender.problem
+    size, _ = cause.sizes[0]
+    way = math.copysign(1.0, contender.starts()[-1].shared[size.name])
+    points = [contender.fit.point.copy() for _ in _BALLS]
+    for point, share in zip(points, _BALLS, strict=True):
+        _set(problem, point, cause, size, sized(size, way * share))
+    return [
+        replace(contender, fit=replace(contender.fit, point=np.clip(point, problem.low, problem.high)))
+        for point in points
+    ]
+
+
+def _from_the_fall_or_none(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender | None:
+    try:
+        return from_the_fall(fallen, fitted, horizons)
+    except InputError:
+        return None
 
 
 def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:

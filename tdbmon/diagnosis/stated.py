@@ -50,7 +50,8 @@ def with_stated_values_free(
         free = [eased(each) for each in contenders]
     except InputError:
         return None
-    return start, all_from_the_fall(start, free, horizons)
+    found = all_from_the_fall(start, free, horizons)
+    return (start, found) if len(found) == len(free) else None
 
 
 def stated_remarks(contender: Contender) -> list[str]:
