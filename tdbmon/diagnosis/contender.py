@@ -18,6 +18,7 @@ from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 
 MOST_CAUSES = 3
+SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right

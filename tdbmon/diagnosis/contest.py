@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, leader, replaced, settled, without_each
+from tdbmon.diagnosis.contender import FEW_SLOPES, SIMPLER, SLOPES, Contender, leader, replaced, settled, without_each
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
@@ -31,7 +31,6 @@ _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
-_SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
 _FAILED_BY_THEN = (
@@ -121,7 +120,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         for freed in without_each(best, best.horizon):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
-            if not near.fails_beside(plain) and near.bic < best.bic + _SIMPLER:
+            if not near.fails_beside(plain) and near.bic < best.bic + SIMPLER:
                 simpler.append(near)
         if not simpler:
             break

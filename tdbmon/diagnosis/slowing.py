@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import MOST_CAUSES, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.prediction import coasting, predict
@@ -37,6 +37,7 @@ _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
 _SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
 _WORTH = 60.0  # sum of squares from which on a cause is sought
+_NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
 _FINER = 8  # sizes tried between the neighbours of the best
 
 
@@ -265,22 +266,33 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     A model that fails before is no ground for it: then nothing is added.  The second value is what was tried of the cause
     that the best model has, if it has one.
     """
-    if field[0].fails_beside(next(each for each in field if not each.causes)):
+    plain = next(each for each in field if not each.causes)
+    if field[0].fails_beside(plain):
         return list(field), None
     known = [slowings_of(each) for each in field]
     judged = [replace(each, later=_misfit(of)) for each, of in zip(field, known, strict=True) if of is not None]
     if len(judged) < len(field):
         return list(field), None
-    base = min((each for each in judged if not _slows(each.causes)), key=lambda each: each.bic)
+    judged.sort(key=lambda each: each.bic)
+    base = next(each for each in judged if not _slows(each.causes))
+    if base.later < _WORTH or len(base.causes) == MOST_CAUSES:
+        return judged, None
+    # what such a cause does up to the horizon, another may have been taken for
+    plain = next(each for each in judged if not each.causes)
+    bases = [base, plain] if base.causes and plain.ratio < _NEAR * base.ratio else [base]
     grown: dict[str, Slowed] = {}
-    for each in slowed(base, _slows(suspects)) if base.later > _WORTH and len(base.causes) < MOST_CAUSES else ():
+    found: list[Contender] = []
+    for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
         try:
-            contender = each.contender()
+            found.append(each.contender())
         except InputError:
             continue
-        grown[contender.name] = each
-        judged = [old for old in judged if old.name != contender.name] + [contender]
-    judged.sort(key=lambda each: each.bic)
+        grown[found[-1].name] = each
+    judged = sorted([*(each for each in judged if each.name not in grown), *found], key=lambda each: each.bic)
+    simpler = [each for each in found if each.bic < judged[0].bic + SIMPLER and not each.fails_beside(plain)]
+    if simpler:
+        fewest = min(len(each.causes) for each in simpler)
+        judged = [each for each in judged if len(each.causes) <= fewest]
     return judged, grown.get(judged[0].name)
 
 

@@ -18,6 +18,7 @@ from tdbsim.errors import InputError
 Array = NDArray[np.float64]
 
 HARMONICS = 3  # of the shaft's angle
+_APART = 0.5  # periods over the stretch, by which mains frequency must differ from every order
 _HIGHEST_ORDER = 8  # of the autoregressive model
 _ROUNDS = 3  # of fitting orbit and colour in turn
 
@@ -69,6 +70,9 @@ def coloured(values: Array, colour: Array) -> Array:
 def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, place: str = "probe") -> Noise:
     """Fit orbit, hum and noise of one probe.
 
+    Where an order of the shaft lies so near to mains frequency that the stretch cannot tell them apart, hum counts as part
+    of the order.
+
     Parameters
     ----------
     time : (n,) array
@@ -90,7 +94,9 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     columns = [np.ones_like(time)]
     for k in range(1, HARMONICS + 1):
         columns += [np.cos(k * angle), -np.sin(k * angle)]
-    columns += [np.cos(2 * np.pi * mains * time), -np.sin(2 * np.pi * mains * time)]
+    hums = _apart_from_orders(time, angle, mains)
+    if hums:
+        columns += [np.cos(2 * np.pi * mains * time), -np.sin(2 * np.pi * mains * time)]
     design = np.column_stack(columns)
     if len(time) < 4 * design.shape[1] + _HIGHEST_ORDER:
         raise InputError(
@@ -119,8 +125,15 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
         mean_sigma=float(spread[0]),
         orders=orders,
         order_sigma=float(np.hypot(spread[1], spread[2]) / np.sqrt(2)),
-        hum=complex(solution[-2], solution[-1]),
+        hum=complex(solution[-2], solution[-1]) if hums else 0j,
     )
+
+
+def _apart_from_orders(time: Array, angle: Array, mains: float) -> bool:
+    """True where mains frequency is told from all orders of the shaft: half a period apart over the stretch."""
+    turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
+    periods = mains * (time[-1] - time[0])
+    return min(abs(periods - k * turns) for k in range(1, HARMONICS + 1)) > _APART
 
 
 def _colour(left: Array) -> Array:

@@ -10,11 +10,11 @@ from tdbmon.identify.problem import build_problem
 from tests.identify import drops
 
 
-def record(machine, speed, seed, *effects):
+def record(machine, speed, seed, *effects, seconds=0.03):
     rng = np.random.default_rng(seed)
     plan = DropPlan(
         speed=speed,
-        seconds=0.03,
+        seconds=seconds,
         levitated=0.08,
         set_point=tuple(map(tuple, rng.uniform(-25e-6, 25e-6, (2, 2)))),
         shaft_angle=float(rng.uniform(0, 2 * np.pi)),

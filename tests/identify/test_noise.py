@@ -30,6 +30,16 @@ def test_orbit_hum_and_white_noise_are_told_apart():
     assert abs(found.hum - 0.4e-6) < 6 * found.order_sigma
 
 
+def test_hum_at_the_speed_of_the_shaft_is_no_second_orbit():
+    """Both fitted, they grow to any size against each other, and what goes on after the release is nonsense."""
+    rng = np.random.default_rng(3)
+    angle = 2 * np.pi * 50.02 * TIME
+    reading = 2e-6 * np.cos(angle + 0.7) + 0.3e-6 * rng.standard_normal(len(TIME))
+    found = levitated_noise(TIME, reading, angle, MAINS)
+    assert found.hum == 0
+    assert abs(found.orders[0] - 2e-6 * np.exp(0.7j)) < 6 * found.order_sigma < 0.2e-6
+
+
 def test_white_noise_is_called_white_in_most_draws():
     orders = [len(levitated_noise(TIME, orbit(seed=seed)[0], SPEED * TIME, MAINS).colour) for seed in range(20)]
     assert sum(order == 0 for order in orders) >= 17

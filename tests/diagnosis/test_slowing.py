@@ -1,0 +1,86 @@
+"""How the rotor slows after paths have parted, on drops of the same simulator (synthetic)."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tdbsim.columns import INERTIA, RING_INERTIA
+
+from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, with_slowing
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.problem import build_problem
+from tests.diagnosis.simulated import record
+from tests.identify import drops
+
+SPEEDS = ((50.0, 1), (80.0, 2))
+TORQUE = 1.2  # N m
+
+
+def problem_of(crew, *effects, seconds=0.3):
+    machine = drops.machine()
+    measured = tuple(
+        measured_drop(record(machine, hz, seed, *effects, seconds=seconds), machine) for hz, seed in SPEEDS
+    )
+    return build_problem(machine, measured, crew)
+
+
+def judged(crew, *effects):
+    problem = problem_of(crew, *effects)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    field = contest(
+        problem, [each for each in everyone if each.name == "probe_gain@DE_A"], (0.006, 0.012), lambda _: None
+    )
+    return with_slowing(field, everyone)
+
+
+@pytest.fixture(scope="module")
+def crew():
+    with Crew() as opened:
+        yield opened
+
+
+@given(st.floats(0.6, 2.9), st.lists(st.floats(-2.0, -0.01), min_size=3, max_size=20))
+def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
+    lag = np.array(lags)
+    one = np.ones(len(lag))
+    each = Slowing(one, (factor - 1) * lag, lag, 0.01 * one, 0.02 * one)
+    assert lag_factor([each]) == pytest.approx(factor)
+    assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_rotor_loses_the_momentum_that_the_rings_gain(crew):
+    problem = problem_of(crew)
+    arrays = problem.model.arrays
+    slowing = slowing_of(problem, problem.start, 0, 0.04)
+    late = slowing.time > 0.22  # both rings turn with the shaft by then
+    lost = -np.polyfit(slowing.time[late], slowing.lag[late], 1)[0] * arrays.spin[INERTIA]
+    gained = arrays.end[:, RING_INERTIA].sum() * 2 * np.pi * SPEEDS[0][0]
+    assert late.sum() >= 3
+    # the drag of rings that turn takes some more, and what was lost no longer decays
+    assert lost == pytest.approx(gained, rel=0.08)
+
+
+def test_a_ring_that_is_hard_to_turn_is_found_with_its_place_and_size(crew):
+    field, slowed = judged(crew, f"ring_drag:end=DE,torque={TORQUE}")
+    assert field[0].name == "ring_drag@DE"
+    assert slowed is not None
+    assert field[0].starts()[0].shared["torque"] == pytest.approx(TORQUE, rel=0.2)  # friction is hardly known so early
+    proof = slowed.proof()
+    assert proof.seen
+    assert proof.drops == ("drop_50.nc", "drop_80.nc")
+    assert all(each["ring_drag@DE.torque"] == pytest.approx(TORQUE, rel=0.3) for each in proof.without)
+
+
+def test_with_nothing_hidden_nothing_is_added(crew):
+    field, slowed = judged(crew)
+    assert slowed is None
+    assert [each.name for each in field] == ["plain model"]
+    assert 0 < field[0].later < 40
+
+
+def test_a_record_that_ends_early_tells_nothing(crew):
+    problem = problem_of(crew, seconds=0.03)
+    assert slowing_of(problem, problem.start, 0, 0.012) is None
