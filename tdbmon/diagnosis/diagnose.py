@@ -16,7 +16,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
-from tdbmon.diagnosis.slowing import with_slowing
+from tdbmon.diagnosis.slowing import slowing_remarks, with_slowing
 from tdbmon.diagnosis.stated import stated_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
@@ -125,6 +125,7 @@ def diagnose(
         without = {extended[0].name: proof.without} if proof is not None else {}
         concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
         sizes = {each.name: sizes_of(each, without.get(each.name, ())) for each in concerned}
+        slowed_otherwise = slowing_remarks(likeliest)
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0].name].causes, proof)
     return Diagnosis(
@@ -139,6 +140,7 @@ def diagnose(
             *(remark for drop in drops for remark in drop.remarks),
             *_remarks(drops),
             *stated_remarks(likeliest),
+            *slowed_otherwise,
         ),
         seconds=time.monotonic() - began,
     )

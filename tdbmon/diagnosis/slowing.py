@@ -16,6 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.columns import INERTIA
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
@@ -36,6 +37,7 @@ _LIMIT = 400.0  # that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
 _SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
+_PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 _WORTH = 60.0  # sum of squares from which on a cause is sought
 _NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
 _FINER = 8  # sizes tried between the neighbours of the best
@@ -122,6 +124,23 @@ def lag_factor(slowings: Sequence[Slowing]) -> float:
     if power == 0.0:
         return 1.0
     return float(np.clip(1 + np.sum(lag * left / sigma**2) / power, _LEAST_FACTOR, _GREATEST_FACTOR))
+
+
+def slowing_remarks(contender: Contender) -> list[str]:
+    """Return what there is to say of how fast the rotor slows, where it is plainly not as simulated."""
+    slowings = slowings_of(contender)
+    if slowings is None:
+        return []
+    factor = lag_factor(slowings)
+    power = sum(float(np.sum((each.lag / each.sigma) ** 2)) for each in slowings)
+    if abs(factor - 1) < _PLAINLY or (factor - 1) ** 2 * power < _CERTAINLY**2:
+        return []
+    inertia = float(contender.problem.model.arrays.spin[INERTIA])
+    return [
+        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated, in all drops:"
+        f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
+        " small loads is not as the file has it. The verdict does not rest on it"
+    ]
 
 
 def _misfit(slowings: Sequence[Slowing]) -> float:

@@ -1,16 +1,20 @@
 """How the rotor slows after paths have parted, on drops of the same simulator (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tdbsim.columns import INERTIA, RING_INERTIA
 
+from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.contest import contest
-from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, with_slowing
+from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks, with_slowing
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import linearised
 from tdbmon.identify.problem import build_problem
 from tests.diagnosis.simulated import record
 from tests.identify import drops
@@ -34,6 +38,11 @@ def judged(crew, *effects):
         problem, [each for each in everyone if each.name == "probe_gain@DE_A"], (0.006, 0.012), lambda _: None
     )
     return with_slowing(field, everyone)
+
+
+def settled_plain(problem):
+    start = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
+    return settled(settled(start, 0.006, 4), 0.012, 4)
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +88,17 @@ def test_with_nothing_hidden_nothing_is_added(crew):
     assert slowed is None
     assert [each.name for each in field] == ["plain model"]
     assert 0 < field[0].later < 40
+
+
+def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
+    problem = problem_of(crew)
+    as_it_is = settled_plain(problem)
+    assert slowing_remarks(as_it_is) == []
+    lighter = problem.model.copy()
+    lighter.arrays.spin[INERTIA] *= 1.6
+    (said,) = slowing_remarks(settled_plain(replace(problem, model=lighter)))
+    assert "by 1.6" in said or "by 1.5" in said
+    assert "polar inertia" in said
 
 
 def test_a_record_that_ends_early_tells_nothing(crew):
