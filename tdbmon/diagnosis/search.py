@@ -23,6 +23,7 @@ from tdbmon.diagnosis.contender import (
     without_last,
 )
 from tdbmon.diagnosis.score import Score, scores
+from tdbmon.diagnosis.slowing import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
 
 Progress = Callable[[str], None]
@@ -69,7 +70,8 @@ class Search:
         last = horizon == self.horizons[-1]
         best = leader(plain, field, horizon)
         while len(best.causes) < MOST_CAUSES and self.rounds:
-            if not (best.fails_beside(plain) or (last and not best.causes)):
+            weak = last and not best.causes and not slows_otherwise(best)  # what is missing may show later only
+            if not (best.fails_beside(plain) or weak):
                 break
             self.rounds -= 1
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")

@@ -126,6 +126,12 @@ def lag_factor(slowings: Sequence[Slowing]) -> float:
     return float(np.clip(1 + np.sum(lag * left / sigma**2) / power, _LEAST_FACTOR, _GREATEST_FACTOR))
 
 
+def slows_otherwise(contender: Contender) -> bool:
+    """True where a rotor slows so that a cause of it is worth seeking."""
+    slowings = slowings_of(contender)
+    return slowings is not None and _misfit(slowings) > _WORTH
+
+
 def slowing_remarks(contender: Contender) -> list[str]:
     """Return what there is to say of how fast the rotor slows, where it is plainly not as simulated."""
     slowings = slowings_of(contender)
