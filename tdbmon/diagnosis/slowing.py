@@ -40,6 +40,7 @@ _SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 _WORTH = 60.0  # sum of squares from which on a cause is sought
 _NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
+_SHARE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
 _FINER = 8  # sizes tried between the neighbours of the best
 
 
@@ -308,6 +309,8 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     grown: dict[str, Slowed] = {}
     found: list[Contender] = []
     for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
+        if each.misfit > _SHARE * each.base.later:  # the rotor slows otherwise for another reason
+            continue
         try:
             found.append(each.contender())
         except InputError:
