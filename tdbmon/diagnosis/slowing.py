@@ -23,6 +23,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.contender import MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.verdict import EXPLAINED
 from tdbmon.identify.prediction import coasting, predict
 from tdbmon.identify.problem import Problem
 
@@ -289,11 +290,10 @@ def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float,
 def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tuple[list[Contender], Slowed | None]:
     """Return the models, the best first, with what they leave of how the rotor slows, and with a cause of it.
 
-    A model that fails before is no ground for it: then nothing is added.  The second value is what was tried of the cause
+    A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried of the cause
     that the best model has, if it has one.
     """
-    plain = next(each for each in field if not each.causes)
-    if field[0].fails_beside(plain):
+    if field[0].ratio > EXPLAINED:
         return list(field), None
     known = [slowings_of(each) for each in field]
     judged = [replace(each, later=_misfit(of)) for each, of in zip(field, known, strict=True) if of is not None]
