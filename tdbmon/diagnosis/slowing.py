@@ -290,7 +290,8 @@ def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float,
 def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tuple[list[Contender], Slowed | None]:
     """Return the models, the best first, with what they leave of how the rotor slows, and with a cause of it.
 
-    A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried of the cause
+    A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried
+    of the cause
     that the best model has, if it has one.
     """
     if field[0].ratio > EXPLAINED:
