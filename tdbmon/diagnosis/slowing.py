@@ -215,8 +215,8 @@ class Slowed:
         size = self.suspect.sizes[0][0].name
         start = Start({size: float(self.sizes[best])}, known={size: sigma})
         found = settled(with_cause(self.base, self.suspect, start), self.base.horizon, SLOPES)
-        # up to the horizon the cause hardly acts: a fit that leaves more there has ended in another hollow by chance
-        return replace(found, later=float(misfits[best]) + min(0.0, self.base.misfit - found.misfit))
+        # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
+        return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
         """Return the proof on each drop in turn: size and factor of the lag are those of the other drops."""
@@ -291,8 +291,7 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     """Return the models, the best first, with what they leave of how the rotor slows, and with a cause of it.
 
     A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried
-    of the cause
-    that the best model has, if it has one.
+    of the cause that the best model has, if it has one.
     """
     if field[0].ratio > EXPLAINED:
         return list(field), None
@@ -310,7 +309,9 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     grown: dict[str, Slowed] = {}
     found: list[Contender] = []
     for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
-        if each.misfit > _SHARE * each.base.later:  # the rotor slows otherwise for another reason
+        if (
+            each.misfit > _SHARE * each.base.later or not each.proof().seen
+        ):  # then it slows otherwise for another reason
             continue
         try:
             found.append(each.contender())
