@@ -21,7 +21,7 @@ from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
-from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.diagnosis.verdict import EXPLAINED
 from tdbmon.identify.prediction import coasting, predict
@@ -80,9 +80,10 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     """Return how a drop slows at a point of a fit; None without a keyphasor, a longer record, or a simulation."""
     measured = problem.drops[drop]
     last = min(measured.seconds - 0.002, _LAST_S)
-    edges = np.arange(horizon, last, _WINDOW_S)
     since = measured.pulse_times - measured.release
-    if len(edges) <= _LEAST_WINDOWS or not ((since > horizon) & (since < last)).any():
+    angle, since = measured.pulse_angles[since < last], since[since < last]
+    spans = [(a, b) for a, b in pairwise(np.arange(horizon, last, _WINDOW_S)) if ((since >= a) & (since < b)).any()]
+    if len(spans) < _LEAST_WINDOWS:
         return None
     shared, own = problem.values(point, drop)
     try:
@@ -96,13 +97,12 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     release = own["release"]
     turned = simulated - np.interp(release, time, prediction.angle)
     lag = sense * turned - _coasted(model, prediction.motion.plan.speed, since - release)
-    left = sense * (measured.pulse_angles - simulated)
+    left = sense * (angle - simulated)
     rows = []
-    for begin, end in pairwise(edges):
+    for begin, end in spans:
         inside = (since >= begin) & (since < end)
-        if inside.any():
-            noise = measured.pulse_sigma / math.sqrt(inside.sum())
-            rows.append([(begin + end) / 2, left[inside].mean(), lag[inside].mean(), noise])
+        noise = measured.pulse_sigma / math.sqrt(inside.sum())
+        rows.append([(begin + end) / 2, left[inside].mean(), lag[inside].mean(), noise])
     middle, apart, behind, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
     return Slowing(middle, apart, behind, noise_of, sigma)
@@ -204,6 +204,11 @@ class Slowed:
         """Full name of the size."""
         return f"{self.suspect.name}.{self.suspect.sizes[0][0].name}"
 
+    @property
+    def convincing(self) -> bool:
+        """True where the cause takes away half of what its base leaves, and is seen on drops held out."""
+        return self.misfit < _SHARE * _misfit(self.bare) and self.proof().seen
+
     def contender(self) -> Contender:
         """Return the model with the cause, its size known from how the rotor slows (raises InputError where impossible)."""
         best = self.best(range(len(self.bare)))
@@ -301,7 +306,7 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
         return list(field), None
     judged.sort(key=lambda each: each.bic)
     base = next(each for each in judged if not _slows(each.causes))
-    if base.later < _WORTH or len(base.causes) == MOST_CAUSES:
+    if base.later < _WORTH or len(base.causes) == MOST_CAUSES or len(base.problem.drops) < LEAST_DROPS:
         return judged, None
     # what such a cause does up to the horizon, another may have been taken for
     plain = next(each for each in judged if not each.causes)
@@ -309,9 +314,7 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     grown: dict[str, Slowed] = {}
     found: list[Contender] = []
     for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
-        if (
-            each.misfit > _SHARE * each.base.later or not each.proof().seen
-        ):  # then it slows otherwise for another reason
+        if not each.convincing:  # then it slows otherwise for another reason
             continue
         try:
             found.append(each.contender())

@@ -104,3 +104,20 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
 def test_a_record_that_ends_early_tells_nothing(crew):
     problem = problem_of(crew, seconds=0.03)
     assert slowing_of(problem, problem.start, 0, 0.012) is None
+
+
+def test_one_drop_alone_proves_no_cause(crew):
+    problem = problem_of(crew, f"ring_drag:end=DE,torque={TORQUE}")
+    alone = replace(problem, drops=problem.drops[:1], own=problem.own[:1])
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    field, slowed = with_slowing([settled_plain(alone)], everyone)
+    assert slowed is None
+    assert [each.name for each in field] == ["plain model"]
+    assert field[0].later > 60  # it is to be seen, but not proved
+
+
+def test_of_a_long_record_the_run_out_after_the_drop_is_judged(crew):
+    short, long = (problem_of(crew, seconds=seconds) for seconds in (0.7, 1.5))
+    one, other = (slowing_of(problem, problem.start, 0, 0.04) for problem in (short, long))
+    assert other.time[-1] < 0.6
+    np.testing.assert_allclose(other.lag, one.lag[: len(other.lag)], atol=2e-4)
