@@ -16,7 +16,8 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
-from tdbmon.diagnosis.slowing import slowing_remarks, with_slowing
+from tdbmon.diagnosis.slowing import slowing_remarks
+from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.stated import stated_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict

@@ -10,7 +10,8 @@ from tdbsim.columns import INERTIA, RING_INERTIA
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.contest import contest
-from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks, with_slowing
+from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks
+from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop

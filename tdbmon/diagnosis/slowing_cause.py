@@ -1,0 +1,194 @@
+"""A cause of how the rotor slows: a ring that is hard to turn, sought where paths have long parted.
+
+Up to the horizon it hardly acts.  So it is tried at sizes on a model that explains the drops so far, and what the shaft's
+angle leaves later is the judge; its proof is each drop in turn, with its size from the others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
+from tdbmon.diagnosis.slowing import WORTH, Slowing, lag_factor, slowing_misfit, slowings_at, slowings_of
+from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.verdict import EXPLAINED
+
+Array = NDArray[np.float64]
+
+_SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
+_FINER = 8  # sizes tried between the neighbours of the best
+_NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
+_SHARE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
+
+
+@dataclass(frozen=True, eq=False)
+class Slowed:
+    """A model with a cause that shows in how the rotor slows, tried at sizes.
+
+    Attributes
+    ----------
+    base : Contender
+        Without the cause.
+    bare : tuple of Slowing
+        Its drops.
+    suspect : Suspect
+    sizes : (k,) array
+        SI, rising.
+    trials : tuple of tuple of Slowing
+        The drops at each size.
+    """
+
+    base: Contender
+    bare: tuple[Slowing, ...]
+    suspect: Suspect
+    sizes: Array
+    trials: tuple[tuple[Slowing, ...], ...]
+
+    def best(self, drops: Sequence[int]) -> int:
+        """Return the trial that fits some drops best."""
+        return int(np.argmin([slowing_misfit([trial[d] for d in drops]) for trial in self.trials]))
+
+    @property
+    def misfit(self) -> float:
+        """Sum of squares at the best size."""
+        return slowing_misfit(self.trials[self.best(range(len(self.bare)))])
+
+    @property
+    def parameter(self) -> str:
+        """Full name of the size."""
+        return f"{self.suspect.name}.{self.suspect.sizes[0][0].name}"
+
+    @property
+    def convincing(self) -> bool:
+        """True where the cause takes away half of what its base leaves, and is seen on drops held out."""
+        return self.misfit < _SHARE * slowing_misfit(self.bare) and self.proof().seen
+
+    def contender(self) -> Contender:
+        """Return the model with the cause, its size known from how the rotor slows (raises InputError where impossible)."""
+        best = self.best(range(len(self.bare)))
+        misfits = np.array([slowing_misfit(trial) for trial in self.trials])
+        # half as wide as what lies within two standard deviations of the best
+        within = self.sizes[misfits <= misfits[best] + 4]
+        spacing = float(np.min(np.diff(self.sizes)))
+        sigma = max(float(np.ptp(within)) / 4, spacing / 2)
+        size = self.suspect.sizes[0][0].name
+        start = Start({size: float(self.sizes[best])}, known={size: sigma})
+        found = settled(with_cause(self.base, self.suspect, start), self.base.horizon, SLOPES)
+        # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
+        return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
+
+    def proof(self) -> HeldOut:
+        """Return the proof on each drop in turn: size and factor of the lag are those of the other drops."""
+        everything = range(len(self.bare))
+        bare, wide, noise, without = [], [], [], []
+        misfits = np.zeros(2)
+        for drop in everything:
+            others = [each for each in everything if each != drop]
+            best = self.best(others)
+            pairs = (self.bare, self.trials[best])
+            factors = [lag_factor([slowings[d] for d in others]) for slowings in pairs]
+            misfits += [s[drop].misfit(f) for s, f in zip(pairs, factors, strict=True)]
+            bare.append(self.bare[drop].rest(factors[0]))
+            wide.append(self.trials[best][drop].rest(factors[1]))
+            noise.append(self.bare[drop].sigma)
+            without.append({self.parameter: float(self.sizes[best])})
+        radius = self.base.problem.model.machine.bearing(self.suspect.where).journal_radius
+        plain, extended, alone = (
+            radius * math.sqrt(float(np.mean(np.concatenate(each) ** 2))) for each in (bare, wide, noise)
+        )
+        return HeldOut(
+            drops=tuple(each.name for each in self.base.problem.drops),
+            plain=plain,
+            extended=extended,
+            noise=alone,
+            plain_misfit=float(misfits[0]),
+            extended_misfit=float(misfits[1]),
+            without=tuple(without),
+            quantity="arc that the journal has turned",
+        )
+
+
+def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
+    """Return a model with each of the suspects that act on how the rotor slows, tried at sizes.
+
+    Parameters
+    ----------
+    base : Contender
+        Of its drops it must be known how they slow.
+    suspects : sequence of Suspect
+    """
+    bare = slowings_of(base)
+    if bare is None:
+        return []
+    found = []
+    for suspect in suspects:
+        sizes = suspect.sizes[0][0].typical * _SHARES
+        first = _tried(base, suspect, sizes)
+        if not first:
+            continue
+        at = min(range(len(first)), key=lambda k: slowing_misfit(first[k][1]))
+        low, high = first[max(at - 1, 0)][0], first[min(at + 1, len(first) - 1)][0]
+        trials = sorted([*first, *_tried(base, suspect, np.linspace(low, high, _FINER + 2)[1:-1])], key=lambda t: t[0])
+        found.append(Slowed(base, bare, suspect, np.array([s for s, _ in trials]), tuple(t for _, t in trials)))
+    return found
+
+
+def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float, tuple[Slowing, ...]]]:
+    """Return the sizes at which a cause could be simulated, with how the drops slow there."""
+    size = suspect.sizes[0][0].name
+    tasks = []
+    for value in sizes:
+        free = Start({size: float(value)}).free(suspect)
+        problem = replace(base.problem, free=(*base.problem.free, free), shared=(*base.problem.shared, *free.shared))
+        point = np.insert(base.fit.point, len(base.problem.shared), 0.0)
+        tasks.append((problem, point, base.horizon))
+    found = base.problem.crew.apart(slowings_at, tasks)
+    return [(float(s), each) for s, each in zip(sizes, found, strict=True) if each is not None]
+
+
+def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tuple[list[Contender], Slowed | None]:
+    """Return the models, the best first, with what they leave of how the rotor slows, and with a cause of it.
+
+    A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried
+    of the cause that the best model has, if it has one.
+    """
+    if field[0].ratio > EXPLAINED:
+        return list(field), None
+    known = [slowings_of(each) for each in field]
+    judged = [replace(each, later=slowing_misfit(of)) for each, of in zip(field, known, strict=True) if of is not None]
+    if len(judged) < len(field):
+        return list(field), None
+    judged.sort(key=lambda each: each.bic)
+    base = next(each for each in judged if not _slows(each.causes))
+    if base.later < WORTH or len(base.causes) == MOST_CAUSES or len(base.problem.drops) < LEAST_DROPS:
+        return judged, None
+    # what such a cause does up to the horizon, another may have been taken for
+    plain = next(each for each in judged if not each.causes)
+    bases = [base, plain] if base.causes and plain.ratio < _NEAR * base.ratio else [base]
+    grown: dict[str, Slowed] = {}
+    found: list[Contender] = []
+    for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
+        if not each.convincing:  # then it slows otherwise for another reason
+            continue
+        try:
+            found.append(each.contender())
+        except InputError:
+            continue
+        grown[found[-1].name] = each
+    judged = sorted([*(each for each in judged if each.name not in grown), *found], key=lambda each: each.bic)
+    simpler = [each for each in found if each.bic < judged[0].bic + SIMPLER and not each.fails_beside(plain)]
+    if simpler:
+        fewest = min(len(each.causes) for each in simpler)
+        judged = [each for each in judged if len(each.causes) <= fewest]
+    return judged, grown.get(judged[0].name)
+
+
+def _slows(suspects: Sequence[Suspect]) -> list[Suspect]:
+    return [each for each in suspects if each.declared.kind.slows]
