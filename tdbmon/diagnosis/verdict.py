@@ -16,6 +16,7 @@ _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count 
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
+_HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
 CERTAIN = 0.9  # probability from which on a cause is named
 
 
@@ -77,6 +78,10 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if proof is not None and not proof.seen and not plain.fails and any(each.in_contacts for each in best.causes):
         why = f"the plain model leaves noise alone; {best.name} fits a little better, too little to be proved on {proof.drop}"
+        return Verdict(Kind.NONE, (), probabilities, why)
+    without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)
+    if plain.ratio <= EXPLAINED and without > _HALF * likeliest:
+        why = f"the plain model explains the drops nearly as well as {best.name}"
         return Verdict(Kind.NONE, (), probabilities, why)
     total = 0.0
     accused: list[Contender] = []

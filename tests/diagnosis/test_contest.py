@@ -320,6 +320,16 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
     assert verdict([oval, lost], little).kind is Kind.NAMED
 
 
+def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 0.95 * plain.floor)
+    little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
+    assert verdict([little, bare], None).kind is Kind.NONE
+    assert verdict([far, bare], None).kind is Kind.NAMED
+    lost = contender(plain, (), 0, 2.5)
+    assert verdict([little, lost], None).kind is Kind.NAMED
+
+
 def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_is_left_there(competed):
     plain = next(each for each in competed if not each.causes)
     lost = contender(plain, (), 0, 8.0)
