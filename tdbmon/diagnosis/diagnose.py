@@ -118,8 +118,7 @@ def diagnose(
         proof = None
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
-            by_slowing = slowed is not None and not slowed.base.causes
-            proof = slowed.proof() if slowed is not None and by_slowing else proved(plain, extended[0])
+            proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain, extended[0])
         judged = verdict(field, proof)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]

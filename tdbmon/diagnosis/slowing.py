@@ -49,14 +49,13 @@ class Slowing:
         Measured less simulated shaft angle, forward, rad.
     lag : (w,) array
         Simulated angle less that of a rotor that nothing touches, forward, rad.
-    noise, sigma : (w,) arrays
-        Standard deviations of the measured angle, and of what is left of it, rad.
+    sigma : (w,) array
+        Standard deviation of what is left, rad.
     """
 
     time: Array
     left: Array
     lag: Array
-    noise: Array
     sigma: Array
 
     def rest(self, factor: float) -> Array:
@@ -97,7 +96,7 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
         rows.append([(begin + end) / 2, left[inside].mean(), lag[inside].mean(), noise])
     middle, apart, behind, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
-    return Slowing(middle, apart, behind, noise_of, sigma)
+    return Slowing(middle, apart, behind, sigma)
 
 
 def _coasted(model: DropModel, speed: float, since: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.figures.measured_against_simulated import PLAIN
 from tdbmon.figures.style import (
     BLUE,
     GREY,
@@ -22,8 +23,6 @@ from tdbmon.figures.style import (
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.slowing import Slowing
-
-PLAIN = "plain model"  # what it is called in legends
 
 
 @styled

@@ -13,7 +13,8 @@ def section(evidence: Evidence) -> Section | None:
     """Return the shaft's angle, measured less simulated; None where no keyphasor tells."""
     if evidence.plain_slowing is None:
         return None
-    from tdbmon.figures.slowing import PLAIN, slowing
+    from tdbmon.figures.measured_against_simulated import PLAIN
+    from tdbmon.figures.slowing import slowing
 
     models = {PLAIN: (lag_factor(evidence.plain_slowing), evidence.plain_slowing)}
     if evidence.extended_slowing is not None:
