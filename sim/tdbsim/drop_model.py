@@ -27,6 +27,8 @@ from tdbsim.columns import (
     DECAY_RATE,
     END_COLUMNS,
     FRICTION,
+    FRICTION_LOAD,
+    FRICTION_POWER,
     GAP,
     GRAVITY,
     HALF_CLEARANCE,
@@ -54,7 +56,7 @@ from tdbsim.columns import (
 )
 from tdbsim.effect import Effect, all_effects
 from tdbsim.errors import InputError
-from tdbsim.machine import Machine, TouchdownBearing
+from tdbsim.machine import STANDARD_GRAVITY, Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.power_law import scaled_stiffness
 from tdbsim.rotor import build_rotor
@@ -248,6 +250,7 @@ def _arrays(machine: Machine, modes: Modes) -> Arrays:
         unbalance[1] += shape * amount * math.sin(phase)
     translation = np.tile([1.0, 0.0], len(rotor.nodes))
     weight = -machine.gravity * (modes.vectors.T @ (rotor.plane_mass @ translation))
+    rotor_weight = STANDARD_GRAVITY * rotor.total_mass
     magnets = machine.magnetic_bearings
     at_magnet = np.array([modes.at(magnet.position) for magnet in magnets]).reshape(len(magnets), n)
     magnet = np.zeros((len(magnets), MAGNET_COLUMNS))
@@ -274,7 +277,7 @@ def _arrays(machine: Machine, modes: Modes) -> Arrays:
         at_magnet=at_magnet,
         magnet=magnet,
         spin=spin,
-        end=np.array([_end_row(bearing) for bearing in machine.touchdown_bearings]),
+        end=np.array([_end_row(bearing, rotor_weight) for bearing in machine.touchdown_bearings]),
         ball_cosine=cosine,
         ball_sine=sine,
         ball_oversize=np.zeros((2, most)),
@@ -282,7 +285,7 @@ def _arrays(machine: Machine, modes: Modes) -> Arrays:
     )
 
 
-def _end_row(bearing: TouchdownBearing) -> Array:
+def _end_row(bearing: TouchdownBearing, rotor_weight: float) -> Array:
     row = np.zeros(END_COLUMNS)
     row[GAP] = bearing.radial_gap.nominal
     row[JOURNAL_RADIUS] = bearing.journal_radius
@@ -290,6 +293,7 @@ def _end_row(bearing: TouchdownBearing) -> Array:
     row[CONTACT_POWER] = bearing.contact_exponent - 1
     row[CONTACT_DAMPING] = bearing.contact_damping.nominal
     row[FRICTION] = bearing.friction.nominal
+    row[FRICTION_POWER], row[FRICTION_LOAD] = bearing.friction_load_exponent, rotor_weight
     row[RING_MASS] = bearing.inner_ring_mass
     row[RING_INERTIA] = bearing.inner_ring_inertia
     row[RING_DRAG] = bearing.inner_ring_drag.nominal

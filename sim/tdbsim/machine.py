@@ -183,7 +183,8 @@ class TouchdownBearing(_Part):
     """A touchdown bearing with its support; its `name` is the name of the machine's end.
 
     Rotor and ring press with `contact_stiffness` times the depth to the power 10/9; another `contact_exponent` bends that
-    curve about the force at a depth of 10 um.
+    curve about the force at a depth of 10 um.  `friction` is the coefficient at a load of the rotor's weight; it falls with
+    the load to the power `friction_load_exponent`.
     """
 
     name: str
@@ -194,6 +195,7 @@ class TouchdownBearing(_Part):
     contact_exponent: float = Field(default=LINE_CONTACT, ge=1, le=1.5)
     contact_damping: TolerantContactDamping
     friction: TolerantNumber
+    friction_load_exponent: float = Field(default=0.0, ge=-0.5, le=0.5)
     inner_ring_mass: Mass = Field(gt=0)
     inner_ring_inertia: Inertia = Field(gt=0)
     inner_ring_drag: TolerantMoment

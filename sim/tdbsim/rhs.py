@@ -30,6 +30,8 @@ from tdbsim.columns import (
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
     FRICTION,
+    FRICTION_LOAD,
+    FRICTION_POWER,
     GAP,
     GRAVITY,
     HALF_CLEARANCE,
@@ -53,7 +55,7 @@ from tdbsim.columns import (
     SUPPORT_MASS,
 )
 from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
-from tdbsim.friction import friction_force
+from tdbsim.friction import friction_force, load_share
 from tdbsim.support import spring_force
 
 LEDGER = (
@@ -108,7 +110,8 @@ def contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, ring_speed):  
     normal = normal_force(elastic, approach, row[CONTACT_DAMPING])
     radius = row[JOURNAL_RADIUS]
     slip = omega * radius - ring_speed * (radius + row[GAP]) - vx * ny + vy * nx
-    rub = friction_force(normal, slip, row[FRICTION], row[HAS_SLIP_LAW], m.effect, end)
+    gripping = normal * load_share(normal, row[FRICTION_POWER], row[FRICTION_LOAD])
+    rub = friction_force(gripping, slip, row[FRICTION], row[HAS_SLIP_LAW], m.effect, end)
     return -normal * nx - rub * ny, -normal * ny + rub * nx, normal, rub, slip
 
 

@@ -37,6 +37,8 @@ from tdbsim.columns import (
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
     FRICTION,
+    FRICTION_LOAD,
+    FRICTION_POWER,
     GAP,
     GRAVITY,
     HALF_CLEARANCE,
@@ -64,6 +66,7 @@ from tdbsim.columns import (
     SUPPORT_YY,
 )
 from tdbsim.contact import elastic_force, touch, touch_shaped
+from tdbsim.friction import load_share
 from tdbsim.kick import (
     DRIFT,
     KICK,
@@ -310,10 +313,12 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
                         mean = mean_press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
                         pressed[end] = max(pressed[end], mean)
                         coefficient = columns[end, FRICTION]
+                        grip = mean * light_t
+                        grip *= load_share(mean, columns[end, FRICTION_POWER], columns[end, FRICTION_LOAD])
                         if columns[end, HAS_SLIP_LAW] > 0.0:
-                            changed = slide_by_law(slip, pull_t, mean * light_t, tau, coefficient, effect[end])
+                            changed = slide_by_law(slip, pull_t, grip, tau, coefficient, effect[end])
                         else:
-                            changed = slide(slip, pull_t, mean * light_t, tau, coefficient)
+                            changed = slide(slip, pull_t, grip, tau, coefficient)
                         rub = (changed - pull_t * tau) * slides[end]
                         press = mean * tau
                         jx, jy = -press * nx - rub * ny, -press * ny + rub * nx

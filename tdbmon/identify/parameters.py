@@ -26,6 +26,7 @@ from tdbsim.columns import (
     CONTACT_STIFFNESS,
     DECAY_RATE,
     FRICTION,
+    FRICTION_POWER,
     GAP,
     HALF_CLEARANCE,
     MAGNET_DAMPING,
@@ -70,8 +71,9 @@ _STATED = {
     "inner_ring_mass": (RING_MASS, "kg", 0.02),
     "support_mass": (SUPPORT_MASS, "kg", 0.02),
 }
-_AS_STATED = (*_STATED, "contact_exponent")
+_AS_STATED = (*_STATED, "contact_exponent", "friction_load_exponent")
 _EXPONENT_SIGMA = 0.04  # line contact has 10/9, ends and misalignment raise it
+_LOAD_SIGMA = 0.04  # of the exponent with which friction falls with the load: 0 to 0.1 between most metals
 _MODULUS_SHARE = 0.004
 _WIDTH = 3.0  # standard deviations that stated values may go
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
@@ -143,6 +145,9 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
             found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), share))
         exponent, name = bearing.contact_exponent, f"{bearing.name}.contact_exponent"
         found.append(Parameter(name, "1", exponent, min(1.0, exponent), max(1.5, exponent), _EXPONENT_SIGMA))
+        falls, reach = bearing.friction_load_exponent, _WIDTH * _LOAD_SIGMA
+        name = f"{bearing.name}.friction_load_exponent"
+        found.append(Parameter(name, "1", falls, falls - reach, falls + reach, _LOAD_SIGMA))
     found.append(_about("rotor.elastic_modulus", "GPa", machine.rotor.elastic_modulus, _MODULUS_SHARE))
     return tuple(found)
 
@@ -260,6 +265,7 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
                     row[column] = factor * value
         for field, (column, *_) in _STATED.items():
             row[column] = values.get(f"{bearing.name}.{field}", row[column])
+        row[FRICTION_POWER] = values.get(f"{bearing.name}.friction_load_exponent", row[FRICTION_POWER])
         if f"{bearing.name}.contact_exponent" in values:
             exponent = values[f"{bearing.name}.contact_exponent"]
             stiffness = values.get(f"{bearing.name}.contact_stiffness", bearing.contact_stiffness)

@@ -41,6 +41,8 @@ class PlainDrop:
         self.contact = column(lambda b: b.contact_stiffness) * 1e-5 ** (10 / 9 - self.exponent)
         self.loss = column(lambda b: b.contact_damping.nominal)
         self.mu = column(lambda b: b.friction.nominal)
+        self.mu_falls = column(lambda b: b.friction_load_exponent)
+        self.rotor_weight = 9.80665 * model.total_mass
         self.ring_mass = column(lambda b: b.inner_ring_mass)
         self.ring_inertia = column(lambda b: b.inner_ring_inertia)
         self.drag = column(lambda b: b.inner_ring_drag.nominal)
@@ -83,7 +85,8 @@ class PlainDrop:
         push = np.maximum(push, 0.0)
         tangent = 1j * normal
         slip = omega * self.radius - ring_speed * (self.radius + self.gap) + (rate * tangent.conj()).real
-        rub = -self.mu * push * slip / np.hypot(slip, 0.05)
+        mu = self.mu * np.where(push > 0, push / self.rotor_weight, 1.0) ** -self.mu_falls
+        rub = -mu * push * slip / np.hypot(slip, 0.05)
         force = -push * normal + rub * tangent
 
         struck = np.sum(rub * self.radius) / self.inertia

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from tdbsim import hooks
+from tdbsim.columns import FRICTION_LOAD, FRICTION_POWER
 from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.drop_model import build_model
 from tdbsim.effect import declaration
@@ -86,6 +87,17 @@ def test_friction_through_zero_slip():
     assert np.all(np.diff(forces) < 0)
     assert np.all(forces * slips <= 0)
     assert np.abs(forces).max() < 100.0
+
+
+def test_friction_that_falls_with_the_load(arrays):
+    """At the rotor's weight the coefficient is the stated one; at a thousandth of it, with exponent 0.1, twice as large."""
+    weight = arrays.end[0, FRICTION_LOAD]
+    falling = arrays._replace(end=arrays.end.copy())
+    falling.end[0, FRICTION_POWER] = 0.1
+    for load, factor in ((weight, 1.0), (1e-3 * weight, 10**0.3), (1e3 * weight, 10**-0.3)):
+        usual = contact_forces(arrays, 0, 1.0, 0.0, load, 0.0, 0.0, 0.0, 500.0, 0.0)[3]
+        assert contact_forces(falling, 0, 1.0, 0.0, load, 0.0, 0.0, 0.0, 500.0, 0.0)[3] == pytest.approx(factor * usual)
+    assert contact_forces(falling, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 500.0, 0.0)[3] == 0.0
 
 
 def test_touch_of_a_round_bore():

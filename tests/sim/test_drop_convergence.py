@@ -94,10 +94,13 @@ def test_splitting_against_an_independent_integration(machine, independent):
     assert np.abs(at_ends(fine).T - independent).max() < 1e-7
 
 
-def test_another_contact_exponent_against_an_independent_integration(machine):
+@pytest.mark.parametrize(
+    ("law", "exponents"), [("contact_exponent", (1.3, 1.0)), ("friction_load_exponent", (0.2, -0.1))]
+)
+def test_laws_of_other_exponents_against_an_independent_integration(machine, law, exponents):
     ends = tuple(
-        bearing.model_copy(update={"contact_exponent": exponent})
-        for bearing, exponent in zip(machine.touchdown_bearings, (1.3, 1.0), strict=True)
+        bearing.model_copy(update={law: exponent})
+        for bearing, exponent in zip(machine.touchdown_bearings, exponents, strict=True)
     )
     other = machine.model_copy(update={"touchdown_bearings": ends})
     drop = run(build_model(other), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
@@ -108,6 +111,8 @@ def test_another_contact_exponent_against_an_independent_integration(machine):
     assert np.abs(at_ends(drop).T - plain.at_ends(found.y)).max() < 1e-9
     usual = run(build_model(machine), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
     assert np.abs(at_ends(drop) - at_ends(usual)).max() > 1e-6
+    split = run(build_model(other), DropPlan(150.0, 0.02, step=25e-6))
+    assert np.abs(at_ends(drop) - at_ends(split)).max() < 1e-7
 
 
 def test_touch_down_anywhere_in_a_step(machine):
