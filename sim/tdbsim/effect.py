@@ -173,6 +173,7 @@ class Effect:
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
+    builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
     rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
 
     def __post_init__(self) -> None:

@@ -17,6 +17,7 @@ from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 
+FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
 MOST_CAUSES = 3
 SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon

@@ -4,6 +4,8 @@ The horizon grows from the free fall past the first contacts.  As soon as the be
 to as far as it came: roughly, with slopes that are known; those that come out best once more with their own.  They go on
 with it; those that fall behind drop out.  So the competition takes place where the model begins to fail, before wrong
 values have made up for what it lacks.
+
+Where the plain model is the best as far as all are followed, it is followed further, for what acts later.
 """
 
 from __future__ import annotations
@@ -13,7 +15,17 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SIMPLER, SLOPES, Contender, leader, replaced, settled, without_each
+from tdbmon.diagnosis.contender import (
+    FEW_SLOPES,
+    FOLLOWED_S,
+    SIMPLER,
+    SLOPES,
+    Contender,
+    leader,
+    replaced,
+    settled,
+    without_each,
+)
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
@@ -25,7 +37,7 @@ from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import Problem
 
 # s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
-HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
+HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0.055, 0.065)
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
@@ -37,6 +49,7 @@ _FAILED_BY_THEN = (
     1.25  # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
 )
 _GIVEN_UP = 1.8  # the same where no search is left
+_ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
@@ -59,7 +72,14 @@ def contest(
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = []  # waves and lobes whose neighbouring orders were tried, and those
     lost, decided, free = 0, False, False
+    followed: tuple[Contender, list[Contender]] | None = None
+    reached = horizons[0]
     for horizon in horizons:
+        if horizon > FOLLOWED_S and followed is None:
+            if leader(plain, field, reached).causes:
+                horizon = reached
+                break
+            followed = plain, field
         progress(f"fitting the first {horizon * 1e3:g} ms")
         hopeless = decided or (plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field))
         if not hopeless:
@@ -99,12 +119,18 @@ def contest(
         sound = tuple(field) if fine and horizon >= SOUND_S else ()
         # where nothing explains the first contacts, nothing will explain the later ones
         lost = lost + 1 if best.ratio > _LOST else 0
-        if lost >= _LOST_HORIZONS or (not search.rounds and best.ratio > _GIVEN_UP and horizon >= _EARLIEST_S):
+        if lost >= (_LOST_HORIZONS if followed is None else 1):
+            break
+        if not search.rounds and best.ratio > _GIVEN_UP and horizon >= _EARLIEST_S:
             break
         if not decided and horizon >= _EARLIEST_S and _decided(plain, field, horizon):
             decided, field = True, [leader(plain, field, horizon)]
+        reached = horizon
     if plain.horizon < horizon:
         plain = settled(plain, horizon, FEW_SLOPES)
+    if followed is not None and plain.ratio < _ACTS_LATER * plain.floor and leader(plain, field, horizon).fails:
+        plain, field = followed  # paths with impacts part
+        horizon = plain.horizon
     plain, field = _simplified(plain, field)
     best = leader(plain, field, horizon)
     seen = {frozenset(cause.name for cause in each.causes) for each in field}

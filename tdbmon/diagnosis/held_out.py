@@ -20,7 +20,7 @@ from tdbmon.identify.problem import Problem
 
 READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
 LEAST_DROPS = 2  # to hold one out
-_PROOF_S = (0.022, 0.027, 0.033)  # s; by the first of them both ends have touched, and mostly twice
+_PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from

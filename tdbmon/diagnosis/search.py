@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
 from tdbmon.diagnosis.contender import (
+    FOLLOWED_S,
     MOST_CAUSES,
     SLOPES,
     Contender,
@@ -67,7 +68,7 @@ class Search:
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
-        last = horizon == self.horizons[-1]
+        last = horizon == max(h for h in self.horizons if h <= FOLLOWED_S)
         best = leader(plain, field, horizon)
         while len(best.causes) < MOST_CAUSES and self.rounds:
             weak = last and not best.causes and not slows_otherwise(best)  # what is missing may show later only
@@ -85,7 +86,7 @@ class Search:
             deeper = min([best, *led], key=lambda each: each.misfit)
             if deeper.misfit < best.misfit - _SURE:
                 plain, field, best = replaced(plain, field, best, deeper)
-            field = field + [each for each in found if not each.negligible]
+            field = field + [each for each in found if not each.negligible or _needed(each, best)]
             after = min([best, *found], key=lambda each: each.bic)
             for freed in without_each(after, horizon):
                 if freed.causes:
@@ -106,7 +107,9 @@ class Search:
         Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
         their start.  A score follows straight lines; these fits go beyond.
         """
-        asked = worth_fitting(best, horizon, self.suspects, field)
+        # what acts from the first contact on shows before the paths part
+        suspects = [s for s in self.suspects if horizon <= FOLLOWED_S or s.declared.kind.builds_up]
+        asked = worth_fitting(best, horizon, suspects, field)
         crew = best.problem.crew
         tried = crew.apart(begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
         rough = [
@@ -132,6 +135,11 @@ class Search:
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
         return seated
+
+
+def _needed(small: Contender, best: Contender) -> bool:
+    """True where a cause next to nothing explains what the best model without it leaves plainly: then it is there."""
+    return best.fails and not small.fails and best.misfit - small.misfit > _CLEARLY * best.excess
 
 
 def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import MINOR, Contender
+from tdbmon.diagnosis.contender import FOLLOWED_S, MINOR, Contender
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.estimate import Estimate
 
@@ -66,7 +66,10 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     if not best.causes and best.ratio <= EXPLAINED:
         return Verdict(Kind.NONE, (), probabilities, f"the plain model leaves {best.ratio:.2f} times what noise would")
     if not _explains(best, plain):
-        why = f"the best model, {best.name}, still leaves {best.ratio:.1f} times what noise would"
+        left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
+        why = f"the best model, {best.name}, still leaves {left}"
+        if best.horizon > FOLLOWED_S:
+            why += f", most of it later than {FOLLOWED_S * 1e3:g} ms"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     if proof is not None and not _proved(best, proof):
         if plain.ratio <= EXPLAINED:

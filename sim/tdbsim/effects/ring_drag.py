@@ -24,6 +24,7 @@ class RingDrag(Effect):
         "The inner ring is hard to turn (dried grease, damaged bearing): it takes long to reach shaft speed."
     )
     place: ClassVar = Place.BEARING
+    builds_up: ClassVar = True
     signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
     slows: ClassVar = True
     rise: ClassVar = 1.05

@@ -28,6 +28,7 @@ class StribeckFriction(Effect):
     title: ClassVar = "Stribeck friction"
     what: ClassVar = "Friction falls from a static to a sliding value with slip speed."
     place: ClassVar = Place.BEARING_OR_BOTH
+    builds_up: ClassVar = True
     signature: ClassVar = "As ring and shaft come to one speed, friction grows: the ring catches up in a jerk."
     slots: ClassVar = 3
 

@@ -24,6 +24,7 @@ class ThermalGrowth(Effect):
     title: ClassVar = "Thermal growth"
     what: ClassVar = "Frictional heat closes the gap while the rotor rubs."
     place: ClassVar = Place.BEARING_OR_BOTH
+    builds_up: ClassVar = True
     signature: ClassVar = "The distance at which rotor and ring touch shrinks with the work of friction."
     slots: ClassVar = 1
 
