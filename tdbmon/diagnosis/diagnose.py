@@ -18,13 +18,13 @@ from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
-from tdbmon.diagnosis.stated import stated_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import build_problem, check_start
+from tdbmon.identify.stated_values import stated_remarks
 
 Progress = Callable[[str], None]
 
@@ -139,7 +139,7 @@ def diagnose(
         remarks=(
             *(remark for drop in drops for remark in drop.remarks),
             *_remarks(drops),
-            *stated_remarks(likeliest),
+            *stated_remarks(likeliest.problem, likeliest.fit.point),
             *slowed_otherwise,
         ),
         seconds=time.monotonic() - began,

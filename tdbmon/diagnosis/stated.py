@@ -13,11 +13,8 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
-from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.parameters import stated_parameters
 
-_TOLD = 1.0  # standard deviation, from which on it is told that a stated value had to move
 _SHARE = 0.5  # of what the best model leaves beyond noise, that the stated values must take away
 
 
@@ -52,20 +49,3 @@ def with_stated_values_free(
         return None
     found = all_from_the_fall(start, free, horizons)
     return (start, found) if len(found) == len(free) else None
-
-
-def stated_remarks(contender: Contender) -> list[str]:
-    """Return what there is to say of a model's stated values: which had to move, where they were free."""
-    values, _ = contender.problem.values(contender.fit.point, 0)
-    moved = []
-    for p in stated_parameters(contender.problem.model.machine):
-        if p.name in values and abs(values[p.name] - p.nominal) > _TOLD * p.sigma:
-            factor = OUTSIDE[p.unit]
-            unit = "" if p.unit == "1" else f" {p.unit}"
-            moved.append(f"{p.name} {factor * values[p.name]:.4g} instead of {factor * p.nominal:.4g}{unit}")
-    if not moved:
-        return []
-    return [
-        "the drops are followed better with values that the machine file states without tolerance moved within what is"
-        f" usually known of them: {', '.join(moved)}. The drops tell such values one by one only roughly"
-    ]

@@ -25,12 +25,14 @@ from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual,
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import covariance_of, fit, linearised
+from tdbmon.identify.least_squares import covariance_of, fit, fit_or_none, linearised
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
+    stated_parameters,
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
+from tdbmon.identify.stated_values import stated_remarks
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -40,6 +42,7 @@ HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
+_WORTH = 0.5  # of what is left beyond noise, that values without tolerance must take away to be free
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 _ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is remarked
@@ -94,26 +97,15 @@ def fit_drops(
         )
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
-        point = problem.start
-        passed: list[Array] = []
         check_start(problem, usable[0])
-        for horizon in usable:
-            progress(f"fitting the first {horizon * 1e3:g} ms")
-            found = fit(problem, point, horizon)
-            if horizon > CONTACT_S and found.misfit > FAILING * sum(len(r) for r in found.residuals):
-                found = better_cages(problem, found, horizon, 3)
-            if horizon == TOUCHED_S:
-                found = better_clearances(problem, found, horizon)
-            point = found.point
-            if horizon > 2 * CONTACT_S:
-                passed.append(point)
-        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + _drift(
-            passed[:-1], point
-        )
+        problem, passed = _followed(problem, build_problem(machine, drops, crew, eased=True), usable, progress)
+        *passed, point = passed
+        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + _drift(passed, point)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
     remarks = [remark for drop in drops for remark in drop.remarks] + _odd_drops(fits, min(usable[-1], 0.025))
+    remarks += stated_remarks(problem, point)
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),
@@ -129,6 +121,35 @@ def fit_drops(
         point=point,
         covariance=covariance,
     )
+
+
+def _followed(
+    problem: Problem, eased: Problem | None, horizons: Sequence[float], progress: Progress
+) -> tuple[Problem, list[Array]]:
+    """Return the problem and its points on the way, from the first contacts to the last horizon.
+
+    As soon as it leaves more than noise, and the values without tolerance, moved within what is known of them, take away half
+    of that, all of it is done again with them free (`eased`).
+    """
+    point, passed = problem.start, []
+    for horizon in horizons:
+        progress(f"fitting the first {horizon * 1e3:g} ms")
+        found = fit(problem, point, horizon)
+        count = sum(len(r) for r in found.residuals)
+        if horizon > CONTACT_S and found.misfit > FAILING * count:
+            found = better_cages(problem, found, horizon, 3)
+        if horizon == TOUCHED_S:
+            found = better_clearances(problem, found, horizon)
+        if eased is not None and horizon >= TOUCHED_S and found.misfit > FAILING * count:
+            new = len(eased.shared) - len(problem.shared)
+            freed = fit_or_none(eased, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
+            if freed is not None and found.misfit - freed.misfit > _WORTH * (found.misfit - count):
+                progress("fitting what the machine file states without tolerance too")
+                return _followed(eased, None, horizons, progress)
+        point = found.point
+        if horizon > 2 * CONTACT_S or horizon == horizons[-1]:
+            passed.append(point)
+    return problem, passed
 
 
 def _drift(passed: Sequence[Array], point: Array) -> Array:
@@ -227,8 +248,11 @@ def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ..
     spread_ = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread_, spread_)
     count, found = len(problem.shared), []
+    stated = {
+        p.name for p in stated_parameters(problem.model.machine)
+    }  # free only so that they cost the others nothing
     for i, p in enumerate(problem.shared):
-        if spread_[i] < _UNDETERMINED:
+        if spread_[i] < _UNDETERMINED or p.name in stated:
             continue
         order = [k for k in np.argsort(-np.abs(correlation[i, :count])) if k != i][:3]
         partners = [

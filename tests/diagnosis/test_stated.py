@@ -3,11 +3,12 @@
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled
-from tdbmon.diagnosis.stated import explained_by_stated_values, stated_remarks, with_stated_values_free
+from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stated_values import stated_remarks
 from tests.diagnosis.test_contest import record
 from tests.identify import drops
 
@@ -52,7 +53,7 @@ def test_another_law_of_the_contact_is_found_among_the_stated_values(crew):
     assert not freed.fails
     values, _ = freed.problem.values(freed.fit.point, 0)
     assert values["DE.contact_exponent"] > 10 / 9 + 0.02
-    (told,) = stated_remarks(freed)
+    (told,) = stated_remarks(freed.problem, freed.fit.point)
     assert "contact_exponent" in told
     assert "instead of 1.111" in told
 
@@ -61,4 +62,4 @@ def test_a_cause_is_not_taken_for_stated_values(crew):
     _, plain = plain_model(crew, drops.machine(), "probe_gain:probe=DE_A,gain=1.06")
     assert plain.fails
     assert not explained_by_stated_values(plain)
-    assert stated_remarks(plain) == []
+    assert stated_remarks(plain.problem, plain.fit.point) == []

@@ -6,7 +6,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Tolerant
 
-from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.calibrate import HORIZONS, fit_drops
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.parameters import machine_parameters
 from tests.identify import drops
@@ -153,3 +153,16 @@ def test_levitated_shaft_that_reaches_the_ring_of_the_file(same_model):
         record[name].attrs.update(records[0][name].attrs)
     with pytest.raises(InputError, match=r"drop_97.nc: cannot be simulated.*reaches the gap"):
         fit_drops(machine, [record], horizons=HORIZON)
+
+
+def test_friction_that_falls_with_the_load_is_found_where_the_fit_fails_without():
+    """The machine file states none; the fit leaves noise alone with it, says so, and carries it into the machine."""
+    falling = {f"{end}.friction_load_exponent": 0.08 for end in ("NDE", "DE")}
+    records = [drops.drop({**drops.TRUTH, **falling}, speed=speed, seed=seed) for speed, seed in ((97.0, 1), (140.0, 2))]
+    found = fit_drops(drops.machine(), records, horizons=HORIZONS[:6])
+    assert found.misfit < 1.15
+    assert any("friction_load_exponent" in remark for remark in found.remarks)
+    for end, bearing in zip(("NDE", "DE"), found.calibrated.touchdown_bearings, strict=True):
+        assert found.values[f"{end}.friction_load_exponent"].value == pytest.approx(0.08, abs=0.03)
+        assert bearing.friction_load_exponent == pytest.approx(0.08, abs=0.03)
+    assert not any("exponent" in each.name for each in found.undetermined)
