@@ -131,19 +131,20 @@ def _followed(
     As soon as it leaves more than noise, and the values without tolerance, moved within what is known of them, take away half
     of that, all of it is done again with them free (`eased`).
     """
-    point, passed = problem.start, []
+    point, floor, passed = problem.start, 1.0, list[Array]()
     for horizon in horizons:
         progress(f"fitting the first {horizon * 1e3:g} ms")
         found = fit(problem, point, horizon)
         count = sum(len(r) for r in found.residuals)
+        floor = min(floor, found.misfit / count)  # the fall before the first contact leaves noise alone
         if horizon > CONTACT_S and found.misfit > FAILING * count:
             found = better_cages(problem, found, horizon, 3)
         if horizon == TOUCHED_S:
             found = better_clearances(problem, found, horizon)
-        if eased is not None and horizon >= TOUCHED_S and found.misfit > FAILING * count:
+        if eased is not None and horizon >= TOUCHED_S and found.misfit > FAILING * floor * count:
             new = len(eased.shared) - len(problem.shared)
             freed = fit_or_none(eased, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
-            if freed is not None and found.misfit - freed.misfit > _WORTH * (found.misfit - count):
+            if freed is not None and found.misfit - freed.misfit > _WORTH * (found.misfit - floor * count):
                 progress("fitting what the machine file states without tolerance too")
                 return _followed(eased, None, horizons, progress)
         point = found.point

@@ -158,7 +158,9 @@ def test_levitated_shaft_that_reaches_the_ring_of_the_file(same_model):
 def test_friction_that_falls_with_the_load_is_found_where_the_fit_fails_without():
     """The machine file states none; the fit leaves noise alone with it, says so, and carries it into the machine."""
     falling = {f"{end}.friction_load_exponent": 0.08 for end in ("NDE", "DE")}
-    records = [drops.drop({**drops.TRUTH, **falling}, speed=speed, seed=seed) for speed, seed in ((97.0, 1), (140.0, 2))]
+    records = [
+        drops.drop({**drops.TRUTH, **falling}, speed=speed, seed=seed) for speed, seed in ((97.0, 1), (140.0, 2))
+    ]
     found = fit_drops(drops.machine(), records, horizons=HORIZONS[:6])
     assert found.misfit < 1.15
     assert any("friction_load_exponent" in remark for remark in found.remarks)
