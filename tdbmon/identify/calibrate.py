@@ -249,9 +249,8 @@ def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ..
     spread_ = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread_, spread_)
     count, found = len(problem.shared), []
-    stated = {
-        p.name for p in stated_parameters(problem.model.machine)
-    }  # free only so that they cost the others nothing
+    # those without tolerance are free for the others' sake only
+    stated = {p.name for p in stated_parameters(problem.model.machine)}
     for i, p in enumerate(problem.shared):
         if spread_[i] < _UNDETERMINED or p.name in stated:
             continue
