@@ -121,7 +121,8 @@ def _values(case: Case, calibration: Calibration) -> tuple[Found, ...]:
             f"{end}.support_stiffness": b.support_stiffness,
             f"{end}.support_damping": b.support_damping,
             f"{end}.diametral_clearance": b.ball_clearance,
-            f"{end}.friction": b.friction,
+            # stated at twice the rotor's weight, where the machine file's is at once that
+            f"{end}.friction": b.friction * 2.0**b.load_exponent,
             f"{end}.contact_damping": b.contact_damping,
             f"{end}.inner_ring_drag": b.ring_drag,
         }
