@@ -1,8 +1,9 @@
 """Whether what the best model leaves is a cause, or only that a machine file states more exactly than anybody knows.
 
 A machine file gives tolerances to what calibration is for.  What it states without one (stiffness and exponent of the
-contact, stiffness of the balls, masses, the shaft's elastic modulus) is never exact either.  Where the best model fails and
-these values, moved within what is known of them, take away half of what it leaves, they stay free in all models.
+contact, how friction goes with the load, stiffness of the balls, masses, elastic modulus) is never exact either.
+Where the best model fails and these values, moved within what is known of them, take away half of what it leaves, they stay
+free in all models.
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
 from tdbmon.identify.least_squares import fit
-
-_SHARE = 0.5  # of what the best model leaves beyond noise, that the stated values must take away
+from tdbmon.identify.stated_values import WORTH
 
 
 def explained_by_stated_values(best: Contender) -> bool:
@@ -25,7 +25,7 @@ def explained_by_stated_values(best: Contender) -> bool:
         found = fit(trial.problem, trial.fit.point, best.horizon, 1, slopes=trial.fit.slopes)
     except InputError:
         return False
-    return best.misfit - found.misfit > _SHARE * best.excess
+    return best.misfit - found.misfit > WORTH * best.excess
 
 
 def with_stated_values_free(

@@ -32,7 +32,7 @@ from tdbmon.identify.parameters import (
     stated_parameters,
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
-from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.identify.stated_values import WORTH, eased, stated_remarks
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -42,7 +42,6 @@ HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
-_WORTH = 0.5  # of what is left beyond noise, that values without tolerance must take away to be free
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 _ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is remarked
@@ -98,7 +97,7 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
-        problem, passed = _followed(problem, build_problem(machine, drops, crew, eased=True), usable, progress)
+        problem, passed = _followed(problem, eased(problem), usable, progress)
         *passed, point = passed
         covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + _drift(passed, point)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
@@ -124,12 +123,12 @@ def fit_drops(
 
 
 def _followed(
-    problem: Problem, eased: Problem | None, horizons: Sequence[float], progress: Progress
+    problem: Problem, wider: Problem | None, horizons: Sequence[float], progress: Progress
 ) -> tuple[Problem, list[Array]]:
     """Return the problem and its points on the way, from the first contacts to the last horizon.
 
     As soon as it leaves more than noise, and the values without tolerance, moved within what is known of them, take away half
-    of that, all of it is done again with them free (`eased`).
+    of that, all of it is done again with them free (`wider`).
     """
     point, floor, passed = problem.start, 1.0, list[Array]()
     for horizon in horizons:
@@ -141,12 +140,12 @@ def _followed(
             found = better_cages(problem, found, horizon, 3)
         if horizon == TOUCHED_S:
             found = better_clearances(problem, found, horizon)
-        if eased is not None and horizon >= TOUCHED_S and found.misfit > FAILING * floor * count:
-            new = len(eased.shared) - len(problem.shared)
-            freed = fit_or_none(eased, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
-            if freed is not None and found.misfit - freed.misfit > _WORTH * (found.misfit - floor * count):
+        if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * floor * count:
+            new = len(wider.shared) - len(problem.shared)
+            freed = fit_or_none(wider, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
+            if freed is not None and found.misfit - freed.misfit > WORTH * (found.misfit - floor * count):
                 progress("fitting what the machine file states without tolerance too")
-                return _followed(eased, None, horizons, progress)
+                return _followed(wider, None, horizons, progress)
         point = found.point
         if horizon > 2 * CONTACT_S or horizon == horizons[-1]:
             passed.append(point)

@@ -19,14 +19,7 @@ from tdbsim.sensors import SensorChain
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
-from tdbmon.identify.parameters import (
-    Parameter,
-    drop_parameters,
-    machine_parameters,
-    sensor_parameters,
-    stated_parameters,
-    with_values,
-)
+from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
 from tdbmon.identify.prediction import Prediction, Sensors, predict, readings, residuals, with_surface
 
 Array = NDArray[np.float64]
@@ -245,10 +238,8 @@ class Problem:
         return self.crew.together(work, range(len(self.drops)))
 
 
-def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew, eased: bool = False) -> Problem:
+def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew) -> Problem:
     """Return the problem of a machine at its nominal values; effects that its file carries stand.
-
-    `eased` says that what the file states without tolerance may move too, within what is known of it.
 
     Raises
     ------
@@ -257,8 +248,7 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew,
     """
     plain = machine.model_copy(update={"effects": ()})
     own = tuple(drop_parameters(machine, _set_point(machine, drop), drop.angle, drop.angle_sigma) for drop in drops)
-    stated = stated_parameters(machine) if eased else ()
-    shared = (*machine_parameters(machine), *sensor_parameters(machine), *stated)
+    shared = (*machine_parameters(machine), *sensor_parameters(machine))
     return Problem(build_model(plain, bending=_BENDING), drops, shared, own, crew, standing=all_effects(machine))
 
 

@@ -1,6 +1,8 @@
-"""Which values that a machine file states without tolerance a fit had to move, for the one who reads the result."""
+"""Values that a machine file states without tolerance, free in a fit after all; and which of them it had to move."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +11,13 @@ from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.problem import Problem
 
+WORTH = 0.5  # of what is left beyond noise, that they must take away to be free
 _TOLD = 1.0  # standard deviation, from which on it is told
+
+
+def eased(problem: Problem) -> Problem:
+    """Return a problem whose machine's values may move too that its file states without tolerance, after the shared ones."""
+    return replace(problem, shared=(*problem.shared, *stated_parameters(problem.model.machine)))
 
 
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
