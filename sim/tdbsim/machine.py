@@ -11,94 +11,41 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.power_law import LINE_CONTACT
-from tdbsim.units import si_unit_of, to_si
+from tdbsim.quantity import (
+    Acceleration,
+    Angle,
+    Damping,
+    Density,
+    Inertia,
+    Length,
+    Mass,
+    Number,
+    Part,
+    Pressure,
+    Sensitivity,
+    Tolerant,
+    TolerantAngle,
+    TolerantContactDamping,
+    TolerantDamping,
+    TolerantLength,
+    TolerantMoment,
+    TolerantNumber,
+    TolerantStiffness,
+    TolerantTime,
+    TolerantUnbalance,
+    Voltage,
+    quantity,
+)
+from tdbsim.units import si_unit_of
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
-class Tolerant(BaseModel):
-    """A value that its owner knows within limits (SI); calibration moves it within them."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    nominal: float
-    low: float
-    high: float
-
-    @property
-    def is_exact(self) -> bool:
-        """True where no tolerance was stated."""
-        return self.low == self.high
-
-
-def _quantity(si: str) -> BeforeValidator:
-    def parse(value: Any) -> float:
-        if isinstance(value, dict):
-            raise InputError(f"this value takes no tolerance; write a number in {si} or a text with a unit")
-        return to_si(value, si)
-
-    return BeforeValidator(parse)
-
-
-def _tolerant(si: str) -> BeforeValidator:
-    def parse(value: Any) -> Any:
-        if isinstance(value, Tolerant):
-            return value
-        if not isinstance(value, dict):
-            number = to_si(value, si)
-            return {"nominal": number, "low": number, "high": number}
-        unknown = set(value) - {"nominal", "tolerance"}
-        if unknown:
-            name = sorted(unknown)[0]
-            raise InputError(f"unknown key '{name}'{did_you_mean(name, ['nominal', 'tolerance'])}")
-        if "nominal" not in value:
-            raise InputError("a value with a tolerance needs 'nominal'")
-        nominal = to_si(value["nominal"], si)
-        tolerance = value.get("tolerance", 0)
-        if isinstance(tolerance, str) and tolerance.strip().endswith("%"):
-            width = abs(nominal) * to_si(tolerance, "1")
-        else:
-            width = to_si(tolerance, si)
-        if width < 0:
-            raise InputError(f"tolerance {tolerance!r} is negative; write its half-width as a positive value")
-        return {"nominal": nominal, "low": nominal - width, "high": nominal + width}
-
-    return BeforeValidator(parse)
-
-
-Length = Annotated[float, _quantity("m")]
-Mass = Annotated[float, _quantity("kg")]
-Inertia = Annotated[float, _quantity("kg m^2")]
-Pressure = Annotated[float, _quantity("Pa")]
-Density = Annotated[float, _quantity("kg/m^3")]
-Number = Annotated[float, _quantity("1")]
-Angle = Annotated[float, _quantity("rad")]
-Damping = Annotated[float, _quantity("N s/m")]
-Voltage = Annotated[float, _quantity("V")]
-Sensitivity = Annotated[float, _quantity("V/m")]
-Acceleration = Annotated[float, _quantity("m/s^2")]
-Moment = Annotated[float, _quantity("N m")]
-
-TolerantLength = Annotated[Tolerant, _tolerant("m")]
-TolerantNumber = Annotated[Tolerant, _tolerant("1")]
-TolerantStiffness = Annotated[Tolerant, _tolerant("N/m")]
-TolerantDamping = Annotated[Tolerant, _tolerant("N s/m")]
-TolerantTime = Annotated[Tolerant, _tolerant("s")]
-TolerantUnbalance = Annotated[Tolerant, _tolerant("kg m")]
-TolerantAngle = Annotated[Tolerant, _tolerant("rad")]
-TolerantMoment = Annotated[Tolerant, _tolerant("N m")]
-TolerantContactDamping = Annotated[Tolerant, _tolerant("s/m")]
-
-
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Section(_Part):
+class Section(Part):
     """A cylindrical shaft section; sections follow each other from the non-drive end."""
 
     length: Length = Field(gt=0)
@@ -114,7 +61,7 @@ class Section(_Part):
         return self
 
 
-class Disk(_Part):
+class Disk(Part):
     """A wheel or disc: a point inertia on the shaft."""
 
     name: str
@@ -124,7 +71,7 @@ class Disk(_Part):
     diametral_inertia: Inertia = Field(ge=0)
 
 
-class Unbalance(_Part):
+class Unbalance(Part):
     """An unbalance plane; the phase counts from the keyphasor mark."""
 
     name: str
@@ -133,7 +80,7 @@ class Unbalance(_Part):
     phase: TolerantAngle = Tolerant(nominal=0.0, low=0.0, high=0.0)
 
 
-class Rotor(_Part):
+class Rotor(Part):
     """The shaft with what sits on it."""
 
     sections: tuple[Section, ...] = Field(min_length=1)
@@ -151,7 +98,7 @@ class Rotor(_Part):
         return math.fsum(section.length for section in self.sections)
 
 
-class MagneticBearing(_Part):
+class MagneticBearing(Part):
     """A radial magnetic bearing while it levitates: closed-loop spring and damper about the set-point."""
 
     name: str
@@ -160,14 +107,14 @@ class MagneticBearing(_Part):
     damping: TolerantDamping
 
 
-class Balls(_Part):
+class Balls(Part):
     """The balls of a deep-groove touchdown bearing."""
 
     count: int = Field(ge=3)
     diameter: Length = Field(gt=0)
     pitch_diameter: Length = Field(gt=0)
     diametral_clearance: TolerantLength
-    stiffness: Annotated[float, _quantity("N/m^1.5")] = Field(gt=0)
+    stiffness: Annotated[float, quantity("N/m^1.5")] = Field(gt=0)
 
     @model_validator(mode="after")
     def _fits(self) -> Balls:
@@ -179,7 +126,7 @@ class Balls(_Part):
         return self
 
 
-class TouchdownBearing(_Part):
+class TouchdownBearing(Part):
     """A touchdown bearing with its support; its `name` is the name of the machine's end.
 
     Rotor and ring press with `contact_stiffness` times the depth to the power 10/9; another `contact_exponent` bends that
@@ -191,7 +138,7 @@ class TouchdownBearing(_Part):
     position: Length
     journal_radius: Length = Field(gt=0)
     radial_gap: TolerantLength
-    contact_stiffness: Annotated[float, _quantity("N/m^(10/9)")] = Field(gt=0)
+    contact_stiffness: Annotated[float, quantity("N/m^(10/9)")] = Field(gt=0)
     contact_exponent: float = Field(default=LINE_CONTACT, ge=1, le=1.5)
     contact_damping: TolerantContactDamping
     friction: TolerantNumber
@@ -206,7 +153,7 @@ class TouchdownBearing(_Part):
     support_damping: TolerantDamping
 
 
-class Probe(_Part):
+class Probe(Part):
     """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
 
     Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.  `unit`
@@ -233,15 +180,15 @@ class Probe(_Part):
         return self
 
 
-class SpeedSignal(_Part):
+class SpeedSignal(Part):
     """The channel of the speed signal; `unit` where the file states none."""
 
     channel: str
     unit: str | None = None
-    sensitivity: Annotated[float, _quantity("V s")] | None = None  # volts per Hz
+    sensitivity: Annotated[float, quantity("V s")] | None = None  # volts per Hz
 
 
-class Keyphasor(_Part):
+class Keyphasor(Part):
     """The channel of one pulse a revolution; its edge marks shaft angle `angle`."""
 
     channel: str
@@ -263,13 +210,13 @@ class EffectSetting(BaseModel):
         return dict(self.model_extra or {})
 
 
-class Machine(_Part):
+class Machine(Part):
     """A rotor with its magnetic and touchdown bearings and its sensors."""
 
     name: str
     rotation: Literal["ccw", "cw"] = "ccw"
     gravity: Acceleration = Field(STANDARD_GRAVITY, ge=0)
-    mains: Annotated[float, _quantity("Hz")] = 50.0
+    mains: Annotated[float, quantity("Hz")] = 50.0
     rotor: Rotor
     magnetic_bearings: tuple[MagneticBearing, ...] = Field((), alias="magnetic_bearing")
     touchdown_bearings: tuple[TouchdownBearing, ...] = Field(alias="touchdown_bearing")

@@ -1,0 +1,91 @@
+"""Values of a machine's file: numbers in SI, texts with a unit, and values with a tolerance."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+from tdbsim.errors import InputError, did_you_mean
+from tdbsim.units import to_si
+
+
+class Tolerant(BaseModel):
+    """A value that its owner knows within limits (SI); calibration moves it within them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    nominal: float
+    low: float
+    high: float
+
+    @property
+    def is_exact(self) -> bool:
+        """True where no tolerance was stated."""
+        return self.low == self.high
+
+
+def quantity(si: str) -> BeforeValidator:
+    """Return what reads an exact value in an SI unit."""
+
+    def parse(value: Any) -> float:
+        if isinstance(value, dict):
+            raise InputError(f"this value takes no tolerance; write a number in {si} or a text with a unit")
+        return to_si(value, si)
+
+    return BeforeValidator(parse)
+
+
+def _tolerant(si: str) -> BeforeValidator:
+    def parse(value: Any) -> Any:
+        if isinstance(value, Tolerant):
+            return value
+        if not isinstance(value, dict):
+            number = to_si(value, si)
+            return {"nominal": number, "low": number, "high": number}
+        unknown = set(value) - {"nominal", "tolerance"}
+        if unknown:
+            name = sorted(unknown)[0]
+            raise InputError(f"unknown key '{name}'{did_you_mean(name, ['nominal', 'tolerance'])}")
+        if "nominal" not in value:
+            raise InputError("a value with a tolerance needs 'nominal'")
+        nominal = to_si(value["nominal"], si)
+        tolerance = value.get("tolerance", 0)
+        if isinstance(tolerance, str) and tolerance.strip().endswith("%"):
+            width = abs(nominal) * to_si(tolerance, "1")
+        else:
+            width = to_si(tolerance, si)
+        if width < 0:
+            raise InputError(f"tolerance {tolerance!r} is negative; write its half-width as a positive value")
+        return {"nominal": nominal, "low": nominal - width, "high": nominal + width}
+
+    return BeforeValidator(parse)
+
+
+Length = Annotated[float, quantity("m")]
+Mass = Annotated[float, quantity("kg")]
+Inertia = Annotated[float, quantity("kg m^2")]
+Pressure = Annotated[float, quantity("Pa")]
+Density = Annotated[float, quantity("kg/m^3")]
+Number = Annotated[float, quantity("1")]
+Angle = Annotated[float, quantity("rad")]
+Damping = Annotated[float, quantity("N s/m")]
+Voltage = Annotated[float, quantity("V")]
+Sensitivity = Annotated[float, quantity("V/m")]
+Acceleration = Annotated[float, quantity("m/s^2")]
+
+TolerantLength = Annotated[Tolerant, _tolerant("m")]
+TolerantNumber = Annotated[Tolerant, _tolerant("1")]
+TolerantStiffness = Annotated[Tolerant, _tolerant("N/m")]
+TolerantDamping = Annotated[Tolerant, _tolerant("N s/m")]
+TolerantTime = Annotated[Tolerant, _tolerant("s")]
+TolerantUnbalance = Annotated[Tolerant, _tolerant("kg m")]
+TolerantAngle = Annotated[Tolerant, _tolerant("rad")]
+TolerantMoment = Annotated[Tolerant, _tolerant("N m")]
+TolerantContactDamping = Annotated[Tolerant, _tolerant("s/m")]
+
+
+class Part(BaseModel):
+    """A table of a machine's file: no key that is not known, nothing that is not finite."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
