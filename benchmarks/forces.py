@@ -186,7 +186,7 @@ def _peaks(calibration: Calibration, names: Sequence[str], truth: dict[str, Any]
 def _at_samples(calibration: Calibration, drop: int) -> list[float]:
     found = calibration.problem.simulated(calibration.point, drop, 0.2)
     motion = found.prediction.motion
-    forces = observed(motion.model.arrays, motion.state).forces[:, FORCES.index("normal_force")]
+    forces = observed(motion).forces[:, FORCES.index("normal_force")]
     return [float(row.max()) for row in forces]
 
 

@@ -1,107 +1,114 @@
-"""Heat, temperatures and growth of a touchdown bearing in a simulated drop, computed after the run.
+"""What a machine's file says of the heat in a touchdown bearing: bodies, materials, friction inside it.
 
-The coupling is one-way: forces, slip and speeds of the run make heat here, but the growth found here does not act back on
-the gap and the balls of that run, nor does the torque found here brake its ring.  Inside a run the effect
-`thermal_growth` closes the gap with the heat of friction, and `inner_ring_drag` brakes the ring.
+A bearing without this table has no heat: its run is that of cold bodies.  With it the drop is integrated together with the
+temperatures (`tdbsim.heat_coupling`).  Radii of journal and bore, balls and pitch circle are the bearing's own.  Only files with
+this table load what works on it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+from pydantic import Field
 
-from tdbsim.bearing_torque import TorqueLaw, race_heat
-from tdbsim.errors import InputError, did_you_mean
-from tdbsim.heat_network import NODES, BearingBody, Temperatures, growth, temperatures
-from tdbsim.hertz import BearingGeometry
+from tdbsim.quantity import Angle, Density, Length, Number, Part, Pressure, quantity
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from tdbsim.bearing_torque import TorqueLaw
+    from tdbsim.heat_network import BearingBody, ThermalMaterial
+    from tdbsim.hertz import BearingGeometry, Material
+    from tdbsim.machine import TouchdownBearing
 
 
-def heat_drop(
-    drop: xr.Dataset,
-    end: str,
-    body: BearingBody,
-    geometry: BearingGeometry,
-    law: TorqueLaw,
-    spin_friction: float,
-    step: float = 1e-3,
-) -> xr.Dataset:
-    """Return what the bearing of one end suffers in a drop.
+class HeatMaterial(Part):
+    """A material of rings or balls."""
 
-    Parameters
-    ----------
-    drop : xarray.Dataset
-        Of `tdbsim.simulate.simulate`.
-    end : str
-    body, geometry, law
-        Of all rows of the bearing together: the run's balls stand for them.
-    spin_friction : float
-        Coefficient of the balls spinning on the races.
-    step : float
-        Of the heat network, s, at least a sample; its fastest bodies take tenths of a second.  Heats are averaged over a
-        step, so no energy is lost; temperatures between steps are on straight lines, and where there is no mass (rub,
-        contacts) they are those of the mean heat of a step.
+    elastic_modulus: Pressure = Field(gt=0)
+    poisson_ratio: Number = Field(gt=0, lt=0.5)
+    density: Density = Field(gt=0)
+    conductivity: Annotated[float, quantity("W/(m K)")] = Field(gt=0)
+    specific_heat: Annotated[float, quantity("J/(kg K)")] = Field(gt=0)
+    expansion: Annotated[float, quantity("1/K")] = Field(ge=0)
 
-    Returns
-    -------
-    xarray.Dataset
-        Along ``time``: ``rub_heat``, ``inner_race_heat``, ``outer_race_heat`` in W, ``load_torque``, ``speed_torque``,
-        ``torque`` in N m, ``ball_growth``, ``inner_growth``, ``outer_growth`` in m; along (``node``, ``time``):
-        ``temperature_rise`` in K over the ambient; along ``time`` ``heat_supplied``, ``heat_lost``, ``heat_stored`` in J.
+    @property
+    def elastic(self) -> Material:
+        """What contacts need of it."""
+        from tdbsim.hertz import Material
 
-    Raises
-    ------
-    InputError
-        If the drop has no such end, or the step is not positive.
+        return Material(self.elastic_modulus, self.poisson_ratio)
+
+    @property
+    def thermal(self) -> ThermalMaterial:
+        """What heat needs of it."""
+        from tdbsim.heat_network import ThermalMaterial
+
+        return ThermalMaterial(self.conductivity, self.density, self.specific_heat, self.expansion, self.poisson_ratio)
+
+
+class BearingHeat(Part):
+    """Bodies that heat flows through, and the friction inside the bearing.
+
+    `inner_race_radius` and `outer_race_radius` bound the walls of the rings where the balls run (mean of shoulder and
+    groove).  `width` is that of all `rows` together, whose balls the bearing's `balls` stand for; `shaft_length` that of
+    the piece of shaft that takes part.  Shaft and housing are of the rings' material, `race`.  The torque law is
+    Palmgren's (`tdbsim.bearing_torque`); the bearing's `inner_ring_drag` is what brakes the ring beside it.
     """
-    import xarray as xr
 
-    ends = [str(name) for name in drop["end"].values]
-    if end not in ends:
-        raise InputError(f"'{end}' is no end of this drop{did_you_mean(end, ends)}")
-    if not step > 0:
-        raise InputError(f"step {step:g} s of the heat network is not positive")
-    at = drop.sel(end=end)
-    time, speed = at["time"].values, at["ring_speed"].values
-    balls = at["ball_load"].values.T
-    azimuth = at["cage_angle"].values[:, None] + 2 * np.pi * np.arange(balls.shape[1]) / balls.shape[1]
-    load = np.hypot(np.sum(balls * np.cos(azimuth), axis=1), np.sum(balls * np.sin(azimuth), axis=1))
-    made = race_heat(geometry, law, balls, load, speed, spin_friction)
-    # the run has integrated the work of friction, which its samples would miss between them
-    rubbed = drop["work"].sel(work_kind=f"friction_{ends.index(end)}").values
-    work = np.stack([np.diff(rubbed), *(np.diff(time) * _between(heat) for heat in (made.inner, made.outer))])
-    stride = max(1, int(step / (time[1] - time[0]) * (1 + 1e-9)))
-    first = np.arange(0, len(time) - 1, stride)
-    knots = np.append(first, len(time) - 1)
-    power = np.add.reduceat(work, first, axis=1) / np.diff(time[knots])
-    coarse = temperatures(body, time[knots], power, drop["rotor_speed"].values[knots], speed[knots])
-    found = Temperatures(
-        time,
-        np.array([np.interp(time, coarse.time, row) for row in coarse.rise]),
-        *(np.interp(time, coarse.time, heat) for heat in (coarse.supplied, coarse.lost, coarse.stored)),
-    )
-    grown = growth(body, found)
-    along = {
-        "rub_heat": (-at["friction_force"].values * at["slip_speed"].values, "W"),
-        "inner_race_heat": (made.inner, "W"),
-        "outer_race_heat": (made.outer, "W"),
-        "load_torque": (law.of_load(load), "N m"),
-        "speed_torque": (law.of_speed(speed), "N m"),
-        "torque": (made.torque, "N m"),
-        "ball_growth": (grown.ball, "m"),
-        "inner_growth": (grown.inner, "m"),
-        "outer_growth": (grown.outer, "m"),
-        "heat_supplied": (found.supplied, "J"),
-        "heat_lost": (found.lost, "J"),
-        "heat_stored": (found.stored, "J"),
-    }
-    result = xr.Dataset({name: ("time", values, {"units": unit}) for name, (values, unit) in along.items()})
-    result["temperature_rise"] = (("node", "time"), found.rise, {"units": "K"})
-    return result.assign_coords(time=time, node=list(NODES))
+    inner_race_radius: Length
+    outer_race_radius: Length
+    outer_radius: Length
+    housing_radius: Length
+    width: Length = Field(gt=0)
+    housing_width: Length = Field(gt=0)
+    shaft_length: Length = Field(gt=0)
+    rows: int = Field(1, ge=1)
+    contact_angle: Angle = 0.0
+    inner_conformity: Number = 0.52
+    outer_conformity: Number = 0.52
+    race: HeatMaterial
+    ball: HeatMaterial
+    load_factor: Number = Field(ge=0)
+    speed_factor: Number = Field(ge=0)
+    viscosity: Annotated[float, quantity("m^2/s")] = Field(ge=0)
+    spin_friction: Number = Field(0.0, ge=0)
 
+    def body(self, bearing: TouchdownBearing) -> BearingBody:
+        """Return the bodies of the bearing (raises InputError where their radii do not follow each other)."""
+        from tdbsim.heat_network import BearingBody
 
-def _between(values: np.ndarray) -> np.ndarray:
-    return np.asarray((values[1:] + values[:-1]) / 2)
+        return BearingBody(
+            shaft_radius=bearing.journal_radius,
+            bore_radius=bearing.journal_radius + bearing.radial_gap.nominal,
+            inner_race_radius=self.inner_race_radius,
+            outer_race_radius=self.outer_race_radius,
+            outer_radius=self.outer_radius,
+            housing_radius=self.housing_radius,
+            width=self.width,
+            housing_width=self.housing_width,
+            shaft_length=self.shaft_length,
+            ball_diameter=bearing.balls.diameter,
+            pitch_diameter=bearing.balls.pitch_diameter,
+            ball_count=self.rows * bearing.balls.count,
+            race=self.race.thermal,
+            ball=self.ball.thermal,
+        )
+
+    def geometry(self, bearing: TouchdownBearing) -> BearingGeometry:
+        """Return how balls and races touch (raises InputError where the parts cannot make a bearing)."""
+        from tdbsim.hertz import BearingGeometry
+
+        return BearingGeometry(
+            bearing.balls.diameter,
+            bearing.balls.pitch_diameter,
+            self.inner_conformity,
+            self.outer_conformity,
+            self.contact_angle,
+            self.ball.elastic,
+            self.race.elastic,
+        )
+
+    def torque(self, bearing: TouchdownBearing) -> TorqueLaw:
+        """Return the law of the torque."""
+        from tdbsim.bearing_torque import TorqueLaw
+
+        return TorqueLaw(bearing.balls.pitch_diameter, self.load_factor, self.speed_factor, self.viscosity)

@@ -1,4 +1,4 @@
-"""Friction torque and heat inside a ball bearing, of histories of load and speed.
+"""Friction torque inside a ball bearing, and which race its heat is made at.
 
 Torque of the whole bearing (A. Palmgren, Grundlagen der Wälzlagertechnik, 1959; T. A. Harris, Rolling Bearing Analysis):
 M = M_L + M_v with M_L = f1 P d_m, and M_v = 1e-7 f2 (nu N)^(2/3) d_m^3 above nu N = 2000, else 160e-7 f2 d_m^3, for
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tdbsim.cache import inlined
 from tdbsim.errors import InputError
 from tdbsim.hertz import BearingGeometry
 
@@ -54,14 +55,22 @@ class TorqueLaw:
 
     def of_speed(self, speed: ArrayLike) -> Array:
         """Return M_v, N m, for ring speeds in Hz; nothing drags a ring at rest."""
-        product = 1e6 * self.viscosity * 60 * np.abs(np.asarray(speed, dtype=float))
-        shape = np.where(product > 2000, 1e-7 * np.cbrt(np.maximum(product, 2000.0)) ** 2, 160e-7)
-        in_n_mm = self.speed_factor * shape * (1e3 * self.pitch_diameter) ** 3
-        return np.where(product > 0, 1e-3 * in_n_mm, 0.0)
+        each = np.vectorize(speed_torque.py_func, otypes=[float])
+        return np.asarray(each(speed, self.speed_factor, self.viscosity, self.pitch_diameter))
 
     def total(self, load: ArrayLike, speed: ArrayLike) -> Array:
         """Return M_L + M_v, N m."""
         return self.of_load(load) + self.of_speed(speed)
+
+
+@inlined
+def speed_torque(speed, factor, viscosity, pitch_diameter):  # type: ignore[no-untyped-def]
+    """Return M_v, N m, at a speed in Hz: factor f2, viscosity in m^2/s, pitch diameter in m."""
+    product = 1e6 * viscosity * 60.0 * abs(speed)
+    if product == 0.0:
+        return 0.0
+    shape = 1e-7 * product ** (2 / 3) if product > 2000.0 else 160e-7
+    return 1e-3 * factor * shape * (1e3 * pitch_diameter) ** 3
 
 
 @dataclass(frozen=True)
@@ -108,35 +117,40 @@ def ball_motion(geometry: BearingGeometry) -> BallMotion:
     )
 
 
-@dataclass(frozen=True)
-class RaceHeat:
-    """Heat made at the two races, W, and the torque on the inner ring that pays for it, N m; each (...)."""
+@inlined
+def race_shares(torque, spin_inner, spin_outer, across):  # type: ignore[no-untyped-def]
+    """Return which parts of the work of a torque heat the inner and the outer race; together all of it.
 
-    inner: Array
-    outer: Array
-    torque: Array
+    Rolling friction is shared between the races as their radii, 1 -+ `across` (the same drag on a smaller radius), which
+    leaves the inner one the cooler; spin adds to the race that the balls spin on.
+
+    Parameters
+    ----------
+    torque, spin_inner, spin_outer : float
+        On the inner ring, and what of it is spin on each race, N m.
+    across : float
+        Ball diameter times cos(contact angle) over pitch diameter.
+    """
+    if torque <= 0.0:
+        return 0.5 * (1.0 - across), 0.5 * (1.0 + across)
+    inner = (0.5 * (torque - spin_inner - spin_outer) * (1.0 - across) + spin_inner) / torque
+    return inner, 1.0 - inner
 
 
-def race_heat(
-    geometry: BearingGeometry, law: TorqueLaw, ball_load: ArrayLike, load: ArrayLike, speed: ArrayLike, friction: float
-) -> RaceHeat:
-    """Return the heat at the races; what the torque takes out of the ring, to the last watt.
+def spin_per_press(geometry: BearingGeometry, friction: float, rows: int, stiffness: float) -> tuple[float, float]:
+    """Return the torque on the inner ring by balls that spin on the inner and on the outer race, N m/m^2.
 
-    Palmgren's torque is shared between the races as their radii (the same drag on a smaller radius), which leaves the
-    inner one the cooler; spin adds to the race that the balls spin on.
+    A ball pressed by delta carries Q = K delta^(3/2) and resists as Q^(4/3): the torque is this times the sum of delta^2.
 
     Parameters
     ----------
     geometry : BearingGeometry
-    law : TorqueLaw
-    ball_load : (..., n) array
-        N.
-    load : (...) array
-        Equivalent load of the bearing, N.
-    speed : (...) array
-        Of the inner ring, Hz.
     friction : float
         Coefficient of a ball spinning on a race.
+    rows : int
+        Rows of balls that share the radial load, each along the contact angle.
+    stiffness : float
+        K of the balls of all rows at an azimuth together, against a radial displacement, N/m^1.5.
 
     Raises
     ------
@@ -145,20 +159,13 @@ def race_heat(
     """
     if not friction >= 0:
         raise InputError(f"friction coefficient {friction:g} of the spinning balls is negative")
-    rate = 2 * math.pi * np.abs(np.asarray(speed, dtype=float))
     motion = ball_motion(geometry)
-    balls = np.asarray(ball_load, dtype=float)
-    across = geometry.ball_diameter * math.cos(geometry.contact_angle) / geometry.pitch_diameter
-    drag = law.total(load, speed)
-    spins = []
+    load = stiffness / (rows * math.cos(geometry.contact_angle))  # of a ball of one row, at 1 m
+    found = []
     for contact, spin in ((geometry.inner, motion.spin_inner), (geometry.outer, motion.spin_outer)):
-        moment = spin_moment(balls, friction, float(np.max(contact.semi_axes(1.0))), contact.integrals[1])
-        spins.append(abs(spin) * np.sum(moment, axis=-1))
-    return RaceHeat(
-        inner=rate * (drag * (1 - across) / 2 + spins[0]),
-        outer=rate * (drag * (1 + across) / 2 + spins[1]),
-        torque=drag + spins[0] + spins[1],
-    )
+        moment = spin_moment(load, friction, float(np.max(contact.semi_axes(1.0))), contact.integrals[1])
+        found.append(rows * abs(spin) * float(moment))
+    return found[0], found[1]
 
 
 def spin_moment(load: ArrayLike, friction: float, major_a_newton: float, second_kind: float) -> Array:

@@ -8,6 +8,7 @@ Along (``end``, ``ball``, ``time``): ``ball_load`` in N.  Along (``energy_kind``
 (``work_kind``, ``time``): ``work`` in J, what was dissipated or supplied since the release.
 Along (``probe``, ``time``): ``shaft_x``, ``shaft_y`` in m, the shaft's centre in the plane of each probe.
 Along ``time``: ``shaft_angle`` in rad and ``rotor_speed`` in Hz, positive counter-clockwise.
+Temperatures, growths, torques and heats of bearings with ``heat``: see `tdbsim.heat_record`.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
     nq = 2 * n + 15
-    seen = observed(model.arrays, state)
+    seen = observed(trajectory)
     forces, loads, energies = seen.forces, seen.loads, seen.energies
 
     record = sensed(trajectory).assign_coords(
@@ -85,6 +86,10 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     record["work"] = (("work_kind", "time"), state[:, 2 * nq :].T, {"units": "J"})
     peak = np.maximum(trajectory.peak_normal, forces[:, FORCES.index("normal_force")].max(axis=1))
     record["peak_normal_force"] = ("end", peak, {"units": "N", "long_name": "of all steps"})
+    if trajectory.warmth is not None:
+        from tdbsim.heat_record import add_heat
+
+        record = add_heat(record, trajectory, trajectory.warmth)
     record.attrs |= {
         "synthetic": "yes",
         "machine": machine.name,

@@ -10,26 +10,29 @@ convection with h = 23 (T - T_a)^0.25 W/m^2K (Harris); R1 that of a rotating cyl
 (K. M. Becker, Int. J. Heat Mass Transfer 6 (1963)); R6 that of spheres in the stream of the cage, Nu = 2 + 0.6
 Re^(1/2) Pr^(1/3) (W. E. Ranz, W. R. Marshall, 1952).  Where rotor and ring rub and where balls touch races there is no
 mass: those nodes take heat and follow at once.  Constriction in the small contacts is left out.
+
+How much the bodies grow is in `BearingBody.growth`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from tdbsim.cache import compiled, inlined
 from tdbsim.errors import InputError
 
 Array = NDArray[np.float64]
 
 NODES = ("shaft", "rub", "inner_ring", "inner_contact", "balls", "outer_contact", "outer_ring", "housing")
-SOURCES = {"rub": 1, "inner_race": 3, "outer_race": 5}  # where heat is made, and its node
+SHAFT, RUB, INNER_RING, INNER_CONTACT, BALLS, OUTER_CONTACT, OUTER_RING, HOUSING = range(8)
+_CHAIN = (2, 3, 4, 5, 5, 7, 8)  # resistances between neighbours
 
-_CHAIN = (("shaft", "rub", 2), ("rub", "inner_ring", 3), ("inner_ring", "inner_contact", 4),
-          ("inner_contact", "balls", 5), ("balls", "outer_contact", 5), ("outer_contact", "outer_ring", 7),
-          ("outer_ring", "housing", 8))  # fmt: skip
+GROWTHS = ("shaft", "bore", "inner_race", "outer_race", "ball")
 
 AIR_CONDUCTIVITY = 0.026  # W/(m K), at 20 C
 AIR_VISCOSITY = 1.5e-5  # m^2/s
@@ -147,125 +150,107 @@ class BearingBody:
             + wall(self.outer_radius, housing_middle, self.housing_width),
         }
 
-    def to_ambient(self, shaft_speed: float, ring_speed: float, housing_rise: float) -> Array:
-        """Return the conductances 1/R of the nodes to the air (8,), W/K, at speeds in Hz and the housing's rise in K."""
+    @property
+    def to_air(self) -> Array:
+        """What the bodies give to the air (4,), as `air_conductance` takes it."""
         diameter = 2 * self.shaft_radius
-        reynolds = math.pi * abs(shaft_speed) * diameter**2 / AIR_VISCOSITY
+        reynolds = math.pi * diameter**2 / AIR_VISCOSITY  # at 1 Hz
         shaft = 0.133 * reynolds ** (2 / 3) * AIR_PRANDTL ** (1 / 3) * AIR_CONDUCTIVITY / diameter
-        cage = math.pi * abs(ring_speed) * (self.pitch_diameter - self.ball_diameter) / 2
-        reynolds = cage * self.ball_diameter / AIR_VISCOSITY
-        balls = (2 + 0.6 * math.sqrt(reynolds) * AIR_PRANDTL ** (1 / 3)) * AIR_CONDUCTIVITY / self.ball_diameter
-        free = {
-            "shaft": shaft * math.pi * diameter * self.shaft_length,
-            "balls": balls * math.pi * self.ball_diameter**2 * self.ball_count,
-            "housing": FREE_CONVECTION
-            * abs(housing_rise) ** 0.25
-            * 2
-            * math.pi
-            * self.housing_radius
-            * self.housing_width,
-        }
-        return np.array([free.get(node, 0.0) for node in NODES])
+        cage = math.pi * (self.pitch_diameter - self.ball_diameter) / 2
+        stream = 0.6 * math.sqrt(cage * self.ball_diameter / AIR_VISCOSITY) * AIR_PRANDTL ** (1 / 3)
+        balls = AIR_CONDUCTIVITY / self.ball_diameter * math.pi * self.ball_diameter**2 * self.ball_count
+        housing = FREE_CONVECTION * 2 * math.pi * self.housing_radius * self.housing_width
+        return np.array([shaft * math.pi * diameter * self.shaft_length, 2 * balls, stream * balls, housing])
+
+    @property
+    def growth(self) -> Array:
+        """How much each of `GROWTHS` grows a kelvin of each node (5, 8), m/K; radii, counted outward.
+
+        Rings as Neisi, section 2.2.5, after G. Sun: (alpha/3)(1 + nu) r/(r + r') (dT (2 r + r') + dT' (2 r' + r)) at the
+        radius r of a ring that is warmer by dT there and by dT' at its other side r': that side's growth in plane strain,
+        exact where the temperature runs straight from side to side.  The source takes it for the bore, with the inner
+        contact on the other side, and for the outer race, with the housing.  By the same theory the race of the inner ring
+        grows r'/r times as much as its bore; the source takes one growth for both.  The shaft, whose growth the source
+        leaves out, is a full cylinder of one temperature in plane strain, alpha (1 + nu) r dT.  Balls grow by
+        alpha r dT.
+        """
+        strain = self.race.expansion * (1 + self.race.poisson_ratio)
+
+        def side(near: float, far: float) -> tuple[float, float]:
+            weight = strain / 3 * near / (near + far)
+            return weight * (2 * near + far), weight * (2 * far + near)
+
+        found = np.zeros((len(GROWTHS), len(NODES)))
+        found[0, SHAFT] = strain * self.shaft_radius
+        found[1, [INNER_RING, INNER_CONTACT]] = side(self.bore_radius, self.inner_race_radius)
+        found[2] = found[1] * self.inner_race_radius / self.bore_radius
+        found[3, [OUTER_RING, HOUSING]] = side(self.outer_race_radius, self.housing_radius)
+        found[4, BALLS] = self.ball.expansion * self.ball_diameter / 2
+        return found
+
+    @property
+    def network(self) -> Network:
+        """The numbers that `warm` reads."""
+        resistance = self.conduction
+        return Network(self.capacity, np.array([1 / resistance[number] for number in _CHAIN]), self.to_air)
 
 
-@dataclass(frozen=True)
-class Growth:
-    """Thermal growth of radii, m: balls, inner ring, outer ring, each (k,)."""
+class Network(NamedTuple):
+    """Heat capacities of the nodes (8,), J/K; conductances between neighbours (7,), W/K; what goes to the air (4,)."""
 
-    ball: Array
-    inner: Array
-    outer: Array
-
-
-@dataclass(frozen=True)
-class Temperatures:
-    """Temperatures of a run.
-
-    Attributes
-    ----------
-    time : (k,) array
-        s.
-    rise : (8, k) array
-        Of each of `NODES` over the ambient, K; at the massless nodes during the step before.
-    supplied, lost, stored : (k,) array
-        Heat supplied, given to the air and kept since the start, J; the first is the sum of the others.
-    """
-
-    time: Array
-    rise: Array
-    supplied: Array
-    lost: Array
-    stored: Array
-
-    def of(self, node: str) -> Array:
-        """Return the rise (k,) of a node, K."""
-        return np.asarray(self.rise[NODES.index(node)])
+    capacity: Array
+    chain: Array
+    to_air: Array
 
 
-def temperatures(
-    body: BearingBody, time: ArrayLike, power: ArrayLike, shaft_speed: ArrayLike, ring_speed: ArrayLike
-) -> Temperatures:
-    """Integrate the network from ambient temperature, implicitly: energy is closed in every step, of any length.
+@inlined
+def air_conductance(to_air, shaft_speed, ring_speed, housing_rise):  # type: ignore[no-untyped-def]
+    """Return the conductances of shaft, balls and housing to the air, W/K, at speeds in Hz and the housing's rise in K."""
+    shaft = to_air[0] * abs(shaft_speed) ** (2 / 3)
+    return shaft, to_air[1] + to_air[2] * math.sqrt(abs(ring_speed)), to_air[3] * abs(housing_rise) ** 0.25
+
+
+@compiled
+def warm(network, rise, step, rub, inner, outer, shaft_speed, ring_speed):  # type: ignore[no-untyped-def]
+    """Advance temperatures by an implicit step, which closes the energy whatever its length.
 
     Parameters
     ----------
-    body : BearingBody
-    time : (k,) array
-        Rising, s.
-    power : (3, k - 1) array
-        Mean heat between the instants at `SOURCES` (rub, inner race, outer race), W.
-    shaft_speed, ring_speed : (k,) array
+    network : Network
+    rise : (8,) array
+        Of each of `NODES` over the air, K; on return at the end of the step (of massless nodes: during it).
+    step : float
+        s.
+    rub, inner, outer : float
+        Heat made during the step where rotor and ring rub and at the two races, J.
+    shaft_speed, ring_speed : float
         Hz.
 
-    Raises
-    ------
-    InputError
-        If the shapes do not fit or the time does not rise.
+    Returns
+    -------
+    float
+        Heat given to the air, J.
     """
-    t = np.asarray(time, dtype=float)
-    sources = np.asarray(power, dtype=float)
-    shaft, ring = (np.broadcast_to(np.asarray(speed, dtype=float), t.shape) for speed in (shaft_speed, ring_speed))
-    if sources.shape != (len(SOURCES), len(t) - 1):
-        raise InputError(f"heat of shape {sources.shape} does not fit; give (3, {len(t) - 1}): between the instants")
-    if not (np.all(np.diff(t) > 0) and np.all(np.isfinite(sources))):
-        raise InputError("the time of a heat history must rise, and its heats be finite")
-    chain, capacity = _chain(body), body.capacity
-    rise = np.zeros((len(NODES), len(t)))
-    lost = np.zeros(len(t))
-    heat = np.zeros((len(NODES), len(t) - 1))
-    heat[list(SOURCES.values())] = sources
-    for i, step in enumerate(np.diff(t)):
-        air = body.to_ambient(shaft[i], ring[i], rise[-1, i])
-        rise[:, i + 1] = np.linalg.solve(
-            np.diag(capacity / step + air) + chain, capacity / step * rise[:, i] + heat[:, i]
-        )
-        lost[i + 1] = lost[i] + step * float(air @ rise[:, i + 1])
-    supplied = np.concatenate([[0.0], np.cumsum(sources.sum(axis=0) * np.diff(t))])
-    return Temperatures(t, rise, supplied, lost, capacity @ rise)
-
-
-def _chain(body: BearingBody) -> Array:
-    matrix, resistance = np.zeros((len(NODES), len(NODES))), body.conduction
-    for first, second, number in _CHAIN:
-        i, j = NODES.index(first), NODES.index(second)
-        matrix[[i, j], [i, j]] += 1 / resistance[number]
-        matrix[[i, j], [j, i]] -= 1 / resistance[number]
-    return matrix
-
-
-def growth(body: BearingBody, found: Temperatures) -> Growth:
-    """Return the growth of balls, inner and outer ring (Neisi, section 2.2.5, after G. Sun).
-
-    eps_b = alpha r_b dT_b; eps_in = (alpha/3)(1 + nu) r_s/(r_i + r_s) (dT_i (2 r_s + r_i) + dT_ci (2 r_i + r_s)), with
-    r_s the bore and r_i the race; the outer ring in the same form with the housing.
-    """
-
-    def ring(near: float, far: float, near_rise: Array, far_rise: Array) -> Array:
-        weight = body.race.expansion / 3 * (1 + body.race.poisson_ratio) * near / (near + far)
-        return np.asarray(weight * (near_rise * (2 * near + far) + far_rise * (2 * far + near)))
-
-    return Growth(
-        ball=body.ball.expansion * body.ball_diameter / 2 * found.of("balls"),
-        inner=ring(body.bore_radius, body.inner_race_radius, found.of("inner_ring"), found.of("inner_contact")),
-        outer=ring(body.outer_race_radius, body.housing_radius, found.of("outer_ring"), found.of("housing")),
-    )
+    capacity, chain = network.capacity, network.chain
+    count = len(rise)
+    air = np.zeros(count)
+    air[SHAFT], air[BALLS], air[HOUSING] = air_conductance(network.to_air, shaft_speed, ring_speed, rise[HOUSING])
+    made = np.zeros(count)
+    made[RUB], made[INNER_CONTACT], made[OUTER_CONTACT] = rub, inner, outer
+    # only neighbours exchange heat: each node sees those before it as one conductance and one source
+    seen = np.zeros(count)
+    for i in range(count):
+        seen[i] = capacity[i] / step + air[i]
+        rise[i] = (capacity[i] * rise[i] + made[i]) / step
+        if i > 0:
+            share = chain[i - 1] / (seen[i - 1] + chain[i - 1])
+            seen[i] += share * seen[i - 1]
+            rise[i] += share * rise[i - 1]
+    lost = 0.0
+    for i in range(count - 1, -1, -1):
+        if i < count - 1:
+            rise[i] = (rise[i] + chain[i] * rise[i + 1]) / (seen[i] + chain[i])
+        else:
+            rise[i] /= seen[i]
+        lost += step * air[i] * rise[i]
+    return lost

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from tdbsim.bearing_heat import BearingHeat
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.power_law import LINE_CONTACT
 from tdbsim.quantity import (
@@ -151,6 +152,14 @@ class TouchdownBearing(Part):
     support_mass: Mass = Field(gt=0)
     support_stiffness: TolerantStiffness
     support_damping: TolerantDamping
+    heat: BearingHeat | None = None
+
+    @model_validator(mode="after")
+    def _warms(self) -> TouchdownBearing:
+        if self.heat is not None:
+            self.heat.body(self)
+            self.heat.geometry(self)
+        return self
 
 
 class Probe(Part):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,9 @@ from tdbsim.hooks import ball
 from tdbsim.rhs import HEAT, contact_forces, positions, touching
 from tdbsim.support import spring_force
 
+if TYPE_CHECKING:
+    from tdbsim.simulate import Trajectory
+
 FORCES = ("force_x", "force_y", "normal_force", "friction_force", "slip_speed", "depth")
 ENERGIES = ("lateral", "spin", "ring_spin", "elastic", "weight")
 
@@ -50,8 +54,23 @@ class Observed:
     energies: NDArray[np.float64]
 
 
-def observed(arrays: Arrays, states: NDArray[np.float64]) -> Observed:
-    """Return what no probe sees of states (k, size)."""
+def observed(trajectory: Trajectory) -> Observed:
+    """Return what no probe sees of a trajectory; where heat moved gap and clearance, with those that acted."""
+    arrays, states = trajectory.model.arrays, trajectory.state
+    if trajectory.warmth is None:
+        return _observed(arrays, states)
+    parts = [
+        _observed(arrays._replace(end=columns), states[samples])
+        for samples, columns in trajectory.warmth.stretches(arrays.end)
+    ]
+    return Observed(
+        np.concatenate([part.forces for part in parts], axis=-1),
+        np.concatenate([part.loads for part in parts], axis=-1),
+        np.concatenate([part.energies for part in parts], axis=-1),
+    )
+
+
+def _observed(arrays: Arrays, states: NDArray[np.float64]) -> Observed:
     count = len(states)
     forces = np.zeros((2, len(FORCES), count))
     loads = np.zeros((2, arrays.ball_cosine.shape[1], count))

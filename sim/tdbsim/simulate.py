@@ -14,13 +14,15 @@ from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
+from tdbsim.integration import Integration
 from tdbsim.levitation import add_whirl_force, levitate
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
-from tdbsim.usual_step import usual_step
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from tdbsim.heat_coupling import Warmth
 
 Pair = tuple[float, float]
 
@@ -62,6 +64,8 @@ class DropPlan:
         are twice as long, up to 50e-6, those in which a contact begins or ends a quarter.
     tolerance : float
         Relative error a step of the adaptive method.
+    heat_interval : float
+        Time between exchanges of drop and temperatures, s, where a touchdown bearing has `heat`; at least a sample.
     """
 
     speed: float
@@ -80,11 +84,12 @@ class DropPlan:
     method: Literal["splitting", "dormand_prince"] = "splitting"
     step: float | None = None
     tolerance: float = 1e-7
+    heat_interval: float = 1e-3
 
     def __post_init__(self) -> None:
         for name, unit, least in (
             ("speed", "Hz", 0.0), ("seconds", "s", None), ("levitated", "s", 0.0), ("sampling", "Hz", None),
-            ("step", "s", None), ("tolerance", "", None),
+            ("step", "s", None), ("tolerance", "", None), ("heat_interval", "s", None),
         ):  # fmt: skip
             value = getattr(self, name)
             if value is None:
@@ -121,6 +126,8 @@ class Trajectory:
         Greatest normal force at each end over all steps, N.
     whirl : (n,) complex array
         Of the levitated rotor in its modes: x + i y = whirl exp(i angle), m.
+    warmth : Warmth, optional
+        What heat did, where the machine's file tells of it.
     """
 
     model: DropModel
@@ -129,6 +136,7 @@ class Trajectory:
     state: Array
     peak_normal: Array
     whirl: NDArray[np.complex128]
+    warmth: Warmth | None = None
 
 
 def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -> xr.Dataset:
@@ -172,7 +180,16 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
     _fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
     peak = np.zeros(2)
-    _integrate(model, plan, start, time[levitated:] - plan.levitated, state[levitated:], peak)
+    integration = Integration(model, plan, start, peak)
+    since, out = time[levitated:] - plan.levitated, state[levitated:]
+    if any(bearing.heat is not None for bearing in model.machine.touchdown_bearings):
+        from tdbsim.heat_coupling import WarmIntegration
+
+        cold = model.copy()
+        warm = WarmIntegration(integration)
+        warm.through(since, out)
+        return Trajectory(cold, plan, time, state, peak, whirl, warm.warmth(levitated))
+    integration.through(since, out)
     return Trajectory(model, plan, time, state, peak, whirl)
 
 
@@ -229,29 +246,3 @@ def _fill_levitated(unturned: NDArray[np.complex128], time: Array, start: Array,
     states[:, n : 2 * n] += turned.imag - whirl.imag
     states[:, nq : nq + n], states[:, nq + n : nq + 2 * n] = -omega * turned.imag, omega * turned.real
     states[:, 2 * n + 12] = angle + omega * time
-
-
-def _integrate(model: DropModel, plan: DropPlan, start: Array, times: Array, out: Array, peak: Array) -> None:
-    y = start.copy()
-    if plan.method == "dormand_prince":
-        from tdbsim import dormand_prince
-
-        code, t, _, _ = dormand_prince.integrate(
-            model.arrays, y, 0.0, 1e-6, 5e-4, plan.tolerance, error_scale(model.n), times, out
-        )
-        if code != dormand_prince.DONE:
-            raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
-        return
-    from tdbsim import splitting
-
-    step = usual_step(model.machine) if plan.step is None else plan.step
-    t = splitting.integrate(model.arrays, y, 0.0, step, times, out, peak)
-    if (len(times) and t < times[-1]) or not np.all(np.isfinite(out[-1:])):  # what is not finite stays so
-        raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
-
-
-def error_scale(n: int) -> Array:
-    """Return the size of each component of the state against which errors count."""
-    positions = np.concatenate([np.full(2 * n, 1e-3), np.full(12, 1e-4), np.ones(3)])
-    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), [1e-2, 1.0, 1.0]])
-    return np.concatenate([positions, rates, np.ones(14)])

@@ -96,10 +96,11 @@ SHORT, USUAL, LONG = range(3)  # steps: where a contact begins or ends; usual; i
 PARTS = (1, 4, 8)  # their lengths, in parts
 _WHOLE = PARTS[USUAL]
 FLIGHT_STEP = 50e-6  # s; no step in free flight is doubled beyond
+START = (-1.0, 0.0)  # pace of a first call
 
 
 @reassociated
-def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
+def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped-def]
     """Advance a state through instants.
 
     Parameters
@@ -116,6 +117,9 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
         Filled with the states at them.
     peak : (2,) array
         Raised to the greatest normal forces, N.
+    pace : (2,) array
+        `START`, or what a call before left there, so that two calls go the same way as one: the length of the usual step,
+        s, and whether both ends were free (1) or not (0) at `t`.
 
     Returns
     -------
@@ -131,7 +135,8 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
     ball_cosine, ball_sine, ball_oversize = m.ball_cosine, m.ball_sine, m.ball_oversize
     swing_tables = np.zeros((len(PARTS), 4, 4, 2 * n))
     damper_tables = np.zeros((len(PARTS), 3, 2, 5))
-    tabled = -1.0
+    tabled, aloft = pace[0], pace[1] > 0.0
+    filled = False
     # the state in pieces, and as it was when a step began
     state, kept = y.copy(), y.copy()
     q, v = state[: 2 * n], state[nq : nq + 2 * n]
@@ -139,7 +144,6 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
     speed, spin = state[nq + 2 * n : nq + 2 * n + 12], state[nq + 2 * n + 12 : ledger]
     work = state[ledger:]
     pressed = np.zeros(2)
-    aloft = False
     push, half, turned_a, turned_b = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n)
     losses = np.concatenate((m.damping, m.damping))
     impulse_x, impulse_y = np.zeros(2), np.zeros(2)
@@ -173,10 +177,12 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
         count = math.ceil(span / step - 1e-9) if span > 0.0 else 0
         usual = span / count if count > 0 else tabled
         if abs(usual - tabled) > 1e-12 * step:
+            tabled, filled = usual, False
+        if count > 0 and not filled:
             for size in range(len(PARTS)):
-                swing_table(m, usual * PARTS[size] / _WHOLE, swing_tables[size])
-                damper_table(m, usual * PARTS[size] / _WHOLE, damper_tables[size])
-            tabled = usual
+                swing_table(m, tabled * PARTS[size] / _WHOLE, swing_tables[size])
+                damper_table(m, tabled * PARTS[size] / _WHOLE, damper_tables[size])
+            filled = True
         left = _WHOLE * count  # of the way to this instant, in parts of a step
         shorts = 0
         while left > 0:
@@ -443,4 +449,5 @@ def integrate(m, y, t, step, times, out, peak):  # type: ignore[no-untyped-def]
             return t - span
     if len(times) > 0:
         y[:] = out[len(times) - 1]
+    pace[0], pace[1] = tabled, 1.0 if aloft else 0.0
     return t

@@ -159,7 +159,7 @@ def to_ends(machine: Machine, probes: Sequence[Probe]) -> Complex:
 
 def _forces(motion: Trajectory) -> Complex:
     """Return the force of the ring on the rotor at both ends, (2, k), N."""
-    forces = observed(motion.model.arrays, motion.state).forces
+    forces = observed(motion).forces
     out: Complex = forces[:, FORCES.index("force_x")] + 1j * forces[:, FORCES.index("force_y")]
     return out
 

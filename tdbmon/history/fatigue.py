@@ -85,7 +85,7 @@ def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seco
     try:
         model, _ = problem.setting(shared, own, drop)
         motion = run(model, lasting(problem.drops[drop], own, seconds))
-        loads = observed(motion.model.arrays, motion.state).loads
+        loads = observed(motion).loads
         bearings = enumerate(problem.model.machine.touchdown_bearings)
         return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]
     except InputError:

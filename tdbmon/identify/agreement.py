@@ -128,7 +128,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS)
     time, motion = found.since - own["release"], found.prediction.motion
     readings = measured.reading[:, found.span]
     planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings)]
-    forces = observed(motion.model.arrays, motion.state).forces[:, FORCES.index("normal_force")]
+    forces = observed(motion).forces[:, FORCES.index("normal_force")]
     ends = {}
     for i, bearing in enumerate(machine.touchdown_bearings):
         plane = str(planes[0].plane[i].item())

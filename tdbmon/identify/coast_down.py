@@ -156,11 +156,11 @@ def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tup
     places[0, :, :held] = (shapes @ state[:n])[:, None] + turned.real
     places[1, :, :held] = (shapes @ state[n : 2 * n])[:, None] + turned.imag
     angle[:held], omega[:held] = state[2 * n + 12] + spin * since[:held], spin
-    at, peak = 0.0, np.zeros(2)
+    at, peak, pace = 0.0, np.zeros(2), np.array(splitting.START)
     for start in range(held, len(time), _CHUNK):
         instants = since[start : start + _CHUNK]
         out = np.empty((len(instants), len(state)))
-        at = splitting.integrate(model.arrays, state, at, step, instants, out, peak)
+        at = splitting.integrate(model.arrays, state, at, step, instants, out, peak, pace)
         if at < instants[-1] or not np.all(np.isfinite(state)):
             raise InputError(f"the simulation of the coast-down left all bounds {at:.4g} s after the release")
         here = slice(start, start + len(instants))

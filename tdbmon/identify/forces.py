@@ -216,7 +216,7 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     except InputError:
         return None
     n, state, arrays = motion.model.n, motion.state, motion.model.arrays
-    seen = observed(arrays, state)
+    seen = observed(motion)
     bearings = problem.model.machine.touchdown_bearings
     stress = np.stack([ball_stress(b, seen.loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
     surface = np.abs(state[:, 2 * n + 15 + 2 * n + 12]) * arrays.end[:, JOURNAL_RADIUS, None]

@@ -12,7 +12,8 @@ from plain_drop import PlainDrop
 from scipy.integrate import solve_ivp
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.simulate import DropPlan, error_scale, initial_state, run
+from tdbsim.integration import error_scale
+from tdbsim.simulate import DropPlan, initial_state, run
 
 
 def _pressed_start(model):
@@ -52,7 +53,7 @@ def test_order_of_the_splitting_during_contact(machine):
     errors = []
     for count in (1, 2, 4):
         out = np.empty((1, len(start)))
-        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2))
+        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2), np.array(splitting.START))
         errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
     assert math.log2(errors[0] / errors[1]) > 3.7
     assert math.log2(errors[1] / errors[2]) > 3.7

@@ -1,0 +1,76 @@
+"""A drop on its way through instants, by the method of its plan; with the splitting one call leads where several do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tdbsim import dormand_prince, splitting
+from tdbsim.drop_model import Array, DropModel
+from tdbsim.errors import InputError
+from tdbsim.usual_step import usual_step
+
+if TYPE_CHECKING:
+    from tdbsim.simulate import DropPlan
+
+
+class Integration:
+    """An integration that has reached an instant; the bodies keep their temperature.
+
+    Attributes
+    ----------
+    model : DropModel
+        Its arrays may be changed between calls of `through`.
+    plan : DropPlan
+    state : (size,) array
+        At `time`; may be changed between calls.
+    time : float
+        s after the release.
+    """
+
+    def __init__(self, model: DropModel, plan: DropPlan, start: Array, peak: Array) -> None:
+        """Begin with a state at the release; `peak` (2,) is raised to the greatest normal forces, N."""
+        self.model, self.plan, self.time = model, plan, 0.0
+        self.state = start.copy()
+        self._peak = peak
+        self._adaptive_step = 1e-6
+        self._step = usual_step(model.machine) if plan.step is None else plan.step
+        self._pace = np.array(splitting.START)
+
+    def through(self, times: Array, out: Array) -> None:
+        """Fill `out` (k, size) with the states at rising instants (k,), s after the release.
+
+        Raises
+        ------
+        InputError
+            If the integration does not converge.
+        """
+        if not len(times):
+            return
+        if self.plan.method == "dormand_prince":
+            self._through_adaptive(times, out)
+            return
+        t = splitting.integrate(
+            self.model.arrays, self.state, self.time, self._step, times, out, self._peak, self._pace
+        )
+        if t < times[-1] or not np.all(np.isfinite(out[-1])):  # what is not finite stays so
+            raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
+        self.time = t
+
+    def _through_adaptive(self, times: Array, out: Array) -> None:
+        scale = error_scale(self.model.n)
+        code, t, step, _ = dormand_prince.integrate(
+            self.model.arrays, self.state, self.time, self._adaptive_step, 5e-4, self.plan.tolerance, scale, times, out
+        )
+        if code != dormand_prince.DONE:
+            raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
+        # its last step went beyond the last instant
+        self.state, self.time, self._adaptive_step = out[-1].copy(), float(times[-1]), step
+
+
+def error_scale(n: int) -> Array:
+    """Return the size of each component of the state against which errors count."""
+    positions = np.concatenate([np.full(2 * n, 1e-3), np.full(12, 1e-4), np.ones(3)])
+    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), [1e-2, 1.0, 1.0]])
+    return np.concatenate([positions, rates, np.ones(14)])
