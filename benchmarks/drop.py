@@ -76,7 +76,10 @@ def main() -> None:
     trajectory = run(model, plan)
     start = initial_state(model, plan)
     times, out = trajectory.time, np.empty_like(trajectory.state)
-    kernel = best_of(lambda: splitting.integrate(model.arrays, start.copy(), 0.0, 50e-6, times, out, np.zeros(2), np.array(splitting.START)), 30)
+    peak, first = np.zeros(2), np.array(splitting.START)
+    kernel = best_of(
+        lambda: splitting.integrate(model.arrays, start.copy(), 0.0, 50e-6, times, out, peak, first.copy()), 30
+    )
     setup = best_of(lambda: initial_state(build_model(machine), plan))
     whole = best_of(lambda: run(build_model(machine), plan))
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
+from tdbsim.bearing_heat import BearingHeat, HeatMaterial
 from tdbsim.effect import Effect, Parameter, all_effects
 from tdbsim.errors import InputError
 from tdbsim.machine import (
@@ -60,11 +61,38 @@ _UNITS: dict[type[BaseModel], dict[str, str]] = {
         "support_stiffness": "N/m",
         "support_damping": "N s/m",
     },
+    BearingHeat: {
+        "inner_race_radius": "mm",
+        "outer_race_radius": "mm",
+        "outer_radius": "mm",
+        "housing_radius": "mm",
+        "width": "mm",
+        "housing_width": "mm",
+        "shaft_length": "mm",
+        "contact_angle": "deg",
+        "viscosity": "mm^2/s",
+    },
+    HeatMaterial: {
+        "elastic_modulus": "GPa",
+        "density": "kg/m^3",
+        "conductivity": "W/(m K)",
+        "specific_heat": "J/(kg K)",
+        "expansion": "1/K",
+    },
     Probe: {"position": "mm", "angle": "deg", "sensitivity": "mV/um", "offset": "V", "range": "um"},
     Keyphasor: {"angle": "deg"},
     Machine: {"gravity": "m/s^2", "mains": "Hz"},
 }
-_SI = {"mm": "m", "um": "m", "GPa": "Pa", "g mm": "kg m", "deg": "rad", "mV/um": "V/m", "mN m": "N m"}
+_SI = {
+    "mm": "m",
+    "um": "m",
+    "GPa": "Pa",
+    "g mm": "kg m",
+    "deg": "rad",
+    "mV/um": "V/m",
+    "mN m": "N m",
+    "mm^2/s": "m^2/s",
+}
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -288,6 +288,11 @@ class Machine(Part):
         """Names of the touchdown bearings, as in the file."""
         return tuple(bearing.name for bearing in self.touchdown_bearings)
 
+    @property
+    def has_heat(self) -> bool:
+        """True where the file tells of heat in a touchdown bearing."""
+        return any(bearing.heat is not None for bearing in self.touchdown_bearings)
+
     def bearing(self, end: str) -> TouchdownBearing:
         """Return the touchdown bearing of an end."""
         for bearing in self.touchdown_bearings:

@@ -180,16 +180,14 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
     _fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
     peak = np.zeros(2)
-    integration = Integration(model, plan, start, peak)
     since, out = time[levitated:] - plan.levitated, state[levitated:]
-    if any(bearing.heat is not None for bearing in model.machine.touchdown_bearings):
+    if model.machine.has_heat:
         from tdbsim.heat_coupling import WarmIntegration
 
-        cold = model.copy()
-        warm = WarmIntegration(integration)
+        warm = WarmIntegration(model, plan, start, peak)
         warm.through(since, out)
-        return Trajectory(cold, plan, time, state, peak, whirl, warm.warmth(levitated))
-    integration.through(since, out)
+        return Trajectory(model, plan, time, state, peak, whirl, warm.warmth(levitated))
+    Integration(model, plan, start, peak).through(since, out)
     return Trajectory(model, plan, time, state, peak, whirl)
 
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from tdbsim import splitting
 from tdbsim.drop_model import DropModel
-from tdbsim.errors import InputError
+from tdbsim.integration import Integration
 from tdbsim.levitation import synchronous_response
 from tdbsim.sensors import Motion, ProbeChain, Runout, SensorChain, measure
 from tdbsim.simulate import DropPlan, initial_state
@@ -156,13 +155,17 @@ def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tup
     places[0, :, :held] = (shapes @ state[:n])[:, None] + turned.real
     places[1, :, :held] = (shapes @ state[n : 2 * n])[:, None] + turned.imag
     angle[:held], omega[:held] = state[2 * n + 12] + spin * since[:held], spin
-    at, peak, pace = 0.0, np.zeros(2), np.array(splitting.START)
+    way, peak = replace(plan, step=step), np.zeros(2)
+    if machine.has_heat:
+        from tdbsim.heat_coupling import WarmIntegration
+
+        drop: Integration | WarmIntegration = WarmIntegration(model, way, state, peak)
+    else:
+        drop = Integration(model, way, state, peak)
     for start in range(held, len(time), _CHUNK):
         instants = since[start : start + _CHUNK]
         out = np.empty((len(instants), len(state)))
-        at = splitting.integrate(model.arrays, state, at, step, instants, out, peak, pace)
-        if at < instants[-1] or not np.all(np.isfinite(state)):
-            raise InputError(f"the simulation of the coast-down left all bounds {at:.4g} s after the release")
+        drop.through(instants, out)
         here = slice(start, start + len(instants))
         places[0, :, here], places[1, :, here] = shapes @ out[:, :n].T, shapes @ out[:, n : 2 * n].T
         angle[here], omega[here] = out[:, 2 * n + 12], out[:, positions + 2 * n + 12]

@@ -17,7 +17,7 @@ from tdbmon.analysis.swing import predicted_swing
 from tdbmon.shipped import shipped
 from tdbmon.validation.comparison import Comparison, grid, table
 from tdbmon.validation.publication_one import printed_pressure
-from tdbmon.validation.publication_two import PAIR_GEOMETRY
+from tdbmon.validation.publication_two import pair_geometry
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def machine() -> Machine:
 
 def row_load(radial: Array) -> Array:
     """Return the load along the contact of a ball of one row, N, where the machine's file joins both rows to one."""
-    return np.asarray(radial / (2 * math.cos(PAIR_GEOMETRY.contact_angle)))
+    return np.asarray(radial / (2 * math.cos(pair_geometry().contact_angle)))
 
 
 def stresses(speed: float) -> dict[str, tuple[Array, float]]:
@@ -48,7 +48,7 @@ def stresses(speed: float) -> dict[str, tuple[Array, float]]:
     drop = simulate(machine(), DropPlan(speed=speed, seconds=0.2))
     return {
         end: (
-            np.asarray(PAIR_GEOMETRY.inner.peak_pressure(row_load(drop["ball_load"].sel(end=end).values))),
+            np.asarray(pair_geometry().inner.peak_pressure(row_load(drop["ball_load"].sel(end=end).values))),
             float(drop["peak_normal_force"].sel(end=end)),
         )
         for end in ENDS
@@ -57,13 +57,13 @@ def stresses(speed: float) -> dict[str, tuple[Array, float]]:
 
 def under_printed_force(end: str, other_scale: bool) -> float:
     """Return the greatest stress that a pair in X has under the printed peak force, Pa, whatever the rotor."""
-    bearing = pair(PAIR_GEOMETRY, ROW_COUNT, ROW_WIDTH, "X")
+    bearing = pair(pair_geometry(), ROW_COUNT, ROW_WIDTH, "X")
     # a ball of each row at the bottom: the greatest load that one can have
     where = bearing.loaded([0.0, -PRINTED_FORCE[end], 0.0, 0.0, 0.0], -math.pi / 2)
     load = max(float(row.load.max()) for row in bearing.displaced(where, -math.pi / 2))
     if other_scale:
-        return float(printed_pressure(PAIR_GEOMETRY, np.array(load)))
-    return float(PAIR_GEOMETRY.inner.peak_pressure(load))
+        return float(printed_pressure(pair_geometry(), np.array(load)))
+    return float(pair_geometry().inner.peak_pressure(load))
 
 
 def equivalent_stiffness(of: Machine) -> dict[str, float]:
@@ -71,7 +71,7 @@ def equivalent_stiffness(of: Machine) -> dict[str, float]:
     loads = static_loads(of, build_rotor(of))
     found = {}
     for bearing in of.touchdown_bearings:
-        rows = pair(PAIR_GEOMETRY, ROW_COUNT, ROW_WIDTH, "X")
+        rows = pair(pair_geometry(), ROW_COUNT, ROW_WIDTH, "X")
         load = loads[bearing.name]
         down = [rows.loaded([0.0, -f * load, 0.0, 0.0, 0.0], -math.pi / 2)[1] for f in (0.95, 1.05)]
         balls = 0.1 * load / abs(down[1] - down[0])

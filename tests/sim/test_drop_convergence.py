@@ -53,7 +53,8 @@ def test_order_of_the_splitting_during_contact(machine):
     errors = []
     for count in (1, 2, 4):
         out = np.empty((1, len(start)))
-        splitting.integrate(model.arrays, start.copy(), 0.0, finish[0] / count * (1 + 1e-9), finish, out, np.zeros(2), np.array(splitting.START))
+        step, first = finish[0] / count * (1 + 1e-9), np.array(splitting.START)
+        splitting.integrate(model.arrays, start.copy(), 0.0, step, finish, out, np.zeros(2), first)
         errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
     assert math.log2(errors[0] / errors[1]) > 3.7
     assert math.log2(errors[1] / errors[2]) > 3.7

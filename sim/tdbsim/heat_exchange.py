@@ -1,0 +1,177 @@
+"""What a drop and the temperatures of a touchdown bearing do to each other at the end of an interval: the kernel.
+
+Why, and with which signs, says `tdbsim.heat_coupling`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbsim import hooks
+from tdbsim.ball_bearing import ball_load
+from tdbsim.bearing_torque import race_shares, speed_torque
+from tdbsim.cache import compiled, inlined
+from tdbsim.columns import (
+    BALL_COUNT,
+    BALL_STIFFNESS,
+    CAGE_ANGLE,
+    CAGE_RATIO,
+    CONTACT_POWER,
+    CONTACT_STIFFNESS,
+    GAP,
+    HALF_CLEARANCE,
+    HAS_WAVES,
+    RING_ANGLE,
+    RING_DRAG,
+)
+from tdbsim.contact import elastic_force
+from tdbsim.heat_network import GROWTHS, NODES, Network, warm
+from tdbsim.rhs import DRAGGED, EXTERNAL, HEAT, RUBBED, positions, touching
+
+Array = NDArray[np.float64]
+
+# columns of a bearing's course: torques that act from an instant on, N m; heats until then, J; temperatures, K; growths, m
+LOAD_TORQUE, SPEED_TORQUE, SPIN_INNER, SPIN_OUTER, RUB_HEAT, INNER_HEAT, OUTER_HEAT, LOST = range(8)
+RISE = LOST + 1
+GROWN = RISE + len(NODES)
+COURSE_COLUMNS = GROWN + len(GROWTHS)
+
+
+class WarmBearing(NamedTuple):
+    """Numbers of a bearing with heat.
+
+    ``network``; ``growth`` (5, 8), m/K; ``closing`` (2, 5) how gap and half clearance follow from the growths; ``torque``
+    (7,) load torque a newton, f2, viscosity, pitch diameter, spin torques (`spin_per_press`), ball over pitch diameter.
+    """
+
+    network: Network
+    growth: Array
+    closing: Array
+    torque: Array
+
+
+@inlined
+def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
+    """Return the resultant of the balls' loads, N, the sum of their squared presses, m^2, and their elastic energy, J."""
+    row = m.end[end]
+    n = len(m.square)
+    i, ring = 2 * n + 6 * end, y[2 * n + 13 + end]
+    cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring - row[RING_ANGLE])
+    cosine, sine = math.cos(cage), math.sin(cage)
+    ex, ey = y[i] - y[i + 2], y[i + 1] - y[i + 3]
+    u, v = ex * cosine + ey * sine, ey * cosine - ex * sine
+    spacing = 2.0 * math.pi / row[BALL_COUNT]
+    along, across, squares, energy = 0.0, 0.0, 0.0, 0.0
+    for j in range(int(row[BALL_COUNT])):
+        press = u * m.ball_cosine[end, j] + v * m.ball_sine[end, j] - row[HALF_CLEARANCE] + m.ball_oversize[end, j]
+        if row[HAS_WAVES] > 0.0:
+            press += hooks.ball(cage + j * spacing, ring, m.effect[end])
+        if press > 0.0:
+            load = ball_load(press, row[BALL_STIFFNESS])
+            along += load * m.ball_cosine[end, j]
+            across += load * m.ball_sine[end, j]
+            squares += press * press
+            energy += 0.4 * load * press
+    return math.hypot(along, across), squares, energy
+
+
+@inlined
+def elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
+    """Return the energy in the contacts of rotor, ring and balls, J."""
+    row = m.end[end]
+    n = len(m.square)
+    i = 2 * n + 6 * end
+    x, z = 0.0, 0.0
+    for k in range(n):
+        x += m.at_end[end, k] * y[k]
+        z += m.at_end[end, k] * y[n + k]
+    heat = y[2 * positions(n) + HEAT + end]
+    _, _, depth, _ = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], y[2 * n + 13 + end], heat)
+    _, _, balls = pressed_balls(m, end, y)
+    if depth <= 0.0:
+        return balls
+    return balls + elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER]) * depth / (row[CONTACT_POWER] + 2.0)
+
+
+@compiled
+def exchange(m, end, bearing, before, states, step, drags, cold, y, course):  # type: ignore[no-untyped-def]
+    """Give the network of a bearing the heat of an interval; find torques, gap and clearance that act after it.
+
+    Parameters
+    ----------
+    m : Arrays
+        Gap, half clearance and drag of the end are changed.
+    end : int
+    bearing : WarmBearing
+    before : (size,) array
+        State at the beginning of the interval.
+    states : (k, size) array
+        At its samples, the last at its end.
+    step : float
+        Its length, s; 0 at the release.
+    drags : (2,) array
+        That acted on the rings of both ends in it, N m.
+    cold : (3,) array
+        Gap and half clearance without growth, m; the machine's own drag, N m.
+    y : (size,) array
+        State at the end of the interval; the work of growth is booked in it.
+    course : (columns,) array
+        At the beginning; at the end on return.
+    """
+    if step > 0.0:
+        give_heat(m, end, bearing, before, states[len(states) - 1], step, drags, course)
+    find_torques(m, end, bearing.torque, states, course)
+    row = m.end[end]
+    stored = elastic_energy(m, end, y)
+    gap, half_clearance = cold[0], cold[1]
+    for part in range(len(bearing.growth)):
+        grown = 0.0
+        for node in range(GROWN - RISE):
+            grown += bearing.growth[part, node] * course[RISE + node]
+        course[GROWN + part] = grown
+        gap += bearing.closing[0, part] * grown
+        half_clearance += bearing.closing[1, part] * grown
+    row[GAP], row[HALF_CLEARANCE] = gap, half_clearance
+    row[RING_DRAG] = cold[2] + course[LOAD_TORQUE] + course[SPEED_TORQUE] + course[SPIN_INNER] + course[SPIN_OUTER]
+    y[2 * positions(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
+
+
+@inlined
+def give_heat(m, end, bearing, before, after, step, drags, course):  # type: ignore[no-untyped-def]
+    """Advance the temperatures in `course` by the work of friction and drag between two states."""
+    n = len(m.square)
+    nq = positions(n)
+    ledger = 2 * nq
+    rubbed = after[ledger + RUBBED + end] - before[ledger + RUBBED + end]
+    # the ledger holds the drag's work at both ends: each has its torque times the angle that its ring turned
+    mine = drags[end] * abs(after[2 * n + 13 + end] - before[2 * n + 13 + end])
+    both = mine + drags[1 - end] * abs(after[2 * n + 14 - end] - before[2 * n + 14 - end])
+    dragged = (after[ledger + DRAGGED] - before[ledger + DRAGGED]) * mine / both if both > 0.0 else 0.0
+    share, other_share = race_shares(drags[end], course[SPIN_INNER], course[SPIN_OUTER], bearing.torque[6])
+    inner, outer = share * dragged, other_share * dragged
+    shaft_speed = before[nq + 2 * n + 12] / (2.0 * math.pi)
+    ring_speed = before[nq + 2 * n + 13 + end] / (2.0 * math.pi)
+    rise = course[RISE:GROWN]
+    course[LOST] += warm(bearing.network, rise, step, rubbed, inner, outer, shaft_speed, ring_speed)
+    course[RUB_HEAT] += rubbed
+    course[INNER_HEAT] += inner
+    course[OUTER_HEAT] += outer
+
+
+@inlined
+def find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
+    """Fill the torques of `course` with their means over states; `law` as in `WarmBearing`."""
+    n = len(m.square)
+    turning = positions(n) + 2 * n + 13 + end
+    loads, by_speed, squares = 0.0, 0.0, 0.0
+    for k in range(len(states)):
+        load, pressed, _ = pressed_balls(m, end, states[k])
+        loads += load
+        squares += pressed
+        by_speed += speed_torque(states[k, turning] / (2.0 * math.pi), law[1], law[2], law[3])
+    course[LOAD_TORQUE], course[SPEED_TORQUE] = law[0] * loads / len(states), by_speed / len(states)
+    course[SPIN_INNER], course[SPIN_OUTER] = law[4] * squares / len(states), law[5] * squares / len(states)
