@@ -154,13 +154,6 @@ class TouchdownBearing(Part):
     support_damping: TolerantDamping
     heat: BearingHeat | None = None
 
-    @model_validator(mode="after")
-    def _warms(self) -> TouchdownBearing:
-        if self.heat is not None:
-            self.heat.body(self)
-            self.heat.geometry(self)
-        return self
-
 
 class Probe(Part):
     """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
@@ -345,6 +338,12 @@ def _plausible(bearing: TouchdownBearing) -> None:
             f"touchdown_bearing '{bearing.name}': friction {bearing.friction.high:g} is no friction coefficient;"
             " 0.05 to 0.5 is usual"
         )
+    if bearing.heat is not None:
+        try:
+            bearing.heat.body(bearing)
+            bearing.heat.geometry(bearing)
+        except InputError as error:
+            raise InputError(f"touchdown_bearing '{bearing.name}': heat: {error}") from None
 
 
 def load_machine(path: str | Path) -> Machine:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
-from tdbsim.bearing_torque import TorqueLaw, ball_motion, race_heat, spin_moment
+from tdbsim.bearing_torque import TorqueLaw, ball_motion, race_shares, spin_moment, spin_per_press
 from tdbsim.errors import InputError
 from tdbsim.hertz import BearingGeometry
 
@@ -72,25 +72,29 @@ def test_spin_moment_is_friction_integrated_over_the_ellipse():
     assert found == pytest.approx(friction * whole, rel=1e-6)
 
 
-def test_heat_is_what_the_torque_takes_from_the_ring():
-    loads = np.abs(np.random.default_rng(0).normal(size=(40, 23))) * 300
-    speed = np.linspace(0, 250, 40)
-    heat = race_heat(ANGULAR, LAW, loads, loads.sum(axis=1), speed, 0.05)
-    # spin of outer-race control is paid for by the ring alone, at its own rate times sin(alpha)
-    spin = np.sum(
-        spin_moment(loads, 0.05, float(max(ANGULAR.inner.semi_axes(1.0))), ANGULAR.inner.integrals[1]), axis=1
-    ) * math.sin(ANGULAR.contact_angle)
-    np.testing.assert_allclose(heat.torque, LAW.total(loads.sum(axis=1), speed) + spin, rtol=1e-12)
-    np.testing.assert_allclose(heat.inner + heat.outer, heat.torque * 2 * math.pi * speed, rtol=1e-12)
-    assert heat.inner[0] == heat.outer[0] == 0
+def test_spin_of_two_rows_is_that_of_their_balls():
+    """Each ball of a row carries its part of the radial load over cos(alpha), and spins at sin(alpha) of the ring's rate."""
+    stiffness, press = 1.86e10, np.array([3e-6, 5e-6, 1e-6])
+    inner, outer = spin_per_press(ANGULAR, 0.05, 2, stiffness)
+    loads = stiffness * press**1.5 / 2 / math.cos(ANGULAR.contact_angle)
+    moments = spin_moment(loads, 0.05, float(max(ANGULAR.inner.semi_axes(1.0))), ANGULAR.inner.integrals[1])
+    expected = 2 * np.sum(moments) * math.sin(ANGULAR.contact_angle)
+    assert inner * np.sum(press**2) == pytest.approx(expected)
+    assert outer == pytest.approx(0, abs=1e-12 * inner)
+    assert spin_per_press(DEEP, 0.1, 1, stiffness) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_nothing_spins_in_a_deep_groove_and_the_inner_race_is_the_cooler():
-    loads = np.full((3, 11), 200.0)
-    rough, smooth = (race_heat(DEEP, LAW, loads, 1000.0, [10.0, 50.0, 200.0], mu) for mu in (0.1, 0.0))
-    np.testing.assert_array_equal(rough.inner, smooth.inner)
-    assert np.all(rough.inner < rough.outer)
-    assert rough.inner[0] / rough.outer[0] == pytest.approx((90 - 12.303) / (90 + 12.303))
+@given(st.floats(0, 1), st.floats(0, 0.3), st.floats(0, 0.3), st.floats(0.05, 0.2))
+def test_races_share_all_of_the_work(rolling, spin_inner, spin_outer, across):
+    total = rolling + spin_inner + spin_outer
+    inner, outer = race_shares.py_func(total, spin_inner, spin_outer, across)
+    assert inner + outer == pytest.approx(1)
+    assert inner * total == pytest.approx(rolling * (1 - across) / 2 + spin_inner)
+
+
+def test_without_spin_the_inner_race_is_the_cooler():
+    inner, outer = race_shares.py_func(0.2, 0.0, 0.0, 12.303 / 90)
+    assert inner / outer == pytest.approx((90 - 12.303) / (90 + 12.303))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +102,7 @@ def test_nothing_spins_in_a_deep_groove_and_the_inner_race_is_the_cooler():
     [
         (lambda: TorqueLaw(0.0, 1e-3, 1.0, 1e-5), "pitch_diameter 0 m"),
         (lambda: TorqueLaw(0.1, -1e-3, 1.0, 1e-5), "load_factor"),
-        (lambda: race_heat(DEEP, LAW, [1.0], 1.0, 1.0, -0.1), "negative"),
+        (lambda: spin_per_press(DEEP, -0.1, 1, 1e10), "negative"),
     ],
 )
 def test_what_is_no_torque_law_is_refused(make, words):

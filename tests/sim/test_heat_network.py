@@ -1,4 +1,4 @@
-"""The heat network: energy, closed forms, growth; and a drop's heat."""
+"""The heat network: energy, closed forms, growth."""
 
 import math
 from dataclasses import replace
@@ -7,71 +7,101 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tdbsim.bearing_heat import heat_drop
-from tdbsim.bearing_torque import TorqueLaw
 from tdbsim.errors import InputError
-from tdbsim.heat_network import NODES, BearingBody, ThermalMaterial, growth, temperatures
-from tdbsim.hertz import BearingGeometry
-from tdbsim.machine import load_machine
-from tdbsim.simulate import DropPlan, simulate
-
-from tdbmon.shipped import shipped
+from tdbsim.heat_network import (
+    BALLS,
+    GROWTHS,
+    HOUSING,
+    INNER_CONTACT,
+    INNER_RING,
+    NODES,
+    OUTER_RING,
+    RUB,
+    SHAFT,
+    BearingBody,
+    ThermalMaterial,
+    air_conductance,
+    warm,
+)
 
 STEEL = ThermalMaterial(70.0, 7800.0, 510.0, 11.8e-6, 0.3)
 CERAMIC = ThermalMaterial(35.0, 3200.0, 673.0, 3.2e-6, 0.26)
 BODY = BearingBody(
     34.75e-3, 35e-3, 39e-3, 50e-3, 55e-3, 60e-3, 32e-3, 50e-3, 100e-3, 9.525e-3, 85e-3, 46, STEEL, CERAMIC
 )
+COMPILED_AND_PLAIN = pytest.mark.parametrize("step_of", [warm, warm.py_func], ids=["compiled", "plain"])
+
+
+def heated(steps, power, speed=0.0, step_of=warm):
+    """Temperatures after steps of given lengths, s, with a power (3,), W, at the three places."""
+    rise = np.zeros(len(NODES))
+    lost = sum(step_of(BODY.network, rise, step, *(np.asarray(power) * step), speed, speed) for step in steps)
+    return rise, lost
 
 
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_energy_is_closed(seed):
     rng = np.random.default_rng(seed)
-    time = np.cumsum(10 ** rng.uniform(-5, 2, 40))
-    power = rng.exponential(size=(3, 39)) * 10 ** rng.uniform(0, 4, 39)
-    found = temperatures(BODY, time, power, rng.uniform(0, 300, 40), rng.uniform(0, 300, 40))
-    np.testing.assert_allclose(found.stored + found.lost, found.supplied, rtol=1e-9)
-    assert found.lost[-1] > 0
-    assert np.all(found.rise > -1e-9)
+    rise, supplied, lost = np.zeros(len(NODES)), 0.0, 0.0
+    for step in 10 ** rng.uniform(-5, 2, 40):
+        heat = rng.exponential(size=3) * 10 ** rng.uniform(0, 4) * step
+        supplied += heat.sum()
+        lost += warm(BODY.network, rise, step, *heat, *rng.uniform(-300, 300, 2))
+        assert BODY.capacity @ rise + lost == pytest.approx(supplied, rel=1e-9)
+    assert lost > 0
+    assert np.all(rise > -1e-9)
 
 
 def test_without_heat_nothing_warms():
-    found = temperatures(BODY, np.linspace(0, 1, 5), np.zeros((3, 4)), 100.0, 100.0)
-    np.testing.assert_array_equal(found.rise, 0)
+    rise, lost = heated([0.1] * 5, [0.0, 0.0, 0.0], 100.0)
+    np.testing.assert_array_equal(rise, 0)
+    assert lost == 0
+
+
+@COMPILED_AND_PLAIN
+def test_a_step_solves_the_balance_of_every_node(step_of):
+    """What each node keeps and gives to neighbours and air is what is made in it: the full matrix, put up node by node."""
+    rise, step = np.linspace(1.0, 8.0, 8), 0.02
+    before = rise.copy()
+    step_of(BODY.network, rise, step, 30.0, 4.0, 5.0, 150.0, 140.0)
+    resistance = BODY.conduction
+    flow = np.array([(rise[i] - rise[i + 1]) / resistance[r] for i, r in enumerate((2, 3, 4, 5, 5, 7, 8))])
+    air = np.zeros(8)
+    air[[SHAFT, BALLS, HOUSING]] = air_conductance.py_func(BODY.to_air, 150.0, 140.0, before[HOUSING])
+    made = np.array([0, 30.0, 0, 4.0, 0, 5.0, 0, 0]) / step
+    kept = BODY.capacity * (rise - before) / step
+    balance = kept + air * rise + np.append(flow, 0) - np.append(0, flow) - made
+    np.testing.assert_allclose(balance, 0, atol=1e-8)
 
 
 def test_steady_heat_flows_as_the_resistances_say():
     """At rest only housing and balls give heat to the air: drops of temperature are power times resistance."""
-    time = 1e7 * np.arange(41.0)  # so long that each step is a steady state, with the convection of the one before
-    found = temperatures(BODY, time, np.outer([30.0, 10.0, 5.0], np.ones(40)), 0.0, 0.0)
-    rise, resistance = dict(zip(NODES, found.rise[:, -1], strict=True)), BODY.conduction
-    air = BODY.to_ambient(0.0, 0.0, rise["housing"])
-    through_housing, through_balls = air[7] * rise["housing"], air[4] * rise["balls"]
+    # steps so long that each is a steady state, with the convection of the one before
+    rise, _ = heated([1e7] * 40, [30.0, 10.0, 5.0])
+    resistance = BODY.conduction
+    _, balls, housing = air_conductance.py_func(BODY.to_air, 0.0, 0.0, rise[HOUSING])
+    through_housing, through_balls = housing * rise[HOUSING], balls * rise[BALLS]
     assert through_housing + through_balls == pytest.approx(45.0, rel=1e-6)
-    assert rise["shaft"] == pytest.approx(rise["rub"], rel=1e-9)
-    assert rise["rub"] - rise["inner_ring"] == pytest.approx(30 * resistance[3], rel=1e-6)
-    assert rise["inner_contact"] - rise["balls"] == pytest.approx(40 * resistance[5], rel=1e-6)
-    assert rise["outer_ring"] - rise["housing"] == pytest.approx(through_housing * resistance[8], rel=1e-6)
+    assert rise[SHAFT] == pytest.approx(rise[RUB], rel=1e-6)
+    assert rise[RUB] - rise[INNER_RING] == pytest.approx(30 * resistance[3], rel=1e-6)
+    assert rise[INNER_CONTACT] - rise[BALLS] == pytest.approx(40 * resistance[5], rel=1e-6)
+    assert rise[OUTER_RING] - rise[HOUSING] == pytest.approx(through_housing * resistance[8], rel=1e-6)
 
 
 def test_a_burst_warms_shaft_and_ring_as_their_capacities_and_resistances_share_it():
     """All flows R/C are slow against a millisecond: R3 + R2 share the burst like two resistors to still bodies."""
-    found = temperatures(BODY, np.linspace(0, 1e-3, 11), np.outer([2e4, 0, 0], np.ones(10)), 0.0, 0.0)
+    rise, _ = heated([1e-4] * 10, [2e4, 0.0, 0.0])
     resistance, capacity = BODY.conduction, BODY.capacity
     share = resistance[2] / (resistance[2] + resistance[3])
-    assert found.of("inner_ring")[-1] == pytest.approx(20 * share / capacity[2], rel=0.02)
-    assert found.of("shaft")[-1] == pytest.approx(20 * (1 - share) / capacity[0], rel=0.02)
-    assert found.of("housing")[-1] < 1e-6
+    assert rise[INNER_RING] == pytest.approx(20 * share / capacity[INNER_RING], rel=0.02)
+    assert rise[SHAFT] == pytest.approx(20 * (1 - share) / capacity[SHAFT], rel=0.02)
+    assert rise[HOUSING] < 1e-6
 
 
 def test_finer_steps_converge_to_first_order():
-    power = np.array([2000.0, 50.0, 60.0])
-
     def last(steps):
-        return temperatures(BODY, np.linspace(0, 3, steps + 1), np.outer(power, np.ones(steps)), 150.0, 150.0).rise[
-            :, -1
-        ]
+        return heated([3 / steps] * steps, [2000.0, 50.0, 60.0], 150.0)[0]
 
     fine = last(1600)
     errors = [np.abs(last(steps) - fine).max() for steps in (100, 200)]
@@ -80,70 +110,52 @@ def test_finer_steps_converge_to_first_order():
 
 
 def test_speed_and_warmth_raise_convection():
-    slow, fast = BODY.to_ambient(10.0, 10.0, 1.0), BODY.to_ambient(80.0, 80.0, 16.0)
+    slow, fast = (air_conductance.py_func(BODY.to_air, *at) for at in ((10.0, 10.0, 1.0), (-80.0, -80.0, 16.0)))
     assert fast[0] / slow[0] == pytest.approx(4.0)  # 8^(2/3)
-    assert fast[7] / slow[7] == pytest.approx(2.0)  # 16^(1/4)
-    assert fast[4] > slow[4] > 0
+    assert fast[2] / slow[2] == pytest.approx(2.0)  # 16^(1/4)
+    assert fast[1] > slow[1] > 0
+
+
+def test_convection_has_the_published_nusselt_numbers():
+    """Becker: Nu = 0.133 Re^(2/3) Pr^(1/3) of the shaft; Ranz and Marshall: Nu = 2 + 0.6 Re^(1/2) Pr^(1/3) of a ball."""
+    shaft, balls, housing = air_conductance.py_func(BODY.to_air, 100.0, 100.0, 1.0)
+    surface, reynolds = math.pi * 69.5e-3 * 0.1, math.pi * 100 * 69.5e-3**2 / 1.5e-5
+    assert shaft == pytest.approx(0.133 * reynolds ** (2 / 3) * 0.71 ** (1 / 3) * 0.026 / 69.5e-3 * surface)
+    reynolds = math.pi * 100 * (85e-3 - 9.525e-3) / 2 * 9.525e-3 / 1.5e-5
+    nusselt = 2 + 0.6 * math.sqrt(reynolds) * 0.71 ** (1 / 3)
+    assert balls == pytest.approx(nusselt * 0.026 / 9.525e-3 * math.pi * 9.525e-3**2 * 46)
+    assert housing == pytest.approx(23 * 2 * math.pi * 0.06 * 0.05)
 
 
 def test_growth_of_a_uniform_warmth():
-    """Both temperatures equal: alpha (1 + nu) r dT at the near radius; balls alpha r dT."""
-    found = temperatures(BODY, [0.0, 1.0], np.zeros((3, 1)), 0.0, 0.0)
-    warm = growth(BODY, replace(found, rise=np.full_like(found.rise, 10.0)))
-    np.testing.assert_allclose(warm.inner, 11.8e-6 * 1.3 * 35e-3 * 10)
-    np.testing.assert_allclose(warm.outer, 11.8e-6 * 1.3 * 50e-3 * 10)
-    np.testing.assert_allclose(warm.ball, 3.2e-6 * 9.525e-3 / 2 * 10)
+    """Everything in proportion to its radius, rings and shaft in plane strain: alpha (1 + nu) r dT; balls alpha r dT."""
+    grown = dict(zip(GROWTHS, BODY.growth @ np.full(len(NODES), 10.0), strict=True))
+    for part, radius in (("shaft", 34.75e-3), ("bore", 35e-3), ("inner_race", 39e-3), ("outer_race", 50e-3)):
+        assert grown[part] == pytest.approx(11.8e-6 * 1.3 * radius * 10)
+    assert grown["ball"] == pytest.approx(3.2e-6 * 9.525e-3 / 2 * 10)
 
 
-def test_a_drop_heats_its_bearing():
-    machine = load_machine(shipped("short/machine.toml"))
-    drop = simulate(machine, DropPlan(speed=100.0, seconds=0.1, sampling=5e3))
-    geometry = BearingGeometry(12.303e-3, 90e-3)
-    body = BearingBody(
-        35e-3, 35.25e-3, 39e-3, 51e-3, 55e-3, 60e-3, 20e-3, 30e-3, 60e-3, 12.303e-3, 90e-3, 11, STEEL, STEEL
-    )
-    law = TorqueLaw(90e-3, 5e-4, 1.0, 15e-6)
-    heat = heat_drop(drop, "DE", body, geometry, law, 0.05)
-    rubbed = drop["work"].sel(work_kind="friction_1").values
-    assert rubbed[-1] > 100  # J: it did rub
-    between = np.trapezoid(heat["inner_race_heat"] + heat["outer_race_heat"], heat["time"])
-    assert float(heat["heat_supplied"][-1]) == pytest.approx(rubbed[-1] + between, rel=1e-9)
-    np.testing.assert_allclose(heat["heat_stored"] + heat["heat_lost"], heat["heat_supplied"], rtol=1e-9, atol=1e-9)
-    rise = heat["temperature_rise"]
-    before = drop["time"].values < 5e-3
-    assert float(np.abs(rise.values[:, before]).max()) == 0  # it falls
-    last = rise.isel(time=-1)
-    assert float(last.sel(node="inner_ring")) > float(last.sel(node="shaft")) > float(last.sel(node="housing"))
-    assert float(heat["inner_growth"][-1]) > 0
-    assert float(heat["rub_heat"].min()) >= 0
-    assert float(heat["load_torque"].max()) == pytest.approx(
-        5e-4 * 0.09 * float(np.hypot(*_resultant(drop, "DE")).max()), rel=1e-9
-    )
-    fine = heat_drop(drop, "DE", body, geometry, law, 0.05, step=1e-9)["temperature_rise"]  # every sample
-    bodies = ["shaft", "inner_ring", "balls", "outer_ring", "housing"]
-    np.testing.assert_allclose(rise.sel(node=bodies).isel(time=-1), fine.sel(node=bodies).isel(time=-1), rtol=0.02)
-    with pytest.raises(InputError, match="not positive"):
-        heat_drop(drop, "DE", body, geometry, law, 0.05, step=0.0)
-    with pytest.raises(InputError, match="'de' is no end"):
-        heat_drop(drop, "de", body, geometry, law, 0.05)
-
-
-def _resultant(drop, end):
-    at = drop.sel(end=end)
-    azimuth = at["cage_angle"].values + 2 * math.pi * np.arange(11)[:, None] / 11
-    loads = at["ball_load"].values
-    return np.sum(loads * np.cos(azimuth), axis=0), np.sum(loads * np.sin(azimuth), axis=0)
+def test_rings_grow_as_thick_walled_cylinders():
+    """Timoshenko and Goodier: u = 2 alpha (1 + nu) r/(b^2 - a^2) times the integral of T r dr, at r = a and r = b."""
+    rise = np.zeros(len(NODES))
+    rise[INNER_RING], rise[INNER_CONTACT] = 4.0, 1.0
+    r = np.linspace(35e-3, 39e-3, 20001)
+    mean = np.trapezoid((4.0 - 3.0 * (r - 35e-3) / 4e-3) * r, r)
+    grown = dict(zip(GROWTHS, BODY.growth @ rise, strict=True))
+    for part, radius in (("bore", 35e-3), ("inner_race", 39e-3)):
+        expected = 2 * 11.8e-6 * 1.3 * radius / (39e-3**2 - 35e-3**2) * mean
+        assert grown[part] == pytest.approx(expected, rel=1e-7)
+    assert grown["shaft"] == grown["outer_race"] == grown["ball"] == 0
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("change", "words"),
     [
-        (lambda: replace(BODY, bore_radius=34e-3), "bore_radius 34 mm must be greater"),
-        (lambda: replace(BODY, width=0.0), "width 0"),
-        (lambda: temperatures(BODY, [0, 1.0], np.zeros((3, 2)), 0.0, 0.0), "does not fit"),
-        (lambda: temperatures(BODY, [0, 0.0], np.zeros((3, 1)), 0.0, 0.0), "must rise"),
+        ({"bore_radius": 34e-3}, "bore_radius 34 mm must be greater than shaft_radius"),
+        ({"outer_race_radius": 38e-3}, "outer_race_radius 38 mm must be greater than inner_race_radius"),
+        ({"width": 0.0}, "width 0"),
     ],
 )
-def test_what_is_no_bearing_is_refused(make, words):
+def test_what_is_no_bearing_is_refused(change, words):
     with pytest.raises(InputError, match=words):
-        make()
+        replace(BODY, **change)
