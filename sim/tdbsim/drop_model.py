@@ -189,7 +189,15 @@ def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect,
 def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
     module = __import__(type(effect).__module__, fromlist=["_"])
     for end in effect.ends(draft.machine) or (ROTOR_ROW,):
-        draft.arrays.effect[end, start : start + effect.slots] = effect.coefficients(draft, end)
+        row, at = draft.arrays.effect[end], start
+        if effect.most > 1:
+            if row[start - 1] == effect.most:
+                raise InputError(
+                    f"{effect.identifier()} stands {effect.most} times at '{effect.where}'; no more fit there"
+                )
+            at += int(row[start - 1]) * effect.slots
+            row[start - 1] += 1.0
+        row[at : at + effect.slots] = effect.coefficients(draft, end)
         for kind in hooks.HOOKS:
             if hasattr(module, kind):
                 if kind in _FLAGS:

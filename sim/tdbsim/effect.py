@@ -17,6 +17,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
@@ -171,6 +172,7 @@ class Effect:
     place: ClassVar[Place]
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
+    most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
@@ -418,7 +420,7 @@ def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, 
     Raises
     ------
     InputError
-        If a place does not exist, or an effect with compiled hooks stands twice at one place.
+        If a place does not exist, or an effect with compiled hooks stands at one place more often than it can.
     """
     found = (*(from_setting(setting) for setting in machine.effects), *more)
     for each in found:
@@ -428,13 +430,15 @@ def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, 
 
 
 def _check_slots(machine: Machine, found: Sequence[Effect]) -> None:
-    taken = set()
+    standing: Counter[tuple[str, int]] = Counter()
     for each in found:
         if not each.slots:
             continue
         for end in each.ends(machine) or (2,):
-            if (each.identifier(), end) in taken:
+            standing[each.identifier(), end] += 1
+            if standing[each.identifier(), end] > each.most:
                 raise InputError(
                     f"{each.identifier()} is given twice for '{each.where}'; it acts once at a place: give it once"
+                    if each.most == 1
+                    else f"{each.identifier()} is given more than {each.most} times for '{each.where}'; join some of them"
                 )
-            taken.add((each.identifier(), end))

@@ -25,17 +25,25 @@ from tdbsim.effect import EffectDeclaration, catalogue
 
 @cache
 def offsets() -> dict[str, int]:
-    """Return where each effect's numbers begin in the row of an end."""
+    """Return where each effect's numbers begin in the row of an end; of one that may stand there several times, the first's.
+
+    How often such an effect does stand there is in the number before.
+    """
     found, start = {}, 0
     for each in catalogue():
-        found[each.identifier] = start
-        start += each.kind.slots
+        found[each.identifier] = start + (each.kind.most > 1)
+        start += _needed(each)
     return found
 
 
 def row_length() -> int:
     """Return how many numbers the hooks of all effects need, an end; at least one."""
-    return max(1, sum(each.kind.slots for each in catalogue()))
+    return max(1, sum(_needed(each) for each in catalogue()))
+
+
+def _needed(declared: EffectDeclaration) -> int:
+    kind = declared.kind
+    return kind.slots if kind.most == 1 else 1 + kind.most * kind.slots
 
 
 def has_hook(declared: EffectDeclaration, kind: str) -> bool:
@@ -76,6 +84,16 @@ def _with_1(first: Any, start: int, rest: Any) -> Callable[..., Any]:
 def _with_2(first: Any, start: int, rest: Any) -> Callable[..., Any]:
     def chained(a, b, p):  # type: ignore[no-untyped-def]
         return first(a, b, p, start) + rest(a, b, p)
+
+    return chained
+
+
+def _with_several_2(first: Any, start: int, slots: int, rest: Any) -> Callable[..., Any]:
+    def chained(a, b, p):  # type: ignore[no-untyped-def]
+        total = rest(a, b, p)
+        for k in range(int(p[start - 1])):
+            total += first(a, b, p, start + k * slots)
+        return total
 
     return chained
 
@@ -123,8 +141,13 @@ def _chain(kind: str) -> Any:
     chained = inlined(nothing)
     start = offsets()
     for declared in catalogue():
-        if has_hook(declared, kind):
-            chained = inlined(extend(inlined(getattr(declared.module, kind)), start[declared.identifier], chained))
+        if not has_hook(declared, kind):
+            continue
+        hook, at = inlined(getattr(declared.module, kind)), start[declared.identifier]
+        if declared.kind.most > 1:
+            chained = inlined(_with_several_2(hook, at, declared.kind.slots, chained))
+        else:
+            chained = inlined(extend(hook, at, chained))
     return chained
 
 

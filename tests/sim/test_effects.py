@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from tdbsim import hooks
-from tdbsim.drop_model import build_model
+from tdbsim.drop_model import build_model, with_effects
 from tdbsim.effect import Place, all_effects, catalogue, declaration, parse, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting
@@ -66,6 +66,7 @@ def test_units_parse_and_declarations_are_whole(declared):
     for kind in hooks.HOOKS:
         if hasattr(declared.module, kind):
             assert declared.kind.slots > 0
+            assert declared.kind.most == 1 or kind == "ball"
 
 
 @EVERY
@@ -234,6 +235,58 @@ def test_one_hooked_effect_acts_once_at_a_place(machine):
     both = [parse("stribeck_friction:where=both,static_excess=0.1"), parse("stribeck_friction:end=DE")]
     with pytest.raises(InputError, match="given twice"):
         all_effects(machine, both)
+
+
+WAVES = (
+    "race_waviness:end=NDE,amplitude=3 um,order=2,phase=40 deg",
+    "race_waviness:end=NDE,amplitude=1 um,order=5,phase=-10 deg,race=inner",
+    "race_waviness:end=NDE,amplitude=2 um,order=3,phase=75 deg,race=outer",
+    "off_sized_ball:end=NDE,deviation=4 um,ball=3",
+    "off_sized_ball:end=NDE,deviation=-2 um,ball=8",
+    "race_waviness:end=DE,amplitude=1.5 um,order=4,race=outer",
+)
+
+
+def test_waves_of_both_races_and_balls_of_several_sizes_act_together(machine):
+    drop = simulate(machine, DropPlan(150.0, 0.04, cage_angle=(0.3, 0.0)), [parse(text) for text in WAVES])
+    at = drop.sel(end="NDE")
+    ring, count = at["ring_angle"].values, 11
+    azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(count)[:, None] / count
+    ex, ey = (at["ring_x"] - at["support_x"]).values, (at["ring_y"] - at["support_y"]).values
+    press = ex * np.cos(azimuth) + ey * np.sin(azimuth) - 9e-6
+    press += 3e-6 * np.cos(2 * (azimuth - ring) - math.radians(40))
+    press += 1e-6 * np.cos(5 * (azimuth - ring) + math.radians(10))
+    press += 2e-6 * np.cos(3 * azimuth - math.radians(75))
+    press[2] += 4e-6
+    press[7] -= 2e-6
+    loads = 1.06e10 * np.maximum(press, 0) ** 1.5
+    assert loads.max() > 1000
+    np.testing.assert_allclose(at["ball_load"].values, loads, atol=1e-6 * loads.max())
+
+
+def test_two_equal_waves_are_one_of_twice_the_height(machine):
+    one = parse("race_waviness:end=NDE,amplitude=4 um,order=3")
+    half = parse("race_waviness:end=NDE,amplitude=2 um,order=3")
+    twice, once = (simulate(machine, SHORT, waves)["rotor_y"].values for waves in ([half, half], [one]))
+    np.testing.assert_allclose(twice, once, atol=1e-12)
+    assert np.abs(once - simulate(machine, SHORT, [half])["rotor_y"].values).max() > 1e-8
+
+
+def test_a_wave_of_no_height_among_others_is_neutral_to_the_last_bit(machine):
+    waves = [parse(text) for text in WAVES]
+    flat = parse("race_waviness:end=NDE,amplitude=0 um,order=7")
+    without, found = (simulate(machine, SHORT, given) for given in (waves, [waves[0], flat, *waves[1:]]))
+    for name in without.data_vars:
+        np.testing.assert_array_equal(found[name].values, without[name].values, err_msg=name)
+
+
+def test_more_waves_than_a_place_holds_are_refused(machine):
+    many = [parse(f"race_waviness:end=NDE,amplitude=1 um,order={order}") for order in range(1, 18)]
+    assert len(build_model(machine, many[:16]).effects) == 16
+    with pytest.raises(InputError, match="more than 16 times for 'NDE'"):
+        build_model(machine, many)
+    with pytest.raises(InputError, match="16 times at 'NDE'"):
+        with_effects(build_model(machine), many)
 
 
 def test_effects_of_the_machine_file_act(machine, short_drop):

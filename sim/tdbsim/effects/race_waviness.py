@@ -19,13 +19,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RaceWaviness(Effect):
-    """Interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)), or order beta, - phase."""
+    """Interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)), or order beta, - phase.
+
+    Give it several times for waves of several orders, in one race or in both.
+    """
 
     title: ClassVar = "Race waviness"
-    what: ClassVar = "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed."
+    what: ClassVar = (
+        "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed. Several orders, in one race or in"
+        " both: give it several times."
+    )
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Ball loads follow the waves of the race; lines at multiples of ring or cage speed."
     slots: ClassVar = 4
+    most: ClassVar = 16
     fixed_by: ClassVar = {"race": "outer"}
 
     amplitude: float = parameter("um", 0.0, (0.0, 20.0), 5.0, "0-pk height of the waves", si="m")
