@@ -101,6 +101,6 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
 
 
 def _check_finite(record: xr.Dataset) -> None:
-    for name, channel in record.data_vars.items():
-        if not np.all(np.isfinite(channel.values)):
+    for name in record.data_vars:
+        if not np.all(np.isfinite(record.variables[name].values)):
             raise InputError(f"the simulated '{name}' is not finite: the run did not converge; give a smaller step")

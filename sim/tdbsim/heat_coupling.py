@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +33,8 @@ from tdbsim.bearing_torque import spin_per_press
 from tdbsim.columns import BALL_STIFFNESS, GAP, HALF_CLEARANCE, RING_DRAG
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
-from tdbsim.heat_exchange import COURSE_COLUMNS, GROWN, RISE, WarmBearing, exchange
+from tdbsim.heat_exchange import COURSE_COLUMNS, GROWN, RISE, WarmBearings, exchange
+from tdbsim.heat_network import Network
 from tdbsim.integration import Integration
 
 if TYPE_CHECKING:
@@ -51,6 +53,8 @@ class Warmth:
     ----------
     ends : tuple of int
         Indices of the ends whose bearings have heat.
+    capacity : (ends, 8) array
+        Heat capacities of `NODES`, J/K.
     sample : (i,) array
         Of the trajectory, at which each exchange took place.
     time : (i,) array
@@ -62,6 +66,7 @@ class Warmth:
     """
 
     ends: tuple[int, ...]
+    capacity: Array
     sample: NDArray[np.intp]
     time: Array
     course: Array
@@ -79,32 +84,33 @@ class Warmth:
 
     def stretches(self, end_columns: Array) -> list[tuple[slice, Array]]:
         """Return the samples between exchanges, and the columns of both ends that acted there, made of cold ones."""
-        found = []
-        borders = [0, *(self.sample[1:] + 1)]
-        for i in range(len(borders) - 1):
-            columns = end_columns.copy()
-            columns[:, _ACTING] = self.acting[i]
-            found.append((slice(borders[i], borders[i + 1]), columns))
-        return found
+        after = self.sample[1:] if len(self.sample) > 1 else self.sample
+        borders = [0, *(after + 1).tolist()]
+        columns = np.repeat(end_columns[None], len(after), axis=0)
+        columns[:, :, _ACTING] = self.acting[: len(after)]
+        return [(slice(*ends), acting) for ends, acting in zip(pairwise(borders), columns, strict=True)]
 
 
-def warm_bearings(model: DropModel) -> dict[int, WarmBearing]:
-    """Return the numbers of the bearings of a model that have heat, by end."""
-    found = {}
+def warm_bearings(model: DropModel) -> WarmBearings:
+    """Return the numbers of the bearings of a model that have heat."""
+    ends, networks, growth, closing, torque = [], [], [], [], []
     for end, bearing in enumerate(model.machine.touchdown_bearings):
         heat = bearing.heat
         if heat is None:
             continue
-        body, geometry = heat.body(bearing), heat.geometry(bearing)
+        body, geometry, law = heat.body(bearing), heat.geometry(bearing), heat.torque(bearing)
         cosine = math.cos(geometry.contact_angle)
         spin = spin_per_press(geometry, heat.spin_friction, heat.rows, float(model.arrays.end[end, BALL_STIFFNESS]))
-        law = heat.torque(bearing)
         across = geometry.ball_diameter * cosine / geometry.pitch_diameter
-        torque = [float(law.of_load(1.0)), law.speed_factor, law.viscosity, law.pitch_diameter, *spin, across]
+        ends.append(end)
+        networks.append(body.network)
+        growth.append(body.growth)
         # in the order of GROWTHS: shaft, bore, inner race, outer race, ball
-        closing = np.array([[-1.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0, -2.0 / cosine]])
-        found[end] = WarmBearing(body.network, body.growth, closing, np.array(torque))
-    return found
+        closing.append([[-1.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0, -2.0 / cosine]])
+        torque.append([float(law.of_load(1.0)), law.speed_factor, law.viscosity, law.pitch_diameter, *spin, across])
+    stacked = Network(*(np.stack(each) for each in zip(*networks, strict=True)))
+    cold = model.arrays.end[ends][:, _ACTING]
+    return WarmBearings(np.array(ends), stacked, np.array(growth), np.array(closing), np.array(torque), cold)
 
 
 class WarmIntegration:
@@ -114,12 +120,10 @@ class WarmIntegration:
         """Begin as `Integration`, at the temperature of the air."""
         self._drop = Integration(model.copy(), plan, start, peak)
         self._bearings = warm_bearings(model)
-        self._cold = model.arrays.end[:, _ACTING].copy()
-        self._course: list[Array] = []
-        self._acting: list[Array] = []
+        self._course = [np.zeros((len(self._bearings.end), COURSE_COLUMNS))]
+        self._end_columns: list[Array] = []
         self._time: list[float] = []
         self._sample: list[int] = []
-        self._samples = 0
 
     def through(self, times: Array, out: Array) -> None:
         """Fill `out` (k, size) with the states at rising instants (k,), s after the release.
@@ -129,38 +133,37 @@ class WarmIntegration:
         InputError
             If the integration does not converge, or the ring grows onto the shaft.
         """
-        stride = max(1, round(self._drop.plan.heat_interval * self._drop.plan.sampling))
+        drop, end = self._drop, self._drop.model.arrays.end
+        stride = max(1, round(drop.plan.heat_interval * drop.plan.sampling))
+        passed = self._sample[-1] + 1 if self._sample else 0
         first = 0
         while first < len(times):
             # the first exchange finds the torques at the release
             last = min(first + (stride if self._time else 1), len(times))
-            before, since = self._drop.state.copy(), self._drop.time
-            self._drop.through(times[first:last], out[first:last])
-            self._exchange(before, since, out[first:last])
-            self._samples += last - first
-            self._sample.append(self._samples - 1)
+            before, since = drop.state.copy(), drop.time
+            drop.through(times[first:last], out[first:last])
+            course = self._course[-1].copy()
+            closed = exchange(
+                drop.model.arrays, self._bearings, before, out[first:last], drop.time - since, drop.state, course
+            )
+            if closed >= 0:
+                raise InputError(
+                    f"touchdown_bearing '{drop.model.machine.ends[closed]}': growth has closed the gap {drop.time:.4g} s after"
+                    " the release; check the values of its heat"
+                )
+            self._course.append(course)
+            self._end_columns.append(end.copy())
+            self._time.append(drop.time)
+            self._sample.append(passed + last - 1)
             first = last
 
     def warmth(self, before: int) -> Warmth:
         """Return what heat did; `before` samples of the trajectory are before the release."""
-        course = np.moveaxis(np.array(self._course), 0, 1)
-        sample = np.array(self._sample) + before
-        return Warmth(tuple(self._bearings), sample, np.array(self._time), course, np.array(self._acting))
-
-    def _exchange(self, before: Array, since: float, states: Array) -> None:
-        drop = self._drop
-        arrays = drop.model.arrays
-        old = self._course[-1] if self._course else np.zeros((len(self._bearings), COURSE_COLUMNS))
-        new = old.copy()
-        drags = arrays.end[:, RING_DRAG].copy()
-        for row, (end, bearing) in zip(new, self._bearings.items(), strict=True):
-            exchange(arrays, end, bearing, before, states, drop.time - since, drags, self._cold[end], drop.state, row)
-            if not arrays.end[end, GAP] > 0:
-                name = drop.model.machine.ends[end]
-                raise InputError(
-                    f"touchdown_bearing '{name}': growth has closed the gap {drop.time:.4g} s after the release;"
-                    " check the values of its heat"
-                )
-        self._course.append(new)
-        self._acting.append(arrays.end[:, _ACTING])
-        self._time.append(drop.time)
+        return Warmth(
+            ends=tuple(int(end) for end in self._bearings.end),
+            capacity=self._bearings.network.capacity,
+            sample=np.array(self._sample) + before,
+            time=np.array(self._time),
+            course=np.moveaxis(np.array(self._course[1:]), 0, 1),
+            acting=np.array(self._end_columns)[:, :, _ACTING],
+        )

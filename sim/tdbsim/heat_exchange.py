@@ -41,17 +41,21 @@ GROWN = RISE + len(NODES)
 COURSE_COLUMNS = GROWN + len(GROWTHS)
 
 
-class WarmBearing(NamedTuple):
-    """Numbers of a bearing with heat.
+class WarmBearings(NamedTuple):
+    """Numbers of the e bearings that have heat.
 
-    ``network``; ``growth`` (5, 8), m/K; ``closing`` (2, 5) how gap and half clearance follow from the growths; ``torque``
-    (7,) load torque a newton, f2, viscosity, pitch diameter, spin torques (`spin_per_press`), ball over pitch diameter.
+    ``end`` (e,) their ends; ``network`` of arrays with one row each; ``growth`` (e, 5, 8), m/K; ``closing`` (e, 2, 5) how gap and
+    half clearance follow from the growths; ``torque`` (e, 7) load torque a newton, f2, viscosity, pitch diameter, spin
+    torques (`spin_per_press`), ball over pitch diameter; ``cold`` (e, 3) gap and half clearance without growth, m, and the
+    machine's own drag, N m.
     """
 
+    end: NDArray[np.intp]
     network: Network
     growth: Array
     closing: Array
     torque: Array
+    cold: Array
 
 
 @inlined
@@ -64,19 +68,20 @@ def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
     cosine, sine = math.cos(cage), math.sin(cage)
     ex, ey = y[i] - y[i + 2], y[i + 1] - y[i + 3]
     u, v = ex * cosine + ey * sine, ey * cosine - ex * sine
-    spacing = 2.0 * math.pi / row[BALL_COUNT]
+    half_clearance, stiffness, wavy = row[HALF_CLEARANCE], row[BALL_STIFFNESS], row[HAS_WAVES] > 0.0
+    cosines, sines, oversize = m.ball_cosine[end], m.ball_sine[end], m.ball_oversize[end]
     along, across, squares, energy = 0.0, 0.0, 0.0, 0.0
     for j in range(int(row[BALL_COUNT])):
-        press = u * m.ball_cosine[end, j] + v * m.ball_sine[end, j] - row[HALF_CLEARANCE] + m.ball_oversize[end, j]
-        if row[HAS_WAVES] > 0.0:
-            press += hooks.ball(cage + j * spacing, ring, m.effect[end])
+        press = u * cosines[j] + v * sines[j] - half_clearance + oversize[j]
+        if wavy:
+            press += hooks.ball(cage + j * (2.0 * math.pi / row[BALL_COUNT]), ring, m.effect[end])
         if press > 0.0:
-            load = ball_load(press, row[BALL_STIFFNESS])
-            along += load * m.ball_cosine[end, j]
-            across += load * m.ball_sine[end, j]
+            load = ball_load(press, stiffness)
+            along += load * cosines[j]
+            across += load * sines[j]
             squares += press * press
             energy += 0.4 * load * press
-    return math.hypot(along, across), squares, energy
+    return math.sqrt(along * along + across * across), squares, energy
 
 
 @inlined
@@ -98,50 +103,59 @@ def elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def exchange(m, end, bearing, before, states, step, drags, cold, y, course):  # type: ignore[no-untyped-def]
-    """Give the network of a bearing the heat of an interval; find torques, gap and clearance that act after it.
+def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-untyped-def]
+    """Give the networks the heat of an interval; find torques, gaps and clearances that act after it.
 
     Parameters
     ----------
     m : Arrays
-        Gap, half clearance and drag of the end are changed.
-    end : int
-    bearing : WarmBearing
+        Gap, half clearance and drag of the ends with heat are changed.
+    bearings : WarmBearings
     before : (size,) array
         State at the beginning of the interval.
     states : (k, size) array
         At its samples, the last at its end.
     step : float
         Its length, s; 0 at the release.
-    drags : (2,) array
-        That acted on the rings of both ends in it, N m.
-    cold : (3,) array
-        Gap and half clearance without growth, m; the machine's own drag, N m.
     y : (size,) array
         State at the end of the interval; the work of growth is booked in it.
-    course : (columns,) array
+    courses : (e, columns) array
         At the beginning; at the end on return.
+
+    Returns
+    -------
+    int
+        An end whose gap has closed, or -1.
     """
-    if step > 0.0:
-        give_heat(m, end, bearing, before, states[len(states) - 1], step, drags, course)
-    find_torques(m, end, bearing.torque, states, course)
-    row = m.end[end]
-    stored = elastic_energy(m, end, y)
-    gap, half_clearance = cold[0], cold[1]
-    for part in range(len(bearing.growth)):
-        grown = 0.0
-        for node in range(GROWN - RISE):
-            grown += bearing.growth[part, node] * course[RISE + node]
-        course[GROWN + part] = grown
-        gap += bearing.closing[0, part] * grown
-        half_clearance += bearing.closing[1, part] * grown
-    row[GAP], row[HALF_CLEARANCE] = gap, half_clearance
-    row[RING_DRAG] = cold[2] + course[LOAD_TORQUE] + course[SPEED_TORQUE] + course[SPIN_INNER] + course[SPIN_OUTER]
-    y[2 * positions(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
+    closed = -1
+    drags = (m.end[0, RING_DRAG], m.end[1, RING_DRAG])
+    for k in range(len(bearings.end)):
+        end, course, cold = bearings.end[k], courses[k], bearings.cold[k]
+        if step > 0.0:
+            network = bearings.network
+            network = Network(network.capacity[k], network.chain[k], network.to_air[k])
+            give_heat(m, end, network, bearings.torque[k, 6], before, states[len(states) - 1], step, drags, course)
+        find_torques(m, end, bearings.torque[k], states, course)
+        row = m.end[end]
+        stored = elastic_energy(m, end, y)
+        gap, half_clearance = cold[0], cold[1]
+        for part in range(COURSE_COLUMNS - GROWN):
+            grown = 0.0
+            for node in range(GROWN - RISE):
+                grown += bearings.growth[k, part, node] * course[RISE + node]
+            course[GROWN + part] = grown
+            gap += bearings.closing[k, 0, part] * grown
+            half_clearance += bearings.closing[k, 1, part] * grown
+        row[GAP], row[HALF_CLEARANCE] = gap, half_clearance
+        row[RING_DRAG] = cold[2] + course[LOAD_TORQUE] + course[SPEED_TORQUE] + course[SPIN_INNER] + course[SPIN_OUTER]
+        y[2 * positions(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
+        if not gap > 0.0:
+            closed = end
+    return closed
 
 
 @inlined
-def give_heat(m, end, bearing, before, after, step, drags, course):  # type: ignore[no-untyped-def]
+def give_heat(m, end, network, across, before, after, step, drags, course):  # type: ignore[no-untyped-def]
     """Advance the temperatures in `course` by the work of friction and drag between two states."""
     n = len(m.square)
     nq = positions(n)
@@ -151,12 +165,12 @@ def give_heat(m, end, bearing, before, after, step, drags, course):  # type: ign
     mine = drags[end] * abs(after[2 * n + 13 + end] - before[2 * n + 13 + end])
     both = mine + drags[1 - end] * abs(after[2 * n + 14 - end] - before[2 * n + 14 - end])
     dragged = (after[ledger + DRAGGED] - before[ledger + DRAGGED]) * mine / both if both > 0.0 else 0.0
-    share, other_share = race_shares(drags[end], course[SPIN_INNER], course[SPIN_OUTER], bearing.torque[6])
+    share, other_share = race_shares(drags[end], course[SPIN_INNER], course[SPIN_OUTER], across)
     inner, outer = share * dragged, other_share * dragged
     shaft_speed = before[nq + 2 * n + 12] / (2.0 * math.pi)
     ring_speed = before[nq + 2 * n + 13 + end] / (2.0 * math.pi)
     rise = course[RISE:GROWN]
-    course[LOST] += warm(bearing.network, rise, step, rubbed, inner, outer, shaft_speed, ring_speed)
+    course[LOST] += warm(network, rise, step, rubbed, inner, outer, shaft_speed, ring_speed)
     course[RUB_HEAT] += rubbed
     course[INNER_HEAT] += inner
     course[OUTER_HEAT] += outer
@@ -164,14 +178,16 @@ def give_heat(m, end, bearing, before, after, step, drags, course):  # type: ign
 
 @inlined
 def find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
-    """Fill the torques of `course` with their means over states; `law` as in `WarmBearing`."""
+    """Fill the torques of `course` with those of states' mean load and speed; `law` as in `WarmBearings`."""
     n = len(m.square)
     turning = positions(n) + 2 * n + 13 + end
-    loads, by_speed, squares = 0.0, 0.0, 0.0
+    loads, speeds, squares = 0.0, 0.0, 0.0
     for k in range(len(states)):
         load, pressed, _ = pressed_balls(m, end, states[k])
         loads += load
         squares += pressed
-        by_speed += speed_torque(states[k, turning] / (2.0 * math.pi), law[1], law[2], law[3])
-    course[LOAD_TORQUE], course[SPEED_TORQUE] = law[0] * loads / len(states), by_speed / len(states)
-    course[SPIN_INNER], course[SPIN_OUTER] = law[4] * squares / len(states), law[5] * squares / len(states)
+        speeds += states[k, turning]
+    loads, speeds, squares = loads / len(states), speeds / len(states), squares / len(states)
+    course[LOAD_TORQUE] = law[0] * loads
+    course[SPEED_TORQUE] = speed_torque(speeds / (2.0 * math.pi), law[1], law[2], law[3])
+    course[SPIN_INNER], course[SPIN_OUTER] = law[4] * squares, law[5] * squares

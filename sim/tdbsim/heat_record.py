@@ -15,7 +15,7 @@ import xarray as xr
 
 from tdbsim import heat_exchange as columns
 from tdbsim.drop_model import Array
-from tdbsim.heat_coupling import Warmth, warm_bearings
+from tdbsim.heat_coupling import Warmth
 from tdbsim.heat_network import GROWTHS, NODES
 from tdbsim.simulate import Trajectory
 
@@ -39,8 +39,7 @@ def add_heat(record: xr.Dataset, trajectory: Trajectory, warmth: Warmth) -> xr.D
     heats = course[:, :, [columns.RUB_HEAT, columns.INNER_HEAT, columns.OUTER_HEAT]]
     power = np.zeros_like(heats)
     power[:, 1:] = np.diff(heats, axis=1) / np.diff(warmth.time)[:, None]
-    bearings = warm_bearings(trajectory.model)
-    stored = np.stack([bearings[end].network.capacity @ warmth.rise[k] for k, end in enumerate(ends)])
+    stored = np.einsum("ej,eji->ei", warmth.capacity, warmth.rise)
     found: dict[str, tuple[Array, str]] = {name: (values[:, began], "N m") for name, values in torques.items()}
     for k, name in enumerate(("rub_heat", "inner_race_heat", "outer_race_heat")):
         found[name] = power[:, interval, k], "W"
@@ -49,10 +48,10 @@ def add_heat(record: xr.Dataset, trajectory: Trajectory, warmth: Warmth) -> xr.D
     found["heat_supplied"] = line(heats.sum(axis=2)), "J"
     found["heat_lost"] = line(course[:, :, columns.LOST]), "J"
     found["heat_stored"] = line(stored), "J"
-    variables = {
-        name: xr.Variable(("heat_end", "time"), values, {"units": unit}) for name, (values, unit) in found.items()
+    along: dict[str, tuple[object, ...]] = {
+        name: (("heat_end", "time"), values, {"units": unit}) for name, (values, unit) in found.items()
     }
-    variables["growth"] = xr.Variable(("heat_end", "part", "time"), warmth.grown[:, :, began], {"units": "m"})
-    variables["temperature_rise"] = xr.Variable(("heat_end", "node", "time"), line(warmth.rise), {"units": "K"})
+    along["growth"] = (("heat_end", "part", "time"), warmth.grown[:, :, began], {"units": "m"})
+    along["temperature_rise"] = (("heat_end", "node", "time"), line(warmth.rise), {"units": "K"})
     names = [trajectory.model.machine.ends[end] for end in ends]
-    return record.assign(variables).assign_coords(heat_end=names, node=list(NODES), part=list(GROWTHS))
+    return record.assign(along | {"heat_end": names, "node": list(NODES), "part": list(GROWTHS)})

@@ -117,11 +117,10 @@ def test_the_plain_exchange_is_the_compiled_one(machine, warm):
     first, last = warm.warmth.sample[60], warm.warmth.sample[61]
     found = []
     for function in (exchange, exchange.py_func):
-        arrays, y, course = model.copy().arrays, warm.state[last].copy(), warm.warmth.course[1, 60].copy()
-        states = warm.state[first + 1 : last + 1]
-        acting = (warm.warmth.acting[60, :, 2].copy(), np.array([250e-6, 9e-6, 0.015]))
-        function(arrays, 1, warm_bearings(model)[1], warm.state[first], states, 1e-3, *acting, y, course)
-        found.append(np.concatenate([course, arrays.end[1], y]))
+        arrays, y, course = model.copy().arrays, warm.state[last].copy(), warm.warmth.course[:, 60].copy()
+        arrays.end[:, RING_DRAG] = warm.warmth.acting[60, :, 2]
+        function(arrays, warm_bearings(model), warm.state[first], warm.state[first + 1 : last + 1], 1e-3, y, course)
+        found.append(np.concatenate([course[1], course[0], *arrays.end, y]))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-10)
     assert found[0][:3].min() > 0 and found[0][4] > warm.warmth.course[1, 60, 4]
 
@@ -163,17 +162,17 @@ def test_growth_onto_the_shaft_is_said(machine):
 
 
 def test_the_torque_is_palmgrens_of_load_and_speed(record):
-    """A free ring is braked by f1 P d_m + M_v + the machine's 15 mN m; means over the samples of the interval before."""
+    """f1 P d_m and M_v of the mean load and speed of the samples of the interval before."""
     at = record.sel(end="DE", heat_end="DE")
     azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(11)[:, None] / 11
     loads = at["ball_load"].values
     resultant = np.hypot(np.sum(loads * np.cos(azimuth), axis=0), np.sum(loads * np.sin(azimuth), axis=0))
-    product = 15 * 60 * np.abs(at["ring_speed"].values)  # cSt rpm
-    by_speed = np.where(product > 2000, 1e-7 * product ** (2 / 3), 160e-7) * 90**3 * 1e-3 * (product > 0)
     for k in (800, 1200, 1980):
         before = slice(k - 19, k + 1)
         assert float(at["load_torque"][k + 1]) == pytest.approx(5e-4 * 0.09 * resultant[before].mean(), rel=1e-9)
-        assert float(at["speed_torque"][k + 1]) == pytest.approx(by_speed[before].mean(), rel=1e-9)
+        product = 15 * 60 * at["ring_speed"].values[before].mean()  # cSt rpm
+        assert product > 2000
+        assert float(at["speed_torque"][k + 1]) == pytest.approx(1e-10 * product ** (2 / 3) * 90**3, rel=1e-9)
     assert float(at["spin_torque"].max()) > 1e-3
 
 
@@ -219,7 +218,8 @@ def errors(by_interval, quantity):
 )
 def test_shorter_intervals_converge_and_the_usual_one_is_short(by_interval, quantity, share):
     found = errors(by_interval, quantity)
-    assert found[0] > 1.5 * found[1] > 1.5**2 * found[2] > 0
+    assert found[0] > found[1] > found[2] > 0
+    assert found[0] > 3 * found[2]  # with 16 times the interval; what comes of a lag hangs on when contacts begin, too
     assert found[1] < share
 
 
