@@ -58,10 +58,6 @@ class TorqueLaw:
         each = np.vectorize(speed_torque.py_func, otypes=[float])
         return np.asarray(each(speed, self.speed_factor, self.viscosity, self.pitch_diameter))
 
-    def total(self, load: ArrayLike, speed: ArrayLike) -> Array:
-        """Return M_L + M_v, N m."""
-        return self.of_load(load) + self.of_speed(speed)
-
 
 @inlined
 def speed_torque(speed, factor, viscosity, pitch_diameter):  # type: ignore[no-untyped-def]

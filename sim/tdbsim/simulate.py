@@ -65,7 +65,8 @@ class DropPlan:
     tolerance : float
         Relative error a step of the adaptive method.
     heat_interval : float
-        Time between exchanges of drop and temperatures, s, where a touchdown bearing has `heat`; at least a sample.
+        Time between exchanges of drop and temperatures, s, where a touchdown bearing has `heat`; at least a sample, since the
+        loads that make torque are those at the samples.
     """
 
     speed: float
