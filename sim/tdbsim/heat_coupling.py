@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,13 +81,12 @@ class Warmth:
         """Growths (ends, 5, i) of `GROWTHS` from each instant to the next, m."""
         return np.moveaxis(self.course[:, :, GROWN:], 1, 2)
 
-    def stretches(self, end_columns: Array) -> list[tuple[slice, Array]]:
-        """Return the samples between exchanges, and the columns of both ends that acted there, made of cold ones."""
+    def stretches(self, end_columns: Array) -> tuple[NDArray[np.intp], Array]:
+        """Return samples (s + 1,) between which columns of both ends (s, 2, columns) acted, made of cold ones."""
         after = self.sample[1:] if len(self.sample) > 1 else self.sample
-        borders = [0, *(after + 1).tolist()]
         columns = np.repeat(end_columns[None], len(after), axis=0)
         columns[:, :, _ACTING] = self.acting[: len(after)]
-        return [(slice(*ends), acting) for ends, acting in zip(pairwise(borders), columns, strict=True)]
+        return np.concatenate([[0], after + 1]), columns
 
 
 def warm_bearings(model: DropModel) -> WarmBearings:

@@ -25,11 +25,12 @@ def add_heat(record: xr.Dataset, trajectory: Trajectory, warmth: Warmth) -> xr.D
     ends, course = warmth.ends, warmth.course
     interval = np.searchsorted(warmth.sample, np.arange(len(trajectory.time)))  # that ends at or after each sample
     began = np.maximum(interval - 1, 0)
-    since = trajectory.time - trajectory.plan.levitated
+    since, length = trajectory.time - trajectory.plan.levitated, warmth.time[interval] - warmth.time[began]
+    passed = np.divide(since - warmth.time[began], length, out=np.zeros_like(since), where=length > 0)
 
     def line(values: Array) -> Array:
-        flat = values.reshape(-1, values.shape[-1])
-        return np.array([np.interp(since, warmth.time, row) for row in flat]).reshape(*values.shape[:-1], len(since))
+        left = values[..., began]
+        return np.asarray(left + passed * (values[..., interval] - left))
 
     torques = {
         "load_torque": course[:, :, columns.LOAD_TORQUE],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,7 +55,7 @@ class Integration:
         t = splitting.integrate(
             self.model.arrays, self.state, self.time, self._step, times, out, self._peak, self._pace
         )
-        if t < times[-1] or not np.all(np.isfinite(out[-1])):  # what is not finite stays so
+        if t < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
             raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
         self.time = t
 

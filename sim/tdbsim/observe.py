@@ -29,7 +29,6 @@ from tdbsim.columns import (
     SUPPORT_MASS,
 )
 from tdbsim.contact import elastic_force
-from tdbsim.drop_model import Arrays
 from tdbsim.hooks import ball
 from tdbsim.rhs import HEAT, contact_forces, positions, touching
 from tdbsim.support import spring_force
@@ -56,27 +55,26 @@ class Observed:
 
 def observed(trajectory: Trajectory) -> Observed:
     """Return what no probe sees of a trajectory; where heat moved gap and clearance, with those that acted."""
-    arrays, states = trajectory.model.arrays, trajectory.state
-    if trajectory.warmth is None:
-        return _observed(arrays, states)
-    parts = [
-        _observed(arrays._replace(end=columns), states[samples])
-        for samples, columns in trajectory.warmth.stretches(arrays.end)
-    ]
-    return Observed(
-        np.concatenate([part.forces for part in parts], axis=-1),
-        np.concatenate([part.loads for part in parts], axis=-1),
-        np.concatenate([part.energies for part in parts], axis=-1),
-    )
-
-
-def _observed(arrays: Arrays, states: NDArray[np.float64]) -> Observed:
+    arrays, states, warmth = trajectory.model.arrays, trajectory.state, trajectory.warmth
     count = len(states)
     forces = np.zeros((2, len(FORCES), count))
     loads = np.zeros((2, arrays.ball_cosine.shape[1], count))
     energies = np.zeros((len(ENERGIES), count))
-    observe(arrays, states, forces, loads, energies)
+    if warmth is None:
+        observe(arrays, states, forces, loads, energies)
+    else:
+        own = arrays._replace(end=arrays.end.copy())
+        observe_stretches(own, *warmth.stretches(arrays.end), states, forces, loads, energies)
     return Observed(forces, loads, energies)
+
+
+@compiled
+def observe_stretches(m, borders, columns, states, forces, loads, energies):  # type: ignore[no-untyped-def]
+    """Do as `observe` where the columns of both ends (s, 2, columns) act one after the other, between samples (s + 1,)."""
+    for i in range(len(columns)):
+        m.end[:] = columns[i]
+        a, b = borders[i], borders[i + 1]
+        observe(m, states[a:b], forces[:, :, a:b], loads[:, :, a:b], energies[:, a:b])
 
 
 @compiled
