@@ -136,7 +136,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
     swing_tables = np.zeros((len(PARTS), 4, 4, 2 * n))
     damper_tables = np.zeros((len(PARTS), 3, 2, 5))
     tabled, aloft = pace[0], pace[1] > 0.0
-    filled = False
+    filled = np.zeros(len(PARTS), np.bool_)
     # the state in pieces, and as it was when a step began
     state, kept = y.copy(), y.copy()
     q, v = state[: 2 * n], state[nq : nq + 2 * n]
@@ -177,12 +177,8 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
         count = math.ceil(span / step - 1e-9) if span > 0.0 else 0
         usual = span / count if count > 0 else tabled
         if abs(usual - tabled) > 1e-12 * step:
-            tabled, filled = usual, False
-        if count > 0 and not filled:
-            for size in range(len(PARTS)):
-                swing_table(m, tabled * PARTS[size] / _WHOLE, swing_tables[size])
-                damper_table(m, tabled * PARTS[size] / _WHOLE, damper_tables[size])
-            filled = True
+            tabled = usual
+            filled[:] = False
         left = _WHOLE * count  # of the way to this instant, in parts of a step
         shorts = 0
         while left > 0:
@@ -193,6 +189,10 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                 size = LONG
             h = usual * PARTS[size] / _WHOLE
             swings, dampers = swing_tables[size], damper_tables[size]
+            if not filled[size]:
+                swing_table(m, tabled * PARTS[size] / _WHOLE, swings)
+                damper_table(m, tabled * PARTS[size] / _WHOLE, dampers)
+                filled[size] = True
             now = times[row] - usual * left / _WHOLE
             kept[:] = state
             pressed[0], pressed[1] = 0.0, 0.0
