@@ -119,7 +119,7 @@ class WarmIntegration:
         self._drop = Integration(model.copy(), plan, start, peak)
         self._bearings = warm_bearings(model)
         self._course = [np.zeros((len(self._bearings.end), COURSE_COLUMNS))]
-        self._end_columns: list[Array] = []
+        self._acting: list[Array] = []
         self._time: list[float] = []
         self._sample: list[int] = []
 
@@ -150,7 +150,7 @@ class WarmIntegration:
                     " the release; check the values of its heat"
                 )
             self._course.append(course)
-            self._end_columns.append(end.copy())
+            self._acting.append(end[:, _ACTING])
             self._time.append(drop.time)
             self._sample.append(passed + last - 1)
             first = last
@@ -163,5 +163,5 @@ class WarmIntegration:
             sample=np.array(self._sample) + before,
             time=np.array(self._time),
             course=np.moveaxis(np.array(self._course[1:]), 0, 1),
-            acting=np.array(self._end_columns)[:, :, _ACTING],
+            acting=np.array(self._acting),
         )

@@ -1,4 +1,4 @@
-"""A drop on its way through instants, by the method of its plan; with the splitting one call leads where several do."""
+"""A drop on its way through instants, by the method of its plan; with the splitting, several calls lead where one does."""
 
 from __future__ import annotations
 
