@@ -11,13 +11,14 @@ Where the plain model is the best as far as all are followed, it is followed fur
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import (
     FEW_SLOPES,
     FOLLOWED_S,
+    PLAIN_LEAD,
     SIMPLER,
     SLOPES,
     Contender,
@@ -44,10 +45,9 @@ _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _AHEAD = 100.0  # in the criterion: who leads by so much has won
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
+# times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
+_FAILED_BY_THEN = 1.25
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
-_FAILED_BY_THEN = (
-    1.25  # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
-)
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
@@ -67,75 +67,151 @@ def contest(
     # an effect may show in the fall already: then the noise is no less than it was before the release
     floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
-    search = Search(plain, suspects, horizons, progress)
-    field: list[Contender] = []
-    sound: tuple[Contender, ...] = ()
-    compared: list[Suspect] = []  # waves and lobes whose neighbouring orders were tried, and those
-    lost, decided, free = 0, False, False
-    followed: tuple[Contender, list[Contender]] | None = None
-    reached = horizons[0]
-    for horizon in horizons:
-        if horizon > FOLLOWED_S and followed is None:
-            if leader(plain, field, reached).causes:
-                horizon = reached
-                break
-            followed = plain, field
-        progress(f"fitting the first {horizon * 1e3:g} ms")
-        hopeless = decided or (plain.ratio > _NEARLY and any(plain.ratio > 2 * each.ratio for each in field))
-        if not hopeless:
-            plain = settled(plain, horizon, SLOPES)
-        field = _refitted(field, horizon)
-        if hopeless and all(each.fails for each in field):  # how much is left, is judged by what it leaves
-            plain = settled(plain, horizon, FEW_SLOPES)
-        best = leader(plain, field, horizon)
-        if horizon == TOUCHED_S:
-            deeper = replace(best, fit=better_clearances(best.problem, best.fit, horizon))
-            plain, field, best = replaced(plain, field, best, deeper)
-        if best.causes and best.fails_beside(plain):  # it may only sit in the wrong hollow
-            deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
-            cause = deeper.causes[-1]
-            if deeper.fails_beside(plain) and cause not in compared:
-                near = neighbours(cause, suspects)
-                compared += [cause, *near]
-                deeper = in_neighbouring_orders(search.fallen, deeper, near, horizons)
-            plain, field, best = replaced(plain, field, best, deeper)
-        if not free and best.fails_beside(plain) and explained_by_stated_values(best):
-            progress("fitting what the machine file states without tolerance too")
-            free = True
-            freed = with_stated_values_free(search.fallen, [plain, *field], horizons)
-            if freed is not None:
-                search.fallen, (plain, *field) = freed
-                sound = ()
-        plain, field = search.compared(plain, field, horizon)
-        best = min([plain, *field], key=lambda each: each.ratio)
-        field = _kept(field)
-        fine = any(not each.fails_beside(plain) for each in field)
-        if sound and not fine:
-            earlier = settled(plain, sound[0].horizon, SLOPES)
-            # where the plain model had failed by then, what held up to here is the better witness: neighbouring paths part
-            if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in sound):
-                plain, field, horizon = earlier, list(sound), earlier.horizon
-                break
-        sound = tuple(field) if fine and horizon >= SOUND_S else ()
-        # where nothing explains the first contacts, nothing will explain the later ones
-        lost = lost + 1 if best.ratio > _LOST else 0
-        if lost >= (_LOST_HORIZONS if followed is None else 1):
-            break
-        if not search.rounds and best.ratio > _GIVEN_UP and horizon >= _EARLIEST_S:
-            break
-        if not decided and horizon >= _EARLIEST_S and _decided(plain, field, horizon):
-            decided, field = True, [leader(plain, field, horizon)]
-        reached = horizon
-    if plain.horizon < horizon:
-        plain = settled(plain, horizon, FEW_SLOPES)
-    if followed is not None and plain.ratio < _ACTS_LATER * plain.floor and leader(plain, field, horizon).fails:
-        plain, field = followed  # paths with impacts part
-        horizon = plain.horizon
-    plain, field = _simplified(plain, field)
-    best = leader(plain, field, horizon)
+    held = _Contest(Search(plain, suspects, horizons, progress), plain)
+    over = held.met([horizon for horizon in horizons if horizon <= FOLLOWED_S])
+    held.simplify()
+    if not over and held.best.bic > held.plain.bic - PLAIN_LEAD:
+        early = replace(held)
+        held.met([horizon for horizon in horizons if horizon > FOLLOWED_S])
+        held.simplify()
+        if held.plain.ratio < _ACTS_LATER * floor and held.best.fails:
+            held = early  # paths with impacts part
+    best, plain, field = held.best, held.plain, held.others
     seen = {frozenset(cause.name for cause in each.causes) for each in field}
     field += [each for each in twins(best, suspects) if frozenset(cause.name for cause in each.causes) not in seen]
     return sorted([plain, *field], key=lambda each: each.bic)
+
+
+@dataclass
+class _Contest:
+    """A contest under way.
+
+    Attributes
+    ----------
+    search : Search
+    plain : Contender
+    others : list of Contender
+        The other models.
+    horizon : float
+        s, to which they were compared last.
+    sound : tuple of Contender
+        Those of the other models that left noise alone there, where it was late enough to tell.
+    compared : list of Suspect
+        Waves and lobes whose neighbouring orders were tried, and those.
+    freed : bool
+        Whether what the machine file states without tolerance was tried free.
+    decided : bool
+        Whether one model has won and goes on alone.
+    lost : int
+        Horizons running at which nothing explained the drops.
+    """
+
+    search: Search
+    plain: Contender
+    others: list[Contender] = field(default_factory=list)
+    horizon: float = 0.0
+    sound: tuple[Contender, ...] = ()
+    compared: list[Suspect] = field(default_factory=list)
+    freed: bool = False
+    decided: bool = False
+    lost: int = 0
+
+    @property
+    def best(self) -> Contender:
+        """The leader at the horizon."""
+        return leader(self.plain, self.others, self.horizon)
+
+    def met(self, horizons: Sequence[float]) -> bool:
+        """Let the models meet at horizons in turn; True where the contest was over before the last of them."""
+        return any(self._over(horizon) for horizon in horizons)
+
+    def simplify(self) -> None:
+        """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
+        self._settle_plain()
+        self.plain, self.others = _simplified(self.plain, self.others)
+
+    def _settle_plain(self) -> None:
+        """Fit the plain model as far as the others, where it had been left behind."""
+        if self.plain.horizon < self.horizon:
+            self.plain = settled(self.plain, self.horizon, FEW_SLOPES)
+
+    def _over(self, horizon: float) -> bool:
+        """Let the models meet at a horizon; True where no further one would help."""
+        self.search.progress(f"fitting the first {horizon * 1e3:g} ms")
+        self.horizon = horizon
+        self._refit()
+        self._deepen()
+        self._free_stated_values()
+        self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
+        least = min(each.ratio for each in [self.plain, *self.others])
+        self.others = _kept(self.others)
+        if self._earlier_witness() or self._given_up(least):
+            return True
+        if not self.decided and horizon >= _EARLIEST_S and _decided(self.plain, self.others, horizon):
+            self.decided, self.others = True, [self.best]
+        return False
+
+    def _refit(self) -> None:
+        hopeless = self.decided or (
+            self.plain.ratio > _NEARLY and any(self.plain.ratio > 2 * each.ratio for each in self.others)
+        )
+        if not hopeless:
+            self.plain = settled(self.plain, self.horizon, SLOPES)
+        self.others = _refitted(self.others, self.horizon)
+        if hopeless and all(each.fails for each in self.others):  # how much is left, is judged by what it leaves
+            self._settle_plain()
+
+    def _deepen(self) -> None:
+        """Lead the best model out of a wrong minimum, if it is in one."""
+        best, horizon = self.best, self.horizon
+        if horizon == TOUCHED_S:
+            best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
+        if not (best.causes and best.fails_beside(self.plain)):
+            return
+        deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
+        cause = deeper.causes[-1]
+        if deeper.fails_beside(self.plain) and cause not in self.compared:
+            near = neighbours(cause, self.search.suspects)
+            self.compared += [cause, *near]
+            deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
+        self._replaced(best, deeper)
+
+    def _replaced(self, old: Contender, new: Contender) -> Contender:
+        self.plain, self.others, new = replaced(self.plain, self.others, old, new)
+        return new
+
+    def _free_stated_values(self) -> None:
+        best = self.best
+        if self.freed or not best.fails_beside(self.plain) or not explained_by_stated_values(best):
+            return
+        self.search.progress("fitting what the machine file states without tolerance too")
+        self.freed = True
+        found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
+        if found is not None:
+            self.search.fallen, (self.plain, *self.others) = found
+            self.sound = ()
+
+    def _earlier_witness(self) -> bool:
+        """Go back to where models held that fail now, if the plain one had failed there already; True if so.
+
+        What held up to there is the better witness then: neighbouring paths part.
+        """
+        fine = any(not each.fails_beside(self.plain) for each in self.others)
+        if self.sound and not fine:
+            earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
+            if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in self.sound):
+                self.plain, self.others, self.horizon = earlier, list(self.sound), earlier.horizon
+                return True
+        self.sound = tuple(self.others) if fine and self.horizon >= SOUND_S else ()
+        return False
+
+    def _given_up(self, least: float) -> bool:
+        """True where nothing explains the contacts so far, and nothing will explain later ones; `least` is the best ratio."""
+        self.lost = self.lost + 1 if least > _LOST else 0
+        if self.horizon > FOLLOWED_S:
+            return self.lost > 0
+        no_search_left = not self.search.rounds and least > _GIVEN_UP and self.horizon >= _EARLIEST_S
+        return self.lost >= _LOST_HORIZONS or no_search_left
 
 
 def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:

@@ -36,6 +36,8 @@ _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
+_HARDLY = 1.3  # times the floor, that a plain model that held up to the last horizon may leave there
+_BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
@@ -76,14 +78,16 @@ class Search:
                 break
             self.rounds -= 1
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-            found = self._invited(best, horizon, field)
+            # a plain model that only begins to part from the drops there is in a wrong minimum more often than wrong
+            hardly = last and not best.causes and best.ratio < _HARDLY * best.floor
+            found = self._invited(best, horizon, field, best.fails and not hardly)
             if best.causes:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
             if not found:
                 break
             # what is next to nothing may have led out of a hollow
             led = without_last([each for each in found if each.negligible], horizon)
-            deeper = min([best, *led], key=lambda each: each.misfit)
+            deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
             if deeper.misfit < best.misfit - _SURE:
                 plain, field, best = replaced(plain, field, best, deeper)
             field = field + [each for each in found if not each.negligible or _needed(each, best)]
@@ -99,29 +103,30 @@ class Search:
             best = after
         return plain, field
 
-    def _invited(self, best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
+    def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
 
         The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
         at several angles.
-        Where the plain model fails, all are fitted roughly: with the slopes of the model that they extend and their own at
-        their start.  A score follows straight lines; these fits go beyond.
+        Where the plain model fails, the search is thorough: all are fitted roughly, with the slopes of the model that they
+        extend and their own at their start.  A score follows straight lines; these fits go beyond.
         """
         # what acts from the first contact on shows before the paths part
         suspects = [s for s in self.suspects if horizon <= FOLLOWED_S or s.declared.kind.builds_up]
-        asked = worth_fitting(best, horizon, suspects, field)
+        bases = [best, *elsewhere(best, horizon, field)]
+        asked = [(base, score) for base in bases for score in worth_fitting(base, horizon, suspects, field, thorough)]
         crew = best.problem.crew
-        tried = crew.apart(begun, [(best, score.suspect, score.start, horizon <= SOUND_S) for score in asked])
+        tried = crew.apart(begun, [(base, score.suspect, score.start, horizon <= SOUND_S) for base, score in asked])
         rough = [
-            each.at_home(best, (*best.causes, score.suspect))
-            for each, score in zip(tried, asked, strict=True)
+            each.at_home(base, (*base.causes, score.suspect))
+            for each, (base, score) in zip(tried, asked, strict=True)
             if each is not None
         ]
         rough.sort(key=lambda each: each.bic)
-        if not best.fails:  # then its values are right, and little can be missing
+        if not thorough:  # then its values are right, and little can be missing
             ranked = _best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
             return [settled(each, horizon, SLOPES) for each in ranked]
-        likely, others = _admitted(rough, [score.suspect for score in asked[:_PROMISED]])
+        likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
         explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
@@ -135,6 +140,24 @@ class Search:
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
                 break
         return seated
+
+
+def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
+    """Return the contender with the causes of the best one at other places that comes near to it, if there is one.
+
+    While the place is not decided, what else is missing may show beside the right place only.
+    """
+    kinds = sorted(cause.declared.identifier for cause in best.causes)
+    near = [
+        each
+        for each in field
+        if each.horizon == horizon
+        and each.causes
+        and each.name != best.name
+        and sorted(cause.declared.identifier for cause in each.causes) == kinds
+        and each.excess < _BESIDE * best.excess
+    ]
+    return [min(near, key=lambda each: each.bic)] if near else []
 
 
 def _needed(small: Contender, best: Contender) -> bool:
@@ -177,9 +200,9 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
 
 
 def worth_fitting(
-    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender]
+    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender], thorough: bool
 ) -> list[Score]:
-    """Return the suspects to fit roughly: all where the plain model fails, else those that promise a gain."""
+    """Return the suspects to fit roughly: all in a thorough search beside the plain model, else those that promise a gain."""
     taken = {each.name for each in best.causes}
     known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
     open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
@@ -191,13 +214,11 @@ def worth_fitting(
         names[name] = names.get(name, 0) + 1
         worth = score.gain - score.start.free(score.suspect).freedom * price
         # of what is left, and in the units of the scores
-        least = (
-            _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if best.fails else _SURE
-        )
+        least = _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if thorough else _SURE
         if (
             names[name] <= _SAME_NAME
             and worth > least
-            and (best.fails or not negligible(score.suspect, score.start.shared))
+            and (thorough or not negligible(score.suspect, score.start.shared))
         ):
             found.append(score)
     return found

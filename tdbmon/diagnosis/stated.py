@@ -17,12 +17,14 @@ from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.stated_values import WORTH
 
+_SLOPES = 3  # times: with one, values that have made up for these would hide them
+
 
 def explained_by_stated_values(best: Contender) -> bool:
     """Return whether the stated values take away half of what a model leaves, fitted from where it is."""
     try:
         trial = eased(best)
-        found = fit(trial.problem, trial.fit.point, best.horizon, 1, slopes=trial.fit.slopes)
+        found = fit(trial.problem, trial.fit.point, best.horizon, _SLOPES, slopes=trial.fit.slopes)
     except InputError:
         return False
     return best.misfit - found.misfit > WORTH * best.excess

@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import Search
+from tdbmon.diagnosis.search import Search, elsewhere
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
@@ -273,11 +273,23 @@ def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypat
     oval = next(s for s in everyone if s.name == "oval_clearance@DE")
     tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
     assert tiny.negligible
-    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field: [tiny] if not field else [])
+    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field, thorough: [tiny] if not field else [])
     plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
     assert not plain.causes
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert not any(each.causes for each in field)
+
+
+def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_that_comes_near(competed):
+    plain = next(each for each in competed if not each.causes)
+    best = contender(plain, ("hardening_support@NDE",), 100, 1.7)
+    near = contender(plain, ("hardening_support@both",), 0, 1.8)
+    far = contender(plain, ("hardening_support@DE",), 0, 4.0)
+    another = contender(plain, ("loose_support@NDE",), 0, 1.75)
+    behind = replace(contender(plain, ("hardening_support@both",), 0, 1.7), horizon=plain.horizon / 2)
+    assert elsewhere(best, plain.horizon, [best, near, far, another]) == [near]
+    assert elsewhere(best, plain.horizon, [best, far, another, behind]) == []
+    assert elsewhere(contender(plain, (), 0, 2.0), plain.horizon, [best, near]) == []
 
 
 def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
