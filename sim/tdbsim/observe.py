@@ -60,11 +60,9 @@ def observed(trajectory: Trajectory) -> Observed:
     forces = np.zeros((2, len(FORCES), count))
     loads = np.zeros((2, arrays.ball_cosine.shape[1], count))
     energies = np.zeros((len(ENERGIES), count))
-    if warmth is None:
-        observe(arrays, states, forces, loads, energies)
-    else:
-        own = arrays._replace(end=arrays.end.copy())
-        observe_stretches(own, *warmth.stretches(arrays.end), states, forces, loads, energies)
+    borders, columns = (np.array([0, count]), arrays.end[None]) if warmth is None else warmth.stretches(arrays.end)
+    own = arrays._replace(end=arrays.end.copy())
+    observe_stretches(own, borders, columns, states, forces, loads, energies)
     return Observed(forces, loads, energies)
 
 
