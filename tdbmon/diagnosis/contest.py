@@ -5,7 +5,8 @@ to as far as it came: roughly, with slopes that are known; those that come out b
 with it; those that fall behind drop out.  So the competition takes place where the model begins to fail, before wrong
 values have made up for what it lacks.
 
-Where the plain model is the best as far as all are followed, it is followed further, for what acts later.
+Where nothing is clearly better than the plain model as far as all are followed, it is followed further, for what acts
+later.
 """
 
 from __future__ import annotations

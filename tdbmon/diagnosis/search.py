@@ -37,7 +37,7 @@ _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 _NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing
-_HARDLY = 1.3  # times the floor, that a plain model that held up to the last horizon may leave there
+_HARDLY = 1.3  # times the floor: a plain model that leads at the last horizon and leaves less there hardly fails
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -156,7 +156,6 @@ def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> li
         each
         for each in field
         if each.horizon == horizon
-        and each.causes
         and each.name != best.name
         and sorted(cause.declared.identifier for cause in each.causes) == kinds
         and each.excess < _BESIDE * best.excess
