@@ -16,6 +16,7 @@ from tdbmon.identify.calibrate import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 
 FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
 MOST_CAUSES = 3
@@ -149,12 +150,17 @@ def _share(size: Declared, value: float) -> float:
 
 
 def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
-    """Return a contender fitted to a horizon with slopes taken so many times, its cages turned where it fails."""
+    """Return a contender fitted to a horizon with slopes taken so many times.
+
+    Where it fails, its cages are turned, and a drop that lost its way is led back.
+    """
     problem = contender.problem
     found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
     if horizon < CONTACT_S or not found.fails or slopes < 2:
         return found
-    return replace(found, fit=better_cages(problem, found.fit, horizon, 3))
+    found = replace(found, fit=better_cages(problem, found.fit, horizon, 3))
+    stray = stray_drop(found.fit, _FAILING * found.floor) if found.fails and horizon >= STRAYED_S else None
+    return found if stray is None else replace(found, fit=led_back(problem, found.fit, stray, horizon))
 
 
 def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:

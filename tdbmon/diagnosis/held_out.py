@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.parameters import Parameter
+from tdbmon.identify.one_drop import coordinates, frozen, only
 from tdbmon.identify.problem import Problem
 
 READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
@@ -161,39 +161,8 @@ def _left(contender: Contender, index: int, horizon: float) -> tuple[float, floa
     problem = contender.problem
     others = [k for k in range(len(problem.drops)) if k != index]
     count = len(problem.shared)
-    taught = fit(_only(problem, others), contender.fit.point[_columns(problem, others)], horizon, 2, 3e-3)
-    exam = _frozen(_only(problem, [index]), taught.point[:count])
-    point = np.concatenate([np.zeros(count), contender.fit.point[_columns(problem, [index])][count:]])
+    taught = fit(only(problem, others), contender.fit.point[coordinates(problem, others)], horizon, 2, 3e-3)
+    exam = frozen(only(problem, [index]), taught.point[:count])
+    point = np.concatenate([np.zeros(count), contender.fit.point[coordinates(problem, [index])][count:]])
     found = better_cages(exam, fit(exam, point, horizon, 2), horizon, 1)
     return rms(exam, found.point, [0], horizon), found.misfit, exam.values(found.point, 0)[0]
-
-
-def _only(problem: Problem, drops: Sequence[int]) -> Problem:
-    """Return the problem of some of its drops."""
-    free = tuple(
-        replace(
-            each,
-            each_start=tuple(each.each_start[d] for d in drops) if each.each_start else (),
-            each_held=tuple(each.each_held[d] for d in drops) if each.each_held else (),
-        )
-        for each in problem.free
-    )
-    return replace(
-        problem, drops=tuple(problem.drops[d] for d in drops), own=tuple(problem.own[d] for d in drops), free=free
-    )
-
-
-def _columns(problem: Problem, drops: Sequence[int]) -> np.ndarray:
-    """Return the coordinates of some drops, the shared ones first."""
-    count = len(problem.shared)
-    return np.concatenate([np.arange(count), *(problem.columns(drop)[count:] for drop in drops)])
-
-
-def _frozen(problem: Problem, shared: np.ndarray) -> Problem:
-    """Return a problem whose shared values stay where they are."""
-
-    def stay(p: Parameter, z: float) -> Parameter:
-        value = p.nominal + p.scale * z
-        return replace(p, nominal=value, low=value, high=value, span=p.scale)
-
-    return replace(problem, shared=tuple(stay(p, float(z)) for p, z in zip(problem.shared, shared, strict=True)))

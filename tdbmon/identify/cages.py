@@ -31,9 +31,7 @@ def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:
     Each by itself, and that linearly: the ends' first contacts hardly know of each other.
     """
     point = found.point.copy()
-    own = [p.name for p in problem.own[0]]
-    turning = [*(own.index(name) for name in _phases(problem)), *(own.index(f"cage_{end}") for end in range(2))]
-    columns = [len(problem.shared) + k for k in turning]
+    columns = [len(problem.shared) + k for k in turning(problem)]
     turned = problem.each(lambda drop: _turned(problem, found, drop, horizon, columns))
     for drop, angles in enumerate(turned):
         point[problem.columns(drop)[columns]] = angles
@@ -58,7 +56,7 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
     basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(prior)]))
     near = found.point.copy()
     for column in columns:
-        offsets, period = _circle(problem, problem.own[drop][column - len(problem.shared)])
+        offsets, period = circle(problem, problem.own[drop][column - len(problem.shared)])
         start, least, best = near[where[column]], math.inf, near[where[column]]
         stays = math.inf
         for offset in offsets:
@@ -79,12 +77,18 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
     return near[where[columns]]
 
 
-def _circle(problem: Problem, turning: Parameter) -> tuple[Array, float]:
-    """Return the offsets to try of an angle, and its period, in its spans."""
-    if not turning.name.startswith("cage_"):
-        period = 2 * math.pi / turning.scale
+def turning(problem: Problem) -> list[int]:
+    """Return which of a drop's own parameters are angles of its rings and cages at the release."""
+    own = [p.name for p in problem.own[0]]
+    return [*(own.index(name) for name in _phases(problem)), *(own.index(f"cage_{end}") for end in range(2))]
+
+
+def circle(problem: Problem, angle: Parameter) -> tuple[Array, float]:
+    """Return the offsets to try of such an angle, and its period, in its spans."""
+    if not angle.name.startswith("cage_"):
+        period = 2 * math.pi / angle.scale
         return np.arange(_PHASES) * period / _PHASES, period
-    end = int(turning.name.removeprefix("cage_"))
+    end = int(angle.name.removeprefix("cage_"))
     balls = problem.model.machine.touchdown_bearings[end].balls.count
     # two spans are a ball's spacing; where the balls have numbers, it takes the whole circle
     if _numbered(problem, end):

@@ -33,6 +33,7 @@ from tdbmon.identify.parameters import (
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stated_values import WORTH, eased, stated_remarks
+from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -138,6 +139,9 @@ def _followed(
         floor = min(floor, found.misfit / count)  # the fall before the first contact leaves noise alone
         if horizon > CONTACT_S and found.misfit > FAILING * count:
             found = better_cages(problem, found, horizon, 3)
+        stray = stray_drop(found, FAILING * floor) if horizon >= STRAYED_S else None
+        if stray is not None:
+            found = led_back(problem, found, stray, horizon)
         if horizon == TOUCHED_S:
             found = better_clearances(problem, found, horizon)
         if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * floor * count:

@@ -1,0 +1,87 @@
+"""A drop that lost its way while the others hold theirs, led back.
+
+The values that all share are as the others have them, so only the drop's own are open, above all the angles of its cages
+and rings at the release: which ball, which lobe the shaft fell on.  Fits of this drop alone begin at angles all round,
+from the first contacts on, and the best of them go further.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.identify.cages import circle, turning
+from tdbmon.identify.least_squares import Fit, fit, fit_or_none
+from tdbmon.identify.one_drop import coordinates, frozen, only
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber
+
+Array = NDArray[np.float64]
+
+STRAYED_S = 0.022  # s after the release; until then both ends have touched, and mostly twice
+_APART = 1.3  # times what each of the others leaves at most
+_STAGES = ((0.018, 12), (0.027, 4))  # s after the release, and how many angles go on from there
+
+
+def stray_drop(found: Fit, sound: float) -> int | None:
+    """Return the drop that lost its way, or None: it leaves much more than each of the others, and those noise alone.
+
+    Parameters
+    ----------
+    found : Fit
+    sound : float
+        Misfit a residual up to which drops count as explained.
+    """
+    left = np.array([float(huber(r, 1.0) @ r**2) / len(r) for r in found.residuals])
+    worst = int(np.argmax(left))
+    others = np.delete(left, worst)
+    if others.size == 0 or others.mean() > sound or left[worst] <= max(_APART * others.max(), sound):
+        return None
+    return worst
+
+
+def led_back(problem: Problem, found: Fit, stray: int, horizon: float) -> Fit:
+    """Return a fit with one drop's path found anew, or as it was where that is no better.
+
+    Parameters
+    ----------
+    problem : Problem
+    found : Fit
+        With slopes near enough for another step.
+    stray : int
+        The drop.
+    horizon : float
+        s after the release.
+    """
+    others = [drop for drop in range(len(problem.drops)) if drop != stray]
+    count, point = len(problem.shared), found.point.copy()
+    where = coordinates(problem, others)
+    try:
+        slopes = [found.slopes[drop] for drop in others]
+        taught = fit(only(problem, others), point[where], horizon, 1, slopes=slopes)
+        point[where] = taught.point
+        alone = frozen(only(problem, [stray]), taught.point[:count])
+        own = np.concatenate([np.zeros(count), point[problem.columns(stray)[count:]]])
+        for column in turning(problem):
+            own = _turned(alone, own, count + column, horizon)
+        point[problem.columns(stray)[count:]] = own[count:]
+        return min(found, fit(problem, point, horizon, 2), key=lambda each: each.misfit)
+    except InputError:
+        return found
+
+
+def _turned(alone: Problem, own: Array, column: int, horizon: float) -> Array:
+    """Return the best point of a drop whose fits begin with one of its angles all round."""
+    offsets, _ = circle(alone, alone.parameters[column])
+    points = []
+    for offset in offsets:
+        points.append(own.copy())
+        points[-1][column] += offset
+    for stage, kept in (*((s, k) for s, k in _STAGES if s < horizon), (horizon, 1)):
+        tried = alone.crew.apart(fit_or_none, [(alone, each, stage, 2) for each in points])
+        reached = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
+        if not reached:
+            raise InputError("the drop can be simulated at no angle")
+        points = [each.point for each in reached[:kept]]
+    return points[0]
