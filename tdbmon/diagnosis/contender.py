@@ -21,6 +21,7 @@ from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
 MOST_CAUSES = 3
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
+AHEAD = 100.0  # in the criterion: who leads by so much, and leaves noise alone, has won
 SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import (
+    AHEAD,
     FEW_SLOPES,
     FOLLOWED_S,
     PLAIN_LEAD,
@@ -30,7 +31,7 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import SOUND_S, Progress, Search
-from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
+from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances
@@ -43,7 +44,6 @@ HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _KEPT = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
-_AHEAD = 100.0  # in the criterion: who leads by so much has won
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
@@ -51,6 +51,7 @@ _FAILED_BY_THEN = 1.25
 _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
+_LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
@@ -102,7 +103,7 @@ class _Contest:
     freed : bool
         Whether what the machine file states without tolerance was tried free.
     decided : bool
-        Whether one model has won and goes on alone.
+        Whether one model has won and goes on alone, without the plain one even.
     lost : int
         Horizons running at which nothing explained the drops.
     """
@@ -148,8 +149,9 @@ class _Contest:
         self.others = _kept(self.others)
         if self._earlier_witness() or self._given_up(least):
             return True
-        if not self.decided and horizon >= _EARLIEST_S and _decided(self.plain, self.others, horizon):
-            self.decided, self.others = True, [self.best]
+        if not self.decided and horizon >= _EARLIEST_S and decided(self.plain, self.others, horizon):
+            self.others = [self.best]
+            self.decided = self.plain.ratio > _BEHIND * self.best.ratio
         return False
 
     def _refit(self) -> None:
@@ -159,7 +161,8 @@ class _Contest:
         if not hopeless:
             self.plain = settled(self.plain, self.horizon, SLOPES)
         self.others = _refitted(self.others, self.horizon)
-        if hopeless and all(each.fails for each in self.others):  # how much is left, is judged by what it leaves
+        # how much is left is judged by what the plain model leaves, which is more at each horizon
+        if hopeless and all(each.fails_beside(self.plain) for each in self.others):
             self._settle_plain()
 
     def _deepen(self) -> None:
@@ -183,14 +186,23 @@ class _Contest:
 
     def _free_stated_values(self) -> None:
         best = self.best
-        if self.freed or not best.fails_beside(self.plain) or not explained_by_stated_values(best):
+        if self.freed or not best.fails_beside(self.plain):
+            return
+        # what acts in contacts from the first on has shown by then; laws that are a little off show late, and more than a
+        # fit tells that has made up for them
+        late = not best.causes and self.horizon >= _LATE_S
+        if not (late or explained_by_stated_values(best)):
             return
         self.search.progress("fitting what the machine file states without tolerance too")
         self.freed = True
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
-        if found is not None:
-            self.search.fallen, (self.plain, *self.others) = found
-            self.sound = ()
+        if found is None:
+            return
+        fallen, (plain, *others) = found
+        if late and not explained(best, plain):
+            return
+        self.search.fallen, self.search.weak = fallen, False
+        self.plain, self.others, self.sound = plain, others, ()
 
     def _earlier_witness(self) -> bool:
         """Go back to where models held that fail now, if the plain one had failed there already; True if so.
@@ -236,14 +248,14 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
     return plain, field
 
 
-def _decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
-    """True where one model leaves noise alone and no other comes near: it goes on alone."""
-    ranked = sorted((each for each in field if each.horizon == horizon), key=lambda each: each.bic)
-    if not ranked or ranked[0].fails_beside(plain) or plain.ratio < _BEHIND * ranked[0].ratio:
+def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:
+    """True where one model leaves noise alone and no other with causes comes near: it goes on alone beside the plain one."""
+    ranked = sorted((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
+    if not ranked or not ranked[0].causes or ranked[0].fails_beside(plain):
         return False
     mine = {cause.name for cause in ranked[0].causes}
     rivals = [each for each in ranked[1:] if {cause.name for cause in each.causes} != mine]
-    return all(each.bic > ranked[0].bic + _AHEAD + _DOUBT * ranked[0].excess for each in rivals)
+    return all(each.bic > ranked[0].bic + AHEAD + _DOUBT * ranked[0].excess for each in rivals)
 
 
 def _kept(field: Sequence[Contender]) -> list[Contender]:

@@ -88,11 +88,6 @@ class HeldOut:
         return self.holds and self.gain is not None and self.gain > _MUCH
 
     @property
-    def much_better(self) -> bool:
-        """True where it is seen, or the plain model leaves hardly more than noise and the extended one clearly less."""
-        return self.seen or (self.holds and self.gain is None and self.clear)
-
-    @property
     def gain(self) -> float | None:
         """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
 
@@ -137,7 +132,7 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
         proof = held_out(plain, extended, first, horizon)
         if proof.gain is not None and proof.clear:
             break
-    suffices = proof.much_better if extended.of_each_drop else proof.holds
+    suffices = proof.seen if extended.of_each_drop else proof.holds
     if suffices or not further:
         return proof
     return proof.along_with(held_out(plain, extended, further[0], horizon))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
 from tdbmon.diagnosis.contender import (
+    AHEAD,
     FOLLOWED_S,
     MOST_CAUSES,
     SLOPES,
@@ -61,6 +62,8 @@ class Search:
     progress : callable
     rounds : int
         Times that all suspects may still be fitted.
+    weak : bool
+        Whether causes are sought beside a plain model that leaves noise alone too; not where laws are known to be off.
     """
 
     fallen: Contender
@@ -68,6 +71,7 @@ class Search:
     horizons: Sequence[float]
     progress: Progress
     rounds: int = _ROUNDS
+    weak: bool = True
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
@@ -76,7 +80,7 @@ class Search:
         if best.fails and plain.horizon == horizon and best.excess > _NO_BETTER * plain.excess:
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
         while len(best.causes) < MOST_CAUSES and self.rounds:
-            weak = last and not best.causes and not slows_otherwise(best)  # what is missing may show later only
+            weak = self.weak and last and not best.causes and not slows_otherwise(best)  # it may show later only
             if not (best.fails_beside(plain) or weak):
                 break
             self.rounds -= 1
@@ -139,9 +143,12 @@ class Search:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
         seated: list[Contender] = []
         ranked = _best_of_each_name(fitted)[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
-        for pair in (ranked[k : k + 2] for k in range(0, len(ranked), 2)):
-            seated += all_from_the_fall(self.fallen, pair, self.horizons)
+        for place in range(0, len(ranked), 2):
+            seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
+                break
+            won = min(seated, key=lambda each: each.bic, default=best)
+            if not won.fails and all(each.bic > won.bic + AHEAD for each in ranked[place + 2 :]):
                 break
         return seated
 

@@ -9,14 +9,16 @@ free in all models.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall
-from tdbmon.diagnosis.contender import SLOPES, Contender, eased, settled
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, eased, settled
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.stated_values import WORTH
 
+_HOPELESS = 2.0  # times what the best model leaves
 _SLOPES = 3  # times: with one, values that have made up for these would hide them
 
 
@@ -27,7 +29,12 @@ def explained_by_stated_values(best: Contender) -> bool:
         found = fit(trial.problem, trial.fit.point, best.horizon, _SLOPES, slopes=trial.fit.slopes)
     except InputError:
         return False
-    return best.misfit - found.misfit > WORTH * best.excess
+    return explained(best, replace(trial, fit=found))
+
+
+def explained(before: Contender, freed: Contender) -> bool:
+    """Return whether a model with the stated values free takes away half of what it left before."""
+    return before.misfit - freed.misfit > WORTH * before.excess
 
 
 def with_stated_values_free(
@@ -35,7 +42,7 @@ def with_stated_values_free(
 ) -> tuple[Contender, list[Contender]] | None:
     """Return the plain model after the fall, and contenders, each fitted to where it was, with the stated values free.
 
-    None where one of them cannot be simulated so.
+    From the fall on; those that are hopeless from where they are.  None where one of them cannot be simulated so.
 
     Parameters
     ----------
@@ -44,10 +51,20 @@ def with_stated_values_free(
     horizons : sequence of float
         All; each contender is fitted along those up to its own.
     """
+    least = min(each.ratio for each in contenders)
+    lost = [each.ratio > _HOPELESS * least for each in contenders]
     try:
         start = settled(eased(fallen), fallen.horizon, SLOPES)
         free = [eased(each) for each in contenders]
+        found = all_from_the_fall(
+            start, [each for each, hopeless in zip(free, lost, strict=True) if not hopeless], horizons
+        )
+        if len(found) < lost.count(False):
+            return None
+        led = iter(found)
+        return start, [
+            settled(each, each.horizon, FEW_SLOPES) if hopeless else next(led)
+            for each, hopeless in zip(free, lost, strict=True)
+        ]
     except InputError:
         return None
-    found = all_from_the_fall(start, free, horizons)
-    return (start, found) if len(found) == len(free) else None

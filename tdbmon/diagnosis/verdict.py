@@ -15,6 +15,7 @@ TEMPERATURE = 15.0  # by which differences of the criterion count less than for 
 _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
+_MOST = 0.5  # of what the plain model leaves beyond noise
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
 CERTAIN = 0.9  # probability from which on a cause is named
 
@@ -70,6 +71,9 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         if best.horizon > FOLLOWED_S:
             why += f", most of it later than {FOLLOWED_S * 1e3:g} ms"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
+    if plain.ratio <= EXPLAINED and best.fails and best.excess > _MOST * plain.excess:
+        why = f"{best.name} fits better, but leaves most of the little that the plain model leaves beyond noise"
+        return Verdict(Kind.NONE, (), probabilities, why)
     if proof is not None and not _proved(best, proof):
         if plain.ratio <= EXPLAINED:
             why = f"{best.name} fits better, but not on {proof.drop}, which was held out"
@@ -135,8 +139,8 @@ def _clear(size: Estimate | None, off: float | str) -> bool:
 
 
 def _proved(best: Contender, proof: HeldOut) -> bool:
-    """True where a model does better on a drop held out: much better, if it has angles of its own in every drop."""
-    return proof.much_better if best.of_each_drop else proof.holds
+    """True where a model does better on a drop held out: to be seen in readings, if it has angles of its own in every drop."""
+    return proof.seen if best.of_each_drop else proof.holds
 
 
 def _explains(best: Contender, plain: Contender) -> bool:

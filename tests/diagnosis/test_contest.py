@@ -10,7 +10,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
-from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.contest import contest, decided
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
@@ -292,6 +292,32 @@ def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_t
     assert elsewhere(contender(plain, (), 0, 2.0), plain.horizon, [best, near]) == []
 
 
+def test_one_model_goes_on_alone_where_it_leaves_noise_alone_and_no_other_comes_near(competed):
+    plain = next(each for each in competed if not each.causes)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.95)
+    angle = contender(plain, ("probe_angle@DE_A",), 0, 1.3)
+    fails = contender(plain, (), 0, 1.6)
+    assert decided(fails, [angle, gain], plain.horizon)
+    assert not decided(fails, [contender(plain, ("probe_angle@DE_A",), 50, 0.95), gain], plain.horizon)
+    assert not decided(contender(plain, (), 50, 0.95), [angle, gain], plain.horizon)  # the plain one comes near
+    assert not decided(fails, [angle, contender(plain, ("probe_gain@DE_A",), 0, 1.2)], plain.horizon)
+    left_behind = replace(contender(plain, (), 5000, 0.95), horizon=plain.horizon / 2)
+    assert decided(left_behind, [angle, gain], plain.horizon)
+
+
+def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_to_be_off(crew, monkeypatch):
+    problem = problem_of(crew)
+    holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
+    assert not holds.fails
+    asked = []
+    monkeypatch.setattr(Search, "_invited", lambda self, *of: asked.append(of) or [])
+    search = Search(holds, (), (0.006, 0.012), lambda _: None)
+    search.compared(holds, [], 0.012)
+    assert len(asked) == 1  # the last horizon: what is weak may show
+    replace(search, weak=False).compared(holds, [], 0.012)
+    assert len(asked) == 1
+
+
 def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
     """Only with the cages turned to it does a phase show what it can; from here a plain fit of the same waves fails."""
     problem = problem_of(crew, "race_waviness:end=DE,amplitude=6 um,order=6,race=outer,phase=100 deg")
@@ -355,6 +381,18 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
     assert verdict([lobed, lost], much).kind is Kind.NAMED
     explained = contender(plain, (), 900, 1.4)
     assert verdict([lobed, explained], little).kind is Kind.NONE
+    unseen = replace(much, plain=3.3e-7, extended=3.1e-7)  # the readings show nothing, speed and levitation do
+    assert unseen.gain is None
+    assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
+
+
+def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 1.4)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 1.25)
+    assert gain.fails
+    assert verdict([gain, bare], None).kind is Kind.NONE
+    assert verdict([contender(plain, ("probe_gain@DE_A",), 0, 0.95), bare], None).kind is Kind.NAMED
 
 
 def test_a_size_that_may_as_well_be_none_is_not_named(competed):

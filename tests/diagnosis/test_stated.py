@@ -1,9 +1,11 @@
 """What a machine file states without tolerance, where it is not so (drops of the same simulator, so no test of the physics)."""
 
+from dataclasses import replace
+
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled
-from tdbmon.diagnosis.stated import explained_by_stated_values, with_stated_values_free
+from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
@@ -48,6 +50,12 @@ def test_another_law_of_the_contact_is_found_among_the_stated_values(crew):
     together = with_stated_values_free(fallen, [plain], HORIZONS)
     assert together is not None
     start, (freed,) = together
+    lost = replace(plain, fit=replace(plain.fit, misfit=10 * plain.misfit))
+    _, (again, where_it_is) = with_stated_values_free(fallen, [plain, lost], HORIZONS)
+    assert again.misfit == pytest.approx(freed.misfit)
+    assert where_it_is.horizon == HORIZONS[-1]
+    assert where_it_is.problem.shared == freed.problem.shared
+    assert explained(plain, freed)
     assert start.horizon == HORIZONS[0]
     assert freed.horizon == HORIZONS[-1]
     assert not freed.fails
