@@ -1,77 +1,26 @@
-"""Suspects, scores and the competition of models, on drops of the same simulator (so no test of the physics)."""
+"""Scores and the competition of models, on drops of the same simulator (so no test of the physics)."""
 
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from tdbsim.effect import catalogue, parse
-from tdbsim.machine import load_machine
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest, decided
-from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import Search, elsewhere
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins
-from tdbmon.diagnosis.verdict import Kind, doubted, verdict
-from tdbmon.estimate import Estimate
+from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
-from tdbmon.shipped import shipped
+from tests.diagnosis.conftest import GAIN
+from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
-
-GAIN = 1.06
-
-
-@pytest.fixture(scope="module")
-def crew():
-    with Crew() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def gained(crew):
-    problem = problem_of(crew, f"probe_gain:probe=DE_A,gain={GAIN}")
-    return problem, suspects(problem.model.machine, problem.model.machine.probes, ())
-
-
-@pytest.fixture(scope="module")
-def competed(gained):
-    problem, everyone = gained
-    return contest(problem, everyone, (0.006, 0.012), lambda _: None)
-
-
-def test_every_effect_is_a_suspect_everywhere():
-    machine = load_machine(shipped("short/machine.toml"))
-    found = suspects(machine, machine.probes, ())
-    assert {s.declared.identifier for s in found} == {each.identifier for each in catalogue()}
-    assert {s.where for s in found if s.declared.identifier == "probe_gain"} == {p.name for p in machine.probes}
-    assert {s.where for s in found if s.declared.identifier == "oval_clearance"} == {"NDE", "DE"}
-
-
-def test_what_a_model_has_already_is_no_suspect():
-    machine = load_machine(shipped("short/machine.toml"))
-    standing = [parse("oval_clearance:end=NDE,amplitude=10 um"), parse("stribeck_friction:end=both,static_excess=0.1")]
-    names = {s.name for s in suspects(machine, machine.probes, standing)}
-    assert "oval_clearance@NDE" not in names
-    assert "oval_clearance@DE" in names
-    assert not any(name.startswith("stribeck") for name in names)
-
-
-def test_a_probe_that_is_not_used_is_no_suspect():
-    machine = load_machine(shipped("short/machine.toml"))
-    names = {s.name for s in suspects(machine, [p for p in machine.probes if p.name != "NDE_B"], ())}
-    assert "probe_gain@NDE_B" not in names
-    assert "probe_crosstalk@NDE" not in names
-    assert "probe_crosstalk@DE" in names
 
 
 def test_score_names_the_hidden_effect_and_its_size(gained):
@@ -97,8 +46,6 @@ def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
     _, everyone = gained
     plain = next(each for each in competed if not each.causes)
     oval = next(s for s in everyone if s.name == "oval_clearance@DE")
-    from tdbmon.diagnosis.suspects import Start
-
     wider = with_cause(plain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))
     assert wider.freedom == 2
     assert wider.misfit == pytest.approx(plain.misfit, rel=0.01)  # an effect of a nanometre is none
@@ -115,54 +62,6 @@ def test_nothing_hidden_is_none(crew):
     assert judged.kind is Kind.NONE
     assert not judged.accused
     assert sum(judged.probabilities) <= 1 + 1e-12
-
-
-def contender(like, names, bic_less, ratio):
-    """A contender of made-up misfit, to judge."""
-    from dataclasses import replace
-
-    from tdbmon.identify.least_squares import Fit
-
-    count = like.residuals
-    point, fitted = like.fit.point, like.fit
-    made = Fit(point, fitted.residuals, fitted.slopes, ratio * count - bic_less)
-    causes = tuple(s for s in like_suspects(like) if s.name in names)
-    return replace(like, fit=made, causes=causes)
-
-
-def like_suspects(like):
-    machine = like.problem.model.machine
-    return suspects(machine, machine.probes, ())
-
-
-def test_verdicts(competed):
-    plain = next(each for each in competed if not each.causes)
-
-    def judged(*field):
-        return verdict(sorted(field, key=lambda each: each.bic), None)
-
-    bare = contender(plain, (), 0, 8.0)
-    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.9)
-    angle = contender(plain, ("probe_angle@DE_A",), -4, 0.9)
-    assert judged(bare, gain).kind is Kind.NAMED
-    both = judged(bare, gain, angle)
-    assert both.kind is Kind.AMBIGUOUS
-    assert {c.name for each in both.accused for c in each.causes} == {"probe_gain@DE_A", "probe_angle@DE_A"}
-    assert judged(bare, contender(plain, ("probe_gain@DE_A",), 0, 4.0)).kind is Kind.UNKNOWN
-    assert judged(contender(plain, (), 0, 0.9)).kind is Kind.NONE
-    assert isinstance(plain, Contender)
-    assert math.isfinite(plain.bic)
-
-
-def test_what_acts_in_contacts_begins_at_its_usual_size_and_at_several_angles():
-    machine = drops.machine()
-    found = {s.name: s for s in suspects(machine, machine.probes, ())}
-    angles = [start.shared["angle"] for start in found["oval_clearance@NDE"].usual()]
-    assert np.degrees(angles) == pytest.approx([0, 45, 90, 135])
-    assert {start.shared["amplitude"] for start in found["oval_clearance@NDE"].usual()} == {1.5e-5}
-    assert len(found["hardening_support@both"].usual()) == 1
-    # what the score finds for all of these is linear, or differs from drop to drop
-    assert not any(found[name].usual() for name in ("probe_gain@DE_A", "shaft_bow@rotor", "ring_out_of_round@DE"))
 
 
 def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
@@ -202,14 +101,6 @@ def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
         off = [math.remainder(each["ring_out_of_round@DE.phase"] - math.radians(phase), 2 * math.pi) for each in own]
         assert abs(off[0]) > math.radians(120)
         assert abs(off[1]) < math.radians(60)
-
-
-def test_waves_on_the_race_that_stands_still_have_one_phase_for_all_drops():
-    machine = drops.machine()
-    waves = [s for s in suspects(machine, machine.probes, ()) if s.name == "race_waviness@DE"]
-    per_drop = {(s.held["race"], angle.per_drop) for s in waves for _, angle in s.sizes}
-    assert per_drop == {("inner", True), ("outer", False)}
-    assert {s.held["order"] for s in waves} == {2.0, 3.0, 4.0, 5.0, 6.0}
 
 
 def test_a_fitfrom_the_fall_on_leaves_a_wrong_minimum(crew):
@@ -260,38 +151,6 @@ def test_values_of_causes_lead_to_the_same_model(gained):
     assert again.problem.free[0].each_held == ({"ball": 3.0}, {"ball": 5.0})
 
 
-def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypatch):
-    """A suspect that ends at no size, but whose fit is better, leaves the plain model where it came to, and goes."""
-    problem = problem_of(crew)
-    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
-    off = problem.start.copy()
-    off[place] += 0.5
-    stuck = Contender((), problem, linearised(problem, off, 0.012), 0.012, 0.8)
-    bare = replace(stuck, fit=fit(problem, problem.start, 0.012))
-    assert stuck.misfit > 2 * bare.misfit
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
-    tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
-    assert tiny.negligible
-    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field, thorough: [tiny] if not field else [])
-    plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
-    assert not plain.causes
-    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
-    assert not any(each.causes for each in field)
-
-
-def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_that_comes_near(competed):
-    plain = next(each for each in competed if not each.causes)
-    best = contender(plain, ("hardening_support@NDE",), 100, 1.7)
-    near = contender(plain, ("hardening_support@both",), 0, 1.8)
-    far = contender(plain, ("hardening_support@DE",), 0, 4.0)
-    another = contender(plain, ("loose_support@NDE",), 0, 1.75)
-    behind = replace(contender(plain, ("hardening_support@both",), 0, 1.7), horizon=plain.horizon / 2)
-    assert elsewhere(best, plain.horizon, [best, near, far, another]) == [near]
-    assert elsewhere(best, plain.horizon, [best, far, another, behind]) == []
-    assert elsewhere(contender(plain, (), 0, 2.0), plain.horizon, [best, near]) == []
-
-
 def test_one_model_goes_on_alone_where_it_leaves_noise_alone_and_no_other_comes_near(competed):
     plain = next(each for each in competed if not each.causes)
     gain = contender(plain, ("probe_gain@DE_A",), 0, 0.95)
@@ -303,19 +162,6 @@ def test_one_model_goes_on_alone_where_it_leaves_noise_alone_and_no_other_comes_
     assert not decided(fails, [angle, contender(plain, ("probe_gain@DE_A",), 0, 1.2)], plain.horizon)
     left_behind = replace(contender(plain, (), 5000, 0.95), horizon=plain.horizon / 2)
     assert decided(left_behind, [angle, gain], plain.horizon)
-
-
-def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_to_be_off(crew, monkeypatch):
-    problem = problem_of(crew)
-    holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
-    assert not holds.fails
-    asked = []
-    monkeypatch.setattr(Search, "_invited", lambda self, *of: asked.append(of) or [])
-    search = Search(holds, (), (0.006, 0.012), lambda _: None)
-    search.compared(holds, [], 0.012)
-    assert len(asked) == 1  # the last horizon: what is weak may show
-    replace(search, weak=False).compared(holds, [], 0.012)
-    assert len(asked) == 1
 
 
 def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
@@ -338,79 +184,6 @@ def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
     assert values["race_waviness@DE.amplitude"] == pytest.approx(6e-6, rel=0.1)
     assert not found.fails
     assert straight.misfit > found.misfit + 100
-
-
-def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
-    plain = next(each for each in competed if not each.causes)
-    bare = contender(plain, (), 0, 0.92 * plain.floor)
-    oval = contender(plain, ("oval_clearance@DE",), 0, 0.85 * plain.floor)
-    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.85 * plain.floor)
-    little = HeldOut(("drop_80.nc",), 3.1e-7, 3.0e-7, 3.0e-7, 1000.0, 980.0)
-    by_chance = replace(little, plain_misfit=1040.0)  # hardly more than noise is left: then paths may have parted
-    much = replace(little, plain=5e-7, plain_misfit=1300.0)
-    assert verdict([oval, bare], None).kind is Kind.NAMED
-    assert verdict([oval, bare], little).kind is Kind.NONE
-    assert verdict([oval, bare], by_chance).kind is Kind.NONE
-    assert verdict([gain, bare], by_chance).kind is Kind.NAMED
-    assert verdict([oval, bare], much).kind is Kind.NAMED
-    assert verdict([gain, bare], little).kind is Kind.NAMED
-    lost = contender(plain, (), 0, 8.0)
-    assert verdict([oval, lost], little).kind is Kind.NAMED
-
-
-def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(competed):
-    plain = next(each for each in competed if not each.causes)
-    bare = contender(plain, (), 0, 0.95 * plain.floor)
-    little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
-    assert verdict([little, bare], None).kind is Kind.NONE
-    assert verdict([far, bare], None).kind is Kind.NAMED
-    lost = contender(plain, (), 0, 2.5)
-    assert verdict([little, lost], None).kind is Kind.NAMED
-
-
-def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_is_left_there(competed):
-    plain = next(each for each in competed if not each.causes)
-    lost = contender(plain, (), 0, 8.0)
-    lobed = contender(plain, ("ring_out_of_round@DE",), 0, 0.95)
-    oval = contender(plain, ("oval_clearance@DE",), 0, 0.95)
-    little = HeldOut(("drop_80.nc",), 9e-7, 7.5e-7, 3e-7, 9000.0, 7000.0)
-    much = replace(little, extended=4e-7, extended_misfit=2000.0)
-    assert little.gain == pytest.approx(0.25)
-    assert verdict([lobed, lost], little).kind is Kind.UNKNOWN
-    assert verdict([oval, lost], little).kind is Kind.NAMED
-    assert verdict([lobed, lost], much).kind is Kind.NAMED
-    explained = contender(plain, (), 900, 1.4)
-    assert verdict([lobed, explained], little).kind is Kind.NONE
-    unseen = replace(much, plain=3.3e-7, extended=3.1e-7)  # the readings show nothing, speed and levitation do
-    assert unseen.gain is None
-    assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
-
-
-def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):
-    plain = next(each for each in competed if not each.causes)
-    bare = contender(plain, (), 0, 1.4)
-    gain = contender(plain, ("probe_gain@DE_A",), 0, 1.25)
-    assert gain.fails
-    assert verdict([gain, bare], None).kind is Kind.NONE
-    assert verdict([contender(plain, ("probe_gain@DE_A",), 0, 0.95), bare], None).kind is Kind.NAMED
-
-
-def test_a_size_that_may_as_well_be_none_is_not_named(competed):
-    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
-    gain = contender(plain, ("probe_gain@DE_A",), 900, 0.9)
-    named = verdict([gain, plain], None)
-    assert named.kind is Kind.NAMED
-
-    def sized(low, high):
-        return {"probe_gain@DE_A": {"gain": Estimate((low + high) / 2, low, high)}}
-
-    little = HeldOut(("drop_80.nc",), 4e-7, 3.8e-7, 3e-7, 4000.0, 3900.0)
-    much = replace(little, extended=3.1e-7, extended_misfit=2000.0)
-    assert doubted(named, plain, sized(1.02, 1.06), None).kind is Kind.NAMED
-    assert doubted(named, plain, sized(0.98, 1.06), None).kind is Kind.NONE
-    assert doubted(named, plain, sized(0.98, 1.06), little).kind is Kind.NONE
-    assert doubted(named, plain, sized(0.98, 1.06), much).kind is Kind.NAMED
-    assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06), None).kind is Kind.NAMED
 
 
 def test_what_goes_with_the_machine_is_small_beside_it_only(gained):

@@ -17,10 +17,8 @@ from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
-from tests.diagnosis.test_contest import crew
 from tests.identify import drops
 
-__all__ = ["crew"]
 HORIZONS = (0.006, 0.01, 0.014, 0.018)
 
 

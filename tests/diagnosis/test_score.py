@@ -1,22 +1,13 @@
 """Scores of causes beside values that have gone as far as they may, on drops of the same simulator."""
 
-import pytest
-
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.identify.crew import Crew
 from tdbmon.identify.least_squares import fit
 from tests.diagnosis.simulated import problem_of
 
 FALL_S = 0.006
-
-
-@pytest.fixture(scope="module")
-def crew():
-    with Crew() as opened:
-        yield opened
 
 
 def by_name(problem):

@@ -13,7 +13,6 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import linearised
 from tdbmon.identify.problem import build_problem
@@ -44,12 +43,6 @@ def judged(crew, *effects):
 def settled_plain(problem):
     start = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
     return settled(settled(start, 0.006, 4), 0.012, 4)
-
-
-@pytest.fixture(scope="module")
-def crew():
-    with Crew() as opened:
-        yield opened
 
 
 @given(st.floats(0.6, 2.9), st.lists(st.floats(-2.0, -0.01), min_size=3, max_size=20))

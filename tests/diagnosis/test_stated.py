@@ -6,22 +6,15 @@ import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
-from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stated_values import stated_remarks
-from tests.diagnosis.test_contest import record
+from tests.diagnosis.simulated import record
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.010, 0.014, 0.018, 0.022)
 EXPONENT = 1.35
-
-
-@pytest.fixture(scope="module")
-def crew():
-    with Crew() as opened:
-        yield opened
 
 
 def plain_model(crew, truth, *effects):

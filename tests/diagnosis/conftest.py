@@ -1,0 +1,28 @@
+"""Two drops with a probe of another gain, and the models that competed for them, made once."""
+
+import pytest
+
+from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.identify.crew import Crew
+from tests.diagnosis.simulated import problem_of
+
+GAIN = 1.06
+
+
+@pytest.fixture(scope="session")
+def crew():
+    with Crew() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def gained(crew):
+    problem = problem_of(crew, f"probe_gain:probe=DE_A,gain={GAIN}")
+    return problem, suspects(problem.model.machine, problem.model.machine.probes, ())
+
+
+@pytest.fixture(scope="session")
+def competed(gained):
+    problem, everyone = gained
+    return contest(problem, everyone, (0.006, 0.012), lambda _: None)

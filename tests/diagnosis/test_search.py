@@ -1,0 +1,57 @@
+"""The search for a cause of what the best model leaves."""
+
+from dataclasses import replace
+
+import pytest
+
+from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.search import Search, elsewhere
+from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.identify.least_squares import fit, linearised
+from tests.diagnosis.made_up import contender
+from tests.diagnosis.simulated import problem_of
+
+
+def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypatch):
+    """A suspect that ends at no size, but whose fit is better, leaves the plain model where it came to, and goes."""
+    problem = problem_of(crew)
+    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
+    off = problem.start.copy()
+    off[place] += 0.5
+    stuck = Contender((), problem, linearised(problem, off, 0.012), 0.012, 0.8)
+    bare = replace(stuck, fit=fit(problem, problem.start, 0.012))
+    assert stuck.misfit > 2 * bare.misfit
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
+    assert tiny.negligible
+    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field, thorough: [tiny] if not field else [])
+    plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
+    assert not plain.causes
+    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
+    assert not any(each.causes for each in field)
+
+
+def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_that_comes_near(competed):
+    plain = next(each for each in competed if not each.causes)
+    best = contender(plain, ("hardening_support@NDE",), 100, 1.7)
+    near = contender(plain, ("hardening_support@both",), 0, 1.8)
+    far = contender(plain, ("hardening_support@DE",), 0, 4.0)
+    another = contender(plain, ("loose_support@NDE",), 0, 1.75)
+    behind = replace(contender(plain, ("hardening_support@both",), 0, 1.7), horizon=plain.horizon / 2)
+    assert elsewhere(best, plain.horizon, [best, near, far, another]) == [near]
+    assert elsewhere(best, plain.horizon, [best, far, another, behind]) == []
+    assert elsewhere(contender(plain, (), 0, 2.0), plain.horizon, [best, near]) == []
+
+
+def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_to_be_off(crew, monkeypatch):
+    problem = problem_of(crew)
+    holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
+    assert not holds.fails
+    asked = []
+    monkeypatch.setattr(Search, "_invited", lambda self, *of: asked.append(of) or [])
+    search = Search(holds, (), (0.006, 0.012), lambda _: None)
+    search.compared(holds, [], 0.012)
+    assert len(asked) == 1  # the last horizon: what is weak may show
+    replace(search, weak=False).compared(holds, [], 0.012)
+    assert len(asked) == 1

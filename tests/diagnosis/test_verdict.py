@@ -1,0 +1,104 @@
+"""What the competition of models means, on models of made-up misfit."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.verdict import Kind, doubted, verdict
+from tdbmon.estimate import Estimate
+from tests.diagnosis.made_up import contender
+
+
+def test_verdicts(competed):
+    plain = next(each for each in competed if not each.causes)
+
+    def judged(*field):
+        return verdict(sorted(field, key=lambda each: each.bic), None)
+
+    bare = contender(plain, (), 0, 8.0)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.9)
+    angle = contender(plain, ("probe_angle@DE_A",), -4, 0.9)
+    assert judged(bare, gain).kind is Kind.NAMED
+    both = judged(bare, gain, angle)
+    assert both.kind is Kind.AMBIGUOUS
+    assert {c.name for each in both.accused for c in each.causes} == {"probe_gain@DE_A", "probe_angle@DE_A"}
+    assert judged(bare, contender(plain, ("probe_gain@DE_A",), 0, 4.0)).kind is Kind.UNKNOWN
+    assert judged(contender(plain, (), 0, 0.9)).kind is Kind.NONE
+    assert isinstance(plain, Contender)
+    assert math.isfinite(plain.bic)
+
+
+def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 0.92 * plain.floor)
+    oval = contender(plain, ("oval_clearance@DE",), 0, 0.85 * plain.floor)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 0.85 * plain.floor)
+    little = HeldOut(("drop_80.nc",), 3.1e-7, 3.0e-7, 3.0e-7, 1000.0, 980.0)
+    by_chance = replace(little, plain_misfit=1040.0)  # hardly more than noise is left: then paths may have parted
+    much = replace(little, plain=5e-7, plain_misfit=1300.0)
+    assert verdict([oval, bare], None).kind is Kind.NAMED
+    assert verdict([oval, bare], little).kind is Kind.NONE
+    assert verdict([oval, bare], by_chance).kind is Kind.NONE
+    assert verdict([gain, bare], by_chance).kind is Kind.NAMED
+    assert verdict([oval, bare], much).kind is Kind.NAMED
+    assert verdict([gain, bare], little).kind is Kind.NAMED
+    lost = contender(plain, (), 0, 8.0)
+    assert verdict([oval, lost], little).kind is Kind.NAMED
+
+
+def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 0.95 * plain.floor)
+    little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
+    assert verdict([little, bare], None).kind is Kind.NONE
+    assert verdict([far, bare], None).kind is Kind.NAMED
+    lost = contender(plain, (), 0, 2.5)
+    assert verdict([little, lost], None).kind is Kind.NAMED
+
+
+def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_is_left_there(competed):
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    lobed = contender(plain, ("ring_out_of_round@DE",), 0, 0.95)
+    oval = contender(plain, ("oval_clearance@DE",), 0, 0.95)
+    little = HeldOut(("drop_80.nc",), 9e-7, 7.5e-7, 3e-7, 9000.0, 7000.0)
+    much = replace(little, extended=4e-7, extended_misfit=2000.0)
+    assert little.gain == pytest.approx(0.25)
+    assert verdict([lobed, lost], little).kind is Kind.UNKNOWN
+    assert verdict([oval, lost], little).kind is Kind.NAMED
+    assert verdict([lobed, lost], much).kind is Kind.NAMED
+    explained = contender(plain, (), 900, 1.4)
+    assert verdict([lobed, explained], little).kind is Kind.NONE
+    unseen = replace(much, plain=3.3e-7, extended=3.1e-7)  # the readings show nothing, speed and levitation do
+    assert unseen.gain is None
+    assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
+
+
+def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 1.4)
+    gain = contender(plain, ("probe_gain@DE_A",), 0, 1.25)
+    assert gain.fails
+    assert verdict([gain, bare], None).kind is Kind.NONE
+    assert verdict([contender(plain, ("probe_gain@DE_A",), 0, 0.95), bare], None).kind is Kind.NAMED
+
+
+def test_a_size_that_may_as_well_be_none_is_not_named(competed):
+    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
+    gain = contender(plain, ("probe_gain@DE_A",), 900, 0.9)
+    named = verdict([gain, plain], None)
+    assert named.kind is Kind.NAMED
+
+    def sized(low, high):
+        return {"probe_gain@DE_A": {"gain": Estimate((low + high) / 2, low, high)}}
+
+    little = HeldOut(("drop_80.nc",), 4e-7, 3.8e-7, 3e-7, 4000.0, 3900.0)
+    much = replace(little, extended=3.1e-7, extended_misfit=2000.0)
+    assert doubted(named, plain, sized(1.02, 1.06), None).kind is Kind.NAMED
+    assert doubted(named, plain, sized(0.98, 1.06), None).kind is Kind.NONE
+    assert doubted(named, plain, sized(0.98, 1.06), little).kind is Kind.NONE
+    assert doubted(named, plain, sized(0.98, 1.06), much).kind is Kind.NAMED
+    assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06), None).kind is Kind.NAMED
