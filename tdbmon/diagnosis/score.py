@@ -221,7 +221,9 @@ def changes_by(
 
 
 def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:
-    """Return the best that a suspect's trials promise, None where no trial could be simulated."""
+    """Return the best that a suspect's trials promise, None where none could be simulated, or none does anything so far."""
+    if not any(change is not None and change.any() for trial in trials for change in trial.values()):
+        return None  # what acts in contacts, while nothing touches
     best: Score | None = None
     for share in _shares(suspect):
         found = _at_share(bench, suspect, trials, share)

@@ -36,3 +36,13 @@ def test_a_further_cause_is_asked_where_the_first_leaves_many_times_the_noise(cr
     assert bowed.ratio > 3 * bowed.floor
     names = [each.suspect.name for each in worth_fitting(bowed, 0.014, list(suspect.values()), [], thorough=True)]
     assert "probe_runout@NDE" in names
+
+
+def test_what_acts_in_contacts_is_no_suspect_while_nothing_touches(crew):
+    problem = problem_of(crew)
+    everyone = list(by_name(problem).values())
+    falling = scores(problem, fit(problem, problem.start, FALL_S, 2), FALL_S, everyone)
+    touching = scores(problem, fit(problem, problem.start, 0.014, 2), 0.014, everyone)
+    assert not any(each.suspect.in_contacts for each in falling)
+    assert {each.suspect.name for each in touching} == {each.name for each in everyone}
+    assert {each.suspect.name for each in falling} >= {"probe_gain@DE_A", "unbalance@impeller", "shaft_bow@rotor"}
