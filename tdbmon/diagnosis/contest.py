@@ -170,7 +170,7 @@ class _Contest:
         best, horizon = self.best, self.horizon
         if horizon == TOUCHED_S:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        if not (best.causes and best.fails_beside(self.plain)):
+        if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
             return
         deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
         cause = deeper.causes[-1]

@@ -37,7 +37,6 @@ _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-_NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing
 _HARDLY = 1.3  # times the floor: a plain model that leads at the last horizon and leaves less there hardly fails
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
@@ -77,7 +76,7 @@ class Search:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
         last = horizon == max(h for h in self.horizons if h <= FOLLOWED_S)
         best = leader(plain, field, horizon)
-        if best.fails and plain.horizon == horizon and best.excess > _NO_BETTER * plain.excess:
+        if best.hardly_better(plain):
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
         while len(best.causes) < MOST_CAUSES and self.rounds:
             weak = self.weak and last and not best.causes and not slows_otherwise(best)  # it may show later only
@@ -106,7 +105,7 @@ class Search:
                 elif freed.misfit < plain.misfit or plain.horizon < horizon:
                     plain = freed
             after = leader(plain, field, horizon)
-            if after in (best, *known) or after.bic > best.bic - _SURE:
+            if after in (best, *known) or after.bic > best.bic - _SURE or after.hardly_better(plain):
                 break
             best = after
         return plain, field
