@@ -2,9 +2,9 @@
 
 Least squares of what the probes read against what a simulation would have them read, in units of the noise, with what
 the machine file knows beforehand.  A long stretch fitted at once sticks in wrong minima, so the horizon grows: just past
-the first contact, then further.  Trajectories with impacts part exponentially, and so the model's error grows: later
-samples count less; and where fits to shorter and longer horizons differ, the intervals say so.  The cages' angles, on
-which a contact depends in a wavy way, are searched over all of a ball's spacing, everything else adapting linearly.
+the first contact, then further (`tdbmon.identify.follow`).  Trajectories with impacts part exponentially, and so the
+model's error grows: later samples count less.  What a fit leaves beyond noise, and how fits to shorter and longer
+horizons differ, widens the intervals (`tdbmon.identify.certainty`).
 """
 
 from __future__ import annotations

@@ -7,18 +7,22 @@ is left beyond noise tells of both.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tdbmon.identify.follow import Passed
+from tdbmon.identify.least_squares import Fit
+from tdbmon.identify.own_paths import BEYOND
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber
 
 Array = NDArray[np.float64]
 
+_SETTLED_S = 0.018  # s after the release; fits to longer horizons are compared
 _Z = 1.96  # standard deviations of a 95 % interval
 
 
@@ -27,22 +31,33 @@ def drift(passed: Sequence[Passed]) -> Array:
 
     Were the model right, they would differ by their noise; what the model lacks pulls them apart.
     """
-    *earlier, last = (each.fit.point for each in passed)
-    total = np.zeros((len(last), len(last)))
-    for each in earlier:
-        total += np.outer(each - last, each - last) / len(earlier)
+    *earlier, last = passed
+    points = [each.fit.point for each in earlier if each.horizon > _SETTLED_S]
+    total = np.zeros((len(last.fit.point), len(last.fit.point)))
+    for each in points:
+        total += np.outer(each - last.fit.point, each - last.fit.point) / len(points)
     return total
 
 
 def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
-    """Return the covariance (n, n) of the last fit by all fits on the way: the mean of theirs, and how they drift apart.
+    """Return the covariance (n, n) of the last fit: of the last that left noise alone, and how fits drift apart.
 
-    A later fit is no surer witness than an earlier one that it followed into its hollow, so none counts more.
+    Contacts that a fit does not explain prove nothing of its values; these rest on the contacts before.
     """
-    return drift(passed) + sum(_allowed(problem, each) for each in passed) / len(passed)
+    beyond = [_beyond(problem, each) for each in passed]
+    lost = next((k for k, (more, usual) in enumerate(beyond) if more > usual), len(passed))
+    last = max(lost - 1, 0)
+    return drift(passed) + _allowed(problem, passed[last].fit, beyond[last][0])
 
 
-def _allowed(problem: Problem, passed: Passed) -> Array:
+def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
+    """Return what a fit leaves beyond noise, and how much that may be by chance (chi-squared, two standard deviations)."""
+    noise = [noise_alone(drop, passed.horizon) for drop in problem.drops]
+    left = [float(huber(r, 1.0) @ r**2) for r in passed.fit.residuals]
+    return sum(max(0.0, a - b) for a, b in zip(left, noise, strict=True)), BEYOND * math.sqrt(2 * sum(noise))
+
+
+def _allowed(problem: Problem, fitted: Fit, beyond: float) -> Array:
     """Return the covariance whose 95 % intervals reach to where what a fit leaves beyond noise lets the truth lie.
 
     A point off by d leaves d^T H d more, H the curvature.  At the truth a right model leaves noise; so where a fit leaves
@@ -50,10 +65,9 @@ def _allowed(problem: Problem, passed: Passed) -> Array:
     error of the model that moves the fit by no more than what it leaves unexplained does the same.  What is known
     beforehand stays as sure as it is.
     """
-    curvature, beyond = np.zeros((len(passed.fit.point), len(passed.fit.point))), 0.0
-    for drop, (r, jacobian) in enumerate(zip(passed.fit.residuals, passed.fit.slopes, strict=True)):
-        where, weights = problem.columns(drop), huber(r, 1.0)
-        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * weights[:, None])
-        beyond += max(0.0, float(weights @ r**2) - noise_alone(problem.drops[drop], passed.horizon))
+    curvature = np.zeros((len(fitted.point), len(fitted.point)))
+    for drop, (r, jacobian) in enumerate(zip(fitted.residuals, fitted.slopes, strict=True)):
+        where = problem.columns(drop)
+        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * huber(r, 1.0)[:, None])
     known = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
     return np.asarray(np.linalg.inv(curvature / (1 + beyond / _Z**2) + known))

@@ -29,6 +29,10 @@ CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # times what noise leaves, from which on a model fails
 _RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.027, 2))  # s after the release, and how many go on from there
 _HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
+_TELLING_S = (
+    0.022,
+    0.027,
+)  # s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still
 _SOUGHT_S = 0.04  # s; a path that is lost later ends where trajectories part anyway
 
 
@@ -83,7 +87,7 @@ def followed(
             if freed is not None and found.misfit - freed.misfit > WORTH * (found.misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
                 return followed(wider, None, horizons, progress)
-        if horizon > 2 * CONTACT_S or horizon == horizons[-1]:
+        if horizon >= TOUCHED_S or horizon == horizons[-1]:
             passed.append(Passed(horizon, found))
         starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]
     return problem, passed
@@ -98,8 +102,8 @@ def _deepest(tried: Sequence[Fit | None]) -> list[Fit]:
 
 
 def _led_on(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return a fit with the paths of those drops sought anew that leave more than noise."""
-    lost = unexplained(problem, found, horizon)
+    """Return a fit with the paths of drops sought anew: of those that leave more than noise, of all where it tells most."""
+    lost = range(len(problem.drops)) if horizon in _TELLING_S else unexplained(problem, found, horizon)
     return better_paths(problem, found, horizon, lost) if lost else found
 
 

@@ -23,8 +23,8 @@ from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 
-_BEYOND = 2.0  # standard deviations of what noise leaves
-_PROMISING = 2  # pairs of angles from which fits begin
+BEYOND = 2.0  # standard deviations of what noise leaves
+_PROMISING = 3  # hollows of the grid of angles from which fits begin
 _SLOPES = 2  # times that each takes slopes
 
 
@@ -33,7 +33,7 @@ def unexplained(problem: Problem, found: Fit, horizon: float) -> list[int]:
     lost = []
     for drop, (measured, r) in enumerate(zip(problem.drops, found.residuals, strict=True)):
         noise = noise_alone(measured, horizon)
-        if float(huber(r, 1.0) @ r**2) > noise + _BEYOND * (2 * noise) ** 0.5:
+        if float(huber(r, 1.0) @ r**2) > noise + BEYOND * (2 * noise) ** 0.5:
             lost.append(drop)
     return lost
 
@@ -90,15 +90,21 @@ def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
     others[angles] = False
     weights = np.sqrt(huber(base, spread(base)))
     basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(alone.prior[others])]))
-    tried = []
-    for offsets in product(*(circle(alone, alone.parameters[angle])[0] for angle in angles)):
-        point = stays.point.copy()
-        point[angles] += offsets
+    grids = [circle(alone, alone.parameters[angle])[0] for angle in angles]
+    points, misfit = {}, np.full([len(grid) for grid in grids], np.inf)
+    for at in np.ndindex(misfit.shape):
+        points[at] = stays.point.copy()
+        points[at][angles] += [grid[k] for grid, k in zip(grids, at, strict=True)]
         try:
-            left = alone.residual(point, 0, horizon) * weights
+            left = alone.residual(points[at], 0, horizon) * weights
         except InputError:
             continue
-        left = np.concatenate([left, (alone.prior * point)[others]])
+        left = np.concatenate([left, (alone.prior * points[at])[others]])
         left -= basis @ (basis.T @ left)
-        tried.append((float(left @ left), point))
-    return [point for _, point in sorted(tried, key=lambda each: each[0])[:_PROMISING]]
+        misfit[at] = left @ left
+    hollow = np.isfinite(misfit)
+    for axis, step in product(range(misfit.ndim), (-1, 1)):
+        hollow &= misfit <= np.roll(misfit, step, axis)
+    hollow[(0,) * misfit.ndim] = False  # where it stays
+    places = sorted(zip(*np.nonzero(hollow), strict=True), key=lambda at: misfit[at])
+    return [points[at] for at in places[:_PROMISING]]
