@@ -72,9 +72,10 @@ class SetOutcome:
     values: tuple[Found, ...]
     left: tuple[float, ...]
     error: str = ""
+    workers: int = 1
 
 
-def fit_set(seed: int, folder: Path) -> SetOutcome:
+def fit_set(seed: int, folder: Path, workers: int) -> SetOutcome:
     """Make a set, fit it and keep what came of it; one that is there is read instead."""
     path = folder / f"set_{seed:07d}.json"
     if path.exists():
@@ -86,10 +87,10 @@ def fit_set(seed: int, folder: Path) -> SetOutcome:
         machine = load_machine(machine_file)
         began = time.monotonic()
         try:
-            calibration = fit_drops(machine, [read(record) for record in records], workers=all_cores())
+            calibration = fit_drops(machine, [read(record) for record in records], workers=workers)
             forces = forces_of(calibration)
         except InputError as error:
-            outcome = SetOutcome(seed, case.strangeness, time.monotonic() - began, (), (), (), str(error))
+            outcome = SetOutcome(seed, case.strangeness, time.monotonic() - began, (), (), (), str(error), workers)
         else:
             seconds = time.monotonic() - began
             upto = LEVITATED + round(SECONDS * RATE)
@@ -99,7 +100,9 @@ def fit_set(seed: int, folder: Path) -> SetOutcome:
                 for k, end in enumerate(ENDS)
             ]
             left = tuple(each.residuals[-1].ratio for each in calibration.drops)
-            outcome = SetOutcome(seed, case.strangeness, seconds, tuple(peaks), _values(case, calibration), left)
+            outcome = SetOutcome(
+                seed, case.strangeness, seconds, tuple(peaks), _values(case, calibration), left, "", workers
+            )
     folder.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".partial")
     partial.write_text(json.dumps(asdict(outcome), indent=1), encoding="utf-8")
@@ -159,13 +162,14 @@ def _section(outcomes: Sequence[SetOutcome]) -> list[str]:
     done = [o for o in outcomes if not o.error]
     if not done:
         return [f"{len(outcomes)} sets, none of which could be fitted: {outcomes[0].error}", ""]
-    seconds = [o.seconds for o in done]
+    seconds, workers = [o.seconds for o in done], max(o.workers for o in done)
+    processes = "one process" if workers == 1 else f"up to {workers} processes"
     peaks = [p for o in done for p in o.peaks]
     left = [each for o in done for each in o.left]
     offs = [abs(p.off) for p in peaks]
     lines = [
         f"{len(done)} sets, {sum(len(o.left) for o in done)} drops; {len(outcomes) - len(done)} could not be fitted. Fit and"
-        f" forces of four drops took {np.median(seconds):.0f} s (longest {max(seconds):.0f} s).",
+        f" forces of four drops took {np.median(seconds):.0f} s (longest {max(seconds):.0f} s) in {processes}.",
         "",
         "| what | goal | reached |",
         "|---|---|---|",
@@ -225,13 +229,16 @@ def main() -> None:
     )
     parser.add_argument("--sets", type=int, default=0, metavar="N", help="fit N sets of four drops")
     parser.add_argument("--seed", type=int, default=1, help="of the first set; even ones have plain laws, odd strange")
+    parser.add_argument(
+        "--workers", type=int, default=all_cores(), metavar="N", help="processes that take part in a fit"
+    )
     parser.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="where outcomes are kept")
     parser.add_argument(
         "--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/fitted_forces.md by default"
     )
     o = parser.parse_args()
     for seed in range(o.seed, o.seed + o.sets):
-        found = fit_set(seed, o.out)
+        found = fit_set(seed, o.out, o.workers)
         worst = max((abs(p.off) for p in found.peaks), default=math.nan)
         held = sum(p.inside for p in found.peaks)
         print(

@@ -12,7 +12,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
-from tdbmon.identify.calibrate import CONTACT_S, FAILING
+from tdbmon.identify.follow import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem

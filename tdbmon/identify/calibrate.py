@@ -2,16 +2,16 @@
 
 Least squares of what the probes read against what a simulation would have them read, in units of the noise, with what
 the machine file knows beforehand.  A long stretch fitted at once sticks in wrong minima, so the horizon grows: just past
-the first contact, then further.  Trajectories with impacts part exponentially, and so the model's error grows: later
-samples count less; and where fits to shorter and longer horizons differ, the intervals say so.  The cages' angles, on
-which a contact depends in a wavy way, are searched over all of a ball's spacing, everything else adapting linearly.
+the first contact, then further (`tdbmon.identify.follow`).  Trajectories with impacts part exponentially, and so the
+model's error grows: later samples count less.  What a fit leaves beyond noise, and how fits to shorter and longer
+horizons differ, widens the intervals (`tdbmon.identify.certainty`).
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -20,28 +20,24 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.identify.cages import better_cages
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances
+from tdbmon.identify.certainty import drift, reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import covariance_of, fit, fit_or_none, linearised
+from tdbmon.identify.follow import Progress, followed
+from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
     stated_parameters,
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
-from tdbmon.identify.stated_values import WORTH, eased, stated_remarks
-from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
+from tdbmon.identify.stated_values import eased, stated_remarks
 
 Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
-CONTACT_S = 0.009  # s; before it the cages' angles do nothing
-FAILING = 1.1  # misfit a residual, from which on another angle of the cages is tried
 TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
@@ -98,10 +94,11 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
-        problem, passed = _followed(problem, eased(problem), usable, progress)
-        *passed, point = passed
-        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + _drift(passed, point)
-        fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
+        problem, passed = followed(problem, eased(problem), usable, progress)
+        point = passed[-1].fit.point
+        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + drift(passed)
+        reached = reach(problem, passed)
+        fits = tuple(_drop_fit(problem, point, reached, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
     remarks = [remark for drop in drops for remark in drop.remarks] + _odd_drops(fits, min(usable[-1], 0.025))
@@ -109,9 +106,9 @@ def fit_drops(
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),
-        values=_estimates(problem, point, covariance),
+        values=_estimates(problem, point, reached),
         at_bound=_at_bound(problem, point),
-        undetermined=_undetermined(problem, covariance),
+        undetermined=_undetermined(problem, reached),
         drops=fits,
         horizon=usable[-1],
         misfit=float(np.sqrt(np.mean([_at(fit.residuals, trusted).ratio ** 2 for fit in fits]))),
@@ -121,50 +118,6 @@ def fit_drops(
         point=point,
         covariance=covariance,
     )
-
-
-def _followed(
-    problem: Problem, wider: Problem | None, horizons: Sequence[float], progress: Progress
-) -> tuple[Problem, list[Array]]:
-    """Return the problem and its points on the way, from the first contacts to the last horizon.
-
-    As soon as it leaves more than noise, and the values without tolerance, moved within what is known of them, take away half
-    of that, all of it is done again with them free (`wider`).
-    """
-    point, floor, passed = problem.start, 1.0, list[Array]()
-    for horizon in horizons:
-        progress(f"fitting the first {horizon * 1e3:g} ms")
-        found = fit(problem, point, horizon)
-        count = sum(len(r) for r in found.residuals)
-        floor = min(floor, found.misfit / count)  # the fall before the first contact leaves noise alone
-        if horizon > CONTACT_S and found.misfit > FAILING * count:
-            found = better_cages(problem, found, horizon, 3)
-        stray = stray_drop(found, FAILING * floor) if horizon >= STRAYED_S else None
-        if stray is not None:
-            found = led_back(problem, found, stray, horizon)
-        if horizon == TOUCHED_S:
-            found = better_clearances(problem, found, horizon)
-        if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * floor * count:
-            new = len(wider.shared) - len(problem.shared)
-            freed = fit_or_none(wider, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
-            if freed is not None and found.misfit - freed.misfit > WORTH * (found.misfit - floor * count):
-                progress("fitting what the machine file states without tolerance too")
-                return _followed(wider, None, horizons, progress)
-        point = found.point
-        if horizon > 2 * CONTACT_S or horizon == horizons[-1]:
-            passed.append(point)
-    return problem, passed
-
-
-def _drift(passed: Sequence[Array], point: Array) -> Array:
-    """Return the mean square of how far the fits to shorter horizons lie from the point, as a covariance.
-
-    Were the model right, they would differ by their noise; what the model lacks pulls them apart.
-    """
-    total = np.zeros((len(point), len(point)))
-    for each in passed:
-        total += np.outer(each - point, each - point) / len(passed)
-    return total
 
 
 def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, horizons: Sequence[float]) -> DropFit:

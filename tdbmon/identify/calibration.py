@@ -125,7 +125,7 @@ class Calibration:
     point : (n,) array
         The fitted vector in the coordinates of `problem`.
     covariance : (n, n) array
-        Of it, misfit included.
+        Of it, to draw whole drops from.  The intervals of single values reach further where more than noise is left.
     """
 
     machine: Machine

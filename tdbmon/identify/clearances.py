@@ -36,17 +36,23 @@ def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
     horizon : float
         s after the release, late enough for both ends to have met their bearings.
     """
+    tried = problem.crew.apart(
+        _begun_at, [(problem, found, corner, horizon) for corner in corners(problem, found.point)]
+    )
+    best = min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+    return best if best is found else fit(problem, best.point, horizon, slopes=best.slopes)
+
+
+def corners(problem: Problem, point: Array) -> list[Array]:
+    """Return a point moved to all corners of what is known of the clearances; none where they are known exactly."""
     names = [p.name for p in problem.shared]
     ends = [end for end in problem.model.machine.ends if f"{end}.diametral_clearance" in names]
     if not ends:
-        return found
-    corners = [
-        _with_clearances(problem, found.point, dict(zip(ends, signs, strict=True)))
+        return []
+    return [
+        _with_clearances(problem, point, dict(zip(ends, signs, strict=True)))
         for signs in product((-_CORNER, _CORNER), repeat=len(ends))
     ]
-    tried = problem.crew.apart(_begun_at, [(problem, found, corner, horizon) for corner in corners])
-    best = min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
-    return best if best is found else fit(problem, best.point, horizon, slopes=best.slopes)
 
 
 def _with_clearances(problem: Problem, point: Array, clearances: dict[str, float]) -> Array:

@@ -95,7 +95,7 @@ def fit(
         linearisations -= 1
 
 
-def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int) -> Fit | None:
+def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int = LINEARISATIONS) -> Fit | None:
     """Return `fit`; None where the point cannot be simulated."""
     try:
         return fit(problem, point, horizon, linearisations)

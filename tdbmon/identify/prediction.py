@@ -221,10 +221,10 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
     k = prediction.x.shape[1]
     span = slice(prediction.first, prediction.first + k)
     left = drop.reading[:, span] - readings(prediction, drop, machine, sensors)
-    growth = np.exp(DIVERGENCE * np.maximum(drop.time[span] - drop.release - _FLIGHT_S, 0.0))
+    model_error = _model_error(drop, span)
     rows = []
     for row, noise in zip(left, drop.noise, strict=True):
-        expected = np.hypot(noise.innovation, MODEL_ERROR * growth)
+        expected = np.hypot(noise.innovation, model_error)
         rows.append(coloured(row, noise.colour) / expected)
     rows.append(_pulse_residuals(prediction, drop))
     held = levitated(prediction, drop, machine, sensors)
@@ -235,6 +235,18 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
         rows.append(np.concatenate([[still], apart.real, apart.imag]))
     rows.append(_coasting_residual(prediction, drop))
     return np.concatenate(rows)
+
+
+def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
+    """Return the sum of squares that noise alone leaves of a drop's `residuals`, which allow for a model's error too."""
+    first, count = window(drop, horizon)
+    model_error = _model_error(drop, slice(first, first + count))
+    return sum(float(np.sum(1 / (1 + (model_error / noise.innovation) ** 2))) for noise in drop.noise)
+
+
+def _model_error(drop: MeasuredDrop, span: slice) -> Array:
+    """Return the standard deviation of the model's error at samples of a record, m."""
+    return MODEL_ERROR * np.exp(DIVERGENCE * np.maximum(drop.time[span] - drop.release - _FLIGHT_S, 0.0))
 
 
 def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:

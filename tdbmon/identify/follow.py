@@ -1,0 +1,115 @@
+"""Drops followed from the first contacts to the last horizon, several fits side by side while nothing tells which is right.
+
+The first contacts say next to nothing of a bearing's clearance: they are met as well with other gaps, clearances and
+angles of the cages, each a minimum of its own, and a descent leaves none of them.  Which is right shows some contacts
+later.  So fits begun at the corners of what is known of the clearances are followed beside each other, fewer and fewer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.identify.clearances import TOUCHED_S, corners
+from tdbmon.identify.least_squares import Fit, fit, fit_or_none
+from tdbmon.identify.own_paths import better_paths, unexplained, with_paths_sought
+from tdbmon.identify.prediction import noise_alone
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.stated_values import WORTH
+from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+CONTACT_S = 0.009  # s; before it the cages' angles do nothing
+FAILING = 1.1  # times what noise leaves, from which on a model fails
+_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.027, 2))  # s after the release, and how many go on from there
+_HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
+_TELLING_S = (
+    0.022,
+    0.027,
+)  # s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still
+_SOUGHT_S = 0.04  # s; a path that is lost later ends where trajectories part anyway
+
+
+@dataclass(frozen=True, eq=False)
+class Passed:
+    """A fit on the way, to a horizon in s after the release."""
+
+    horizon: float
+    fit: Fit
+
+
+def followed(
+    problem: Problem, wider: Problem | None, horizons: Sequence[float], progress: Progress
+) -> tuple[Problem, list[Passed]]:
+    """Return a problem and its fits on the way, from the first contacts to the last horizon.
+
+    As soon as it leaves more than noise, and the values without tolerance, moved within what is known of them, take away half
+    of that, all of it is done again with them free.
+
+    Parameters
+    ----------
+    problem : Problem
+    wider : Problem or None
+        The same with those values free.
+    horizons : sequence of float
+        s after the release, growing.
+    progress : callable
+        Is told the name of each step as it begins.
+
+    Raises
+    ------
+    InputError
+        If the fit leaves what can be simulated.
+    """
+    starts, passed = [problem.start], list[Passed]()
+    for horizon in horizons:
+        progress(f"fitting the first {horizon * 1e3:g} ms")
+        rivals = _deepest(problem.crew.apart(fit_or_none, [(problem, start, horizon) for start in starts]))
+        if CONTACT_S < horizon <= _SOUGHT_S:
+            rivals = _deepest(problem.crew.apart(_led_on, [(problem, rival, horizon) for rival in rivals]))
+        found, noise = rivals[0], sum(noise_alone(drop, horizon) for drop in problem.drops)
+        stray = stray_drop(found, FAILING * noise / sum(map(len, found.residuals))) if horizon >= STRAYED_S else None
+        if stray is not None:
+            rivals = _deepest([led_back(problem, found, stray, horizon), *rivals[1:]])
+        if horizon == TOUCHED_S:
+            begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
+            rivals = _deepest([found, *problem.crew.apart(_begun_at, begun)])
+        found = rivals[0]
+        if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
+            new = len(wider.shared) - len(problem.shared)
+            freed = fit_or_none(wider, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
+            if freed is not None and found.misfit - freed.misfit > WORTH * (found.misfit - noise):
+                progress("fitting what the machine file states without tolerance too")
+                return followed(wider, None, horizons, progress)
+        if horizon >= TOUCHED_S or horizon == horizons[-1]:
+            passed.append(Passed(horizon, found))
+        starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]
+    return problem, passed
+
+
+def _deepest(tried: Sequence[Fit | None]) -> list[Fit]:
+    """Return the fits that reach near the least misfit, the deepest first."""
+    reached = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
+    if not reached:
+        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
+    return [each for each in reached if each.misfit <= _HOPELESS * reached[0].misfit]
+
+
+def _led_on(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return a fit with the paths of drops sought anew: of those that leave more than noise, of all where it tells most."""
+    lost = range(len(problem.drops)) if horizon in _TELLING_S else unexplained(problem, found, horizon)
+    return better_paths(problem, found, horizon, lost) if lost else found
+
+
+def _begun_at(problem: Problem, corner: Array, horizon: float) -> Fit | None:
+    """Return a fit begun at a corner, the drops' paths sought there first; None where it cannot be simulated."""
+    try:
+        return fit(problem, with_paths_sought(problem, corner, horizon, range(len(problem.drops))), horizon)
+    except InputError:
+        return None

@@ -1,0 +1,110 @@
+"""Each drop's path sought anew while the values that all drops share stay.
+
+Then the drops know nothing of each other, and each can be searched by itself at small cost.  What hides its path are the
+angles of both cages: which ball lies where the shaft falls.  All pairs of them are tried, the drop's other values
+adapting linearly; fits begin at the most promising, since after a contact little is linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.identify.cages import circle, turning
+from tdbmon.identify.least_squares import Fit, fit, fit_or_none
+from tdbmon.identify.one_drop import frozen, only
+from tdbmon.identify.prediction import noise_alone
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber, spread
+
+Array = NDArray[np.float64]
+
+BEYOND = 2.0  # standard deviations of what noise leaves
+_PROMISING = 3  # hollows of the grid of angles from which fits begin
+_SLOPES = 2  # times that each takes slopes
+
+
+def unexplained(problem: Problem, found: Fit, horizon: float) -> list[int]:
+    """Return the drops that leave more than noise, by the mean and variance of a chi-squared distribution."""
+    lost = []
+    for drop, (measured, r) in enumerate(zip(problem.drops, found.residuals, strict=True)):
+        noise = noise_alone(measured, horizon)
+        if float(huber(r, 1.0) @ r**2) > noise + BEYOND * (2 * noise) ** 0.5:
+            lost.append(drop)
+    return lost
+
+
+def with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Sequence[int]) -> Array:
+    """Return a point with the own values of some drops as they suit its shared values best.
+
+    Parameters
+    ----------
+    problem : Problem
+    point : (n,) array
+    horizon : float
+        s after the release.
+    drops : sequence of int
+
+    Raises
+    ------
+    InputError
+        If a drop cannot be simulated at the point.
+    """
+    moved = point.copy()
+    own = problem.crew.apart(_path, [(problem, point, drop, horizon) for drop in drops])
+    for drop, values in zip(drops, own, strict=True):
+        moved[problem.columns(drop)[len(problem.shared) :]] = values
+    return moved
+
+
+def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[int]) -> Fit:
+    """Return a fit begun with the paths of some drops sought anew, or the one that is there where that is no better."""
+    try:
+        sought = fit(problem, with_paths_sought(problem, found.point, horizon, drops), horizon)
+    except InputError:
+        return found
+    return min(found, sought, key=lambda each: each.misfit)
+
+
+def _path(problem: Problem, point: Array, drop: int, horizon: float) -> Array:
+    """Return a drop's own values at the least misfit that was found."""
+    count = len(problem.shared)
+    alone = frozen(only(problem, [drop]), point[:count])
+    start = np.concatenate([np.zeros(count), point[problem.columns(drop)[count:]]])
+    stays = fit(alone, start, horizon, _SLOPES)
+    tried = [fit_or_none(alone, each, horizon, _SLOPES) for each in _turned(alone, stays, horizon)]
+    best = min([stays, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+    return best.point[count:]
+
+
+def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
+    """Return the points of a drop with its angles turned that promise most, all else adapting linearly."""
+    count = len(alone.shared)
+    angles = [count + k for k in turning(alone)]
+    base, jacobian = stays.residuals[0], stays.slopes[0]
+    others = np.arange(len(stays.point)) >= count
+    others[angles] = False
+    weights = np.sqrt(huber(base, spread(base)))
+    basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(alone.prior[others])]))
+    grids = [circle(alone, alone.parameters[angle])[0] for angle in angles]
+    points, misfit = {}, np.full([len(grid) for grid in grids], np.inf)
+    for at in np.ndindex(misfit.shape):
+        points[at] = stays.point.copy()
+        points[at][angles] += [grid[k] for grid, k in zip(grids, at, strict=True)]
+        try:
+            left = alone.residual(points[at], 0, horizon) * weights
+        except InputError:
+            continue
+        left = np.concatenate([left, (alone.prior * points[at])[others]])
+        left -= basis @ (basis.T @ left)
+        misfit[at] = left @ left
+    hollow = np.isfinite(misfit)
+    for axis, step in product(range(misfit.ndim), (-1, 1)):
+        hollow &= misfit <= np.roll(misfit, step, axis)
+    hollow[(0,) * misfit.ndim] = False  # where it stays
+    places = sorted(zip(*np.nonzero(hollow), strict=True), key=lambda at: misfit[at])
+    return [points[at] for at in places[:_PROMISING]]

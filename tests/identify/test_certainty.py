@@ -1,0 +1,55 @@
+"""How wide intervals are: by curvature where noise alone is left, by what is left beyond it where it is not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tdbmon.identify import certainty
+from tdbmon.identify.certainty import drift, reach
+from tdbmon.identify.follow import Passed
+from tdbmon.identify.least_squares import Fit
+
+SLOPE = np.zeros((100, 2))
+SLOPE[:, 0] = 0.5  # curvature 100 * 0.5^2 = 25 of the first value; the second is seen by nothing
+
+
+@pytest.fixture
+def problem(monkeypatch):
+    """One drop, two values, both known to 1 beforehand; noise leaves 100."""
+    monkeypatch.setattr(certainty, "noise_alone", lambda drop, horizon: 100.0)
+    return SimpleNamespace(drops=("drop",), prior=np.ones(2), columns=lambda drop: np.arange(2))
+
+
+def passed(square, point=(0.0, 0.0), slope=SLOPE, horizon=0.03):
+    """A fit that leaves a hundred residuals of one square."""
+    return Passed(horizon, Fit(np.array(point), (np.full(100, square**0.5),), (slope,), 0.0))
+
+
+def test_where_noise_alone_is_left_the_curvature_of_the_last_fit_says_it_all(problem):
+    np.testing.assert_allclose(reach(problem, [passed(1.0, slope=SLOPE / 9), passed(1.0)]), np.diag([1 / 26, 1.0]))
+
+
+def test_the_interval_reaches_to_where_the_misfit_rises_by_what_is_left_beyond_noise(problem):
+    found = reach(problem, [passed(4.0)])
+    curvature = 1 / found[0, 0] - 1  # without what is known beforehand
+    assert 25 / curvature == pytest.approx(1 + 300 / 1.96**2)
+
+
+def test_what_is_known_beforehand_stays_as_sure(problem):
+    found = reach(problem, [passed(9.0)])
+    assert found[1, 1] == pytest.approx(1.0)
+    assert found[0, 0] < 1.0
+
+
+def test_contacts_that_are_not_explained_prove_nothing(problem):
+    explained, lost = passed(1.0), passed(4.0, slope=100 * SLOPE, horizon=0.06)
+    np.testing.assert_allclose(reach(problem, [explained, lost]), np.diag([1 / 26, 1.0]))
+    again = passed(1.0, slope=100 * SLOPE, horizon=0.07)  # what comes after rests on what was lost
+    np.testing.assert_allclose(reach(problem, [explained, lost, again]), np.diag([1 / 26, 1.0]))
+
+
+def test_fits_that_differ_widen_it(problem):
+    apart = [passed(1.0, (0.4, 0.0)), passed(1.0, (0.2, 0.0)), passed(1.0)]
+    assert drift(apart)[0, 0] == pytest.approx((0.4**2 + 0.2**2) / 2)
+    assert reach(problem, apart)[0, 0] == pytest.approx(1 / 26 + 0.1)

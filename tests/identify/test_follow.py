@@ -1,0 +1,30 @@
+"""Several fits followed side by side; synthetic drops by the model's own simulator."""
+
+import pytest
+from tdbsim.machine import load_machine
+
+from tdbmon.identify.calibrate import HORIZONS
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.follow import followed
+from tdbmon.identify.own_paths import unexplained
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
+from tests.identify import drops
+
+TRUTH = drops.TRUTH | {"NDE.diametral_clearance": 14.5e-6, "DE.diametral_clearance": 14.5e-6}
+
+
+@pytest.mark.parametrize("seeds", [(1, 2, 3)])
+def test_clearances_come_back_though_the_first_contacts_do_not_tell_them(seeds):
+    machine = load_machine(shipped("short/machine.toml"))
+    records = [drops.drop(TRUTH, speed, seed) for speed, seed in zip((60.0, 97.0, 150.0), seeds, strict=True)]
+    with Crew() as crew:
+        problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
+        _, passed = followed(problem, None, HORIZONS[:7], lambda _: None)
+    found = passed[-1]
+    assert unexplained(problem, found.fit, found.horizon) == []
+    values, _ = problem.values(found.fit.point, 0)
+    for end in machine.ends:
+        assert values[f"{end}.diametral_clearance"] == pytest.approx(14.5e-6, abs=1e-6)
+        assert values[f"{end}.radial_gap"] == pytest.approx(TRUTH[f"{end}.radial_gap"], abs=1e-6)
