@@ -15,10 +15,9 @@ from tests.identify import drops
 TRUTH = drops.TRUTH | {"NDE.diametral_clearance": 14.5e-6, "DE.diametral_clearance": 14.5e-6}
 
 
-@pytest.mark.parametrize("seeds", [(1, 2, 3)])
-def test_clearances_come_back_though_the_first_contacts_do_not_tell_them(seeds):
+def test_clearances_come_back_though_the_first_contacts_do_not_tell_them():
     machine = load_machine(shipped("short/machine.toml"))
-    records = [drops.drop(TRUTH, speed, seed) for speed, seed in zip((60.0, 97.0, 150.0), seeds, strict=True)]
+    records = [drops.drop(TRUTH, speed, seed) for speed, seed in ((60.0, 1), (97.0, 2), (150.0, 3))]
     with Crew() as crew:
         problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
         _, passed = followed(problem, None, HORIZONS[:7], lambda _: None)
