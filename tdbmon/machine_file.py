@@ -47,7 +47,7 @@ _UNITS: dict[type[BaseModel], dict[str, str]] = {
     Unbalance: {"position": "mm", "amount": "g mm", "phase": "deg"},
     Rotor: {"elastic_modulus": "GPa", "density": "kg/m^3", "speed_decay_time": "s"},
     MagneticBearing: {"position": "mm", "stiffness": "N/m", "damping": "N s/m"},
-    Balls: {"diameter": "mm", "pitch_diameter": "mm", "diametral_clearance": "um"},
+    Balls: {"diameter": "mm", "pitch_diameter": "mm", "diametral_clearance": "um", "contact_angle": "deg"},
     TouchdownBearing: {
         "position": "mm",
         "journal_radius": "mm",
@@ -69,7 +69,6 @@ _UNITS: dict[type[BaseModel], dict[str, str]] = {
         "width": "mm",
         "housing_width": "mm",
         "shaft_length": "mm",
-        "contact_angle": "deg",
         "viscosity": "mm^2/s",
     },
     HeatMaterial: {

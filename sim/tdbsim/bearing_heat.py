@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tdbsim.quantity import Angle, Density, Length, Number, Part, Pressure, quantity
+from tdbsim.quantity import Density, Length, Number, Part, Pressure, quantity
 
 if TYPE_CHECKING:
     from tdbsim.bearing_torque import TorqueLaw
@@ -49,8 +49,8 @@ class BearingHeat(Part):
     """Bodies that heat flows through, and the friction inside the bearing.
 
     `inner_race_radius` and `outer_race_radius` bound the walls of the rings where the balls run (mean of shoulder and
-    groove).  `width` is that of all `rows` together, whose balls the bearing's `balls` stand for; `shaft_length` that of
-    the piece of shaft that takes part.  Shaft and housing are of the rings' material, `race`.  The torque law is
+    groove).  `width` is that of all rows together; `shaft_length` that of the piece of shaft that takes
+    part.  Shaft and housing are of the rings' material, `race`.  The torque law is
     Palmgren's (`tdbsim.bearing_torque`); the bearing's `inner_ring_drag` is what brakes the ring beside it.
     """
 
@@ -61,10 +61,6 @@ class BearingHeat(Part):
     width: Length = Field(gt=0)
     housing_width: Length = Field(gt=0)
     shaft_length: Length = Field(gt=0)
-    rows: int = Field(1, ge=1)
-    contact_angle: Angle = 0.0
-    inner_conformity: Number = 0.52
-    outer_conformity: Number = 0.52
     race: HeatMaterial
     ball: HeatMaterial
     load_factor: Number = Field(ge=0)
@@ -88,24 +84,14 @@ class BearingHeat(Part):
             shaft_length=self.shaft_length,
             ball_diameter=bearing.balls.diameter,
             pitch_diameter=bearing.balls.pitch_diameter,
-            ball_count=self.rows * bearing.balls.count,
+            ball_count=bearing.balls.rows * bearing.balls.count,
             race=self.race.thermal,
             ball=self.ball.thermal,
         )
 
     def geometry(self, bearing: TouchdownBearing) -> BearingGeometry:
         """Return how balls and races touch (raises InputError where the parts cannot make a bearing)."""
-        from tdbsim.hertz import BearingGeometry
-
-        return BearingGeometry(
-            bearing.balls.diameter,
-            bearing.balls.pitch_diameter,
-            self.inner_conformity,
-            self.outer_conformity,
-            self.contact_angle,
-            self.ball.elastic,
-            self.race.elastic,
-        )
+        return bearing.balls.geometry(self.ball.elastic, self.race.elastic)
 
     def torque(self, bearing: TouchdownBearing) -> TorqueLaw:
         """Return the law of the torque."""

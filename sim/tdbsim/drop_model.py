@@ -306,7 +306,7 @@ def _end_row(bearing: TouchdownBearing, rotor_weight: float) -> Array:
     row[RING_INERTIA] = bearing.inner_ring_inertia
     row[RING_DRAG] = bearing.inner_ring_drag.nominal
     row[BALL_COUNT] = bearing.balls.count
-    row[BALL_STIFFNESS] = bearing.balls.stiffness
+    row[BALL_STIFFNESS] = bearing.ball_stiffness
     row[HALF_CLEARANCE] = bearing.balls.diametral_clearance.nominal / 2
     row[BALL_DAMPING] = bearing.ball_damping
     row[CAGE_RATIO] = (1 - bearing.balls.diameter / bearing.balls.pitch_diameter) / 2

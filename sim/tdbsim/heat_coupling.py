@@ -98,7 +98,9 @@ def warm_bearings(model: DropModel) -> WarmBearings:
             continue
         body, geometry, law = heat.body(bearing), heat.geometry(bearing), heat.torque(bearing)
         cosine = math.cos(geometry.contact_angle)
-        spin = spin_per_press(geometry, heat.spin_friction, heat.rows, float(model.arrays.end[end, BALL_STIFFNESS]))
+        spin = spin_per_press(
+            geometry, heat.spin_friction, bearing.balls.rows, float(model.arrays.end[end, BALL_STIFFNESS])
+        )
         across = geometry.ball_diameter * cosine / geometry.pitch_diameter
         ends.append(end)
         networks.append(body.network)

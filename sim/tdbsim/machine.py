@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -42,6 +42,9 @@ from tdbsim.quantity import (
     quantity,
 )
 from tdbsim.units import si_unit_of
+
+if TYPE_CHECKING:
+    from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
@@ -109,13 +112,25 @@ class MagneticBearing(Part):
 
 
 class Balls(Part):
-    """The balls of a deep-groove touchdown bearing."""
+    """The balls of a touchdown bearing, as its catalogue tells them.
+
+    `count` is that of one row, `inner_conformity` and `outer_conformity` are groove radius over ball diameter.  Rows at a
+    `contact_angle` are held axially, as pairs in X and O hold each other, and share the radial load; that angle stays as it
+    is without load.  `diametral_clearance` is radial play, whatever the angle: negative where rows are preloaded.
+    Stiffness and stress follow by Hertz's theory; a `stiffness` that the file states, of the balls of all rows at an
+    azimuth against a radial displacement, takes the place of the former.
+    """
 
     count: int = Field(ge=3)
     diameter: Length = Field(gt=0)
     pitch_diameter: Length = Field(gt=0)
     diametral_clearance: TolerantLength
-    stiffness: Annotated[float, quantity("N/m^1.5")] = Field(gt=0)
+    rows: int = Field(1, ge=1)
+    contact_angle: Angle = Field(0.0, ge=0, le=math.radians(60))
+    inner_conformity: Number = Field(0.52, gt=0.5, lt=1)
+    outer_conformity: Number = Field(0.52, gt=0.5, lt=1)
+    material: Literal["steel", "silicon nitride"] = "steel"
+    stated_stiffness: Annotated[float, quantity("N/m^1.5")] | None = Field(None, gt=0, alias="stiffness")
 
     @model_validator(mode="after")
     def _fits(self) -> Balls:
@@ -125,6 +140,25 @@ class Balls(Part):
                 f" of {self.pitch_diameter * 1e3:g} mm"
             )
         return self
+
+    @property
+    def radial_share(self) -> float:
+        """Load of one ball along its contact over the radial load of the balls of all rows at its azimuth."""
+        return 1 / (self.rows * math.cos(self.contact_angle))
+
+    def geometry(self, ball: Material | None = None, race: Material | None = None) -> BearingGeometry:
+        """Return how balls and races touch, of other materials than the file's where they are given."""
+        from tdbsim.hertz import BEARING_STEEL, SILICON_NITRIDE, BearingGeometry
+
+        return BearingGeometry(
+            self.diameter,
+            self.pitch_diameter,
+            self.inner_conformity,
+            self.outer_conformity,
+            self.contact_angle,
+            ball or {"steel": BEARING_STEEL, "silicon nitride": SILICON_NITRIDE}[self.material],
+            race or BEARING_STEEL,
+        )
 
 
 class TouchdownBearing(Part):
@@ -153,6 +187,22 @@ class TouchdownBearing(Part):
     support_stiffness: TolerantStiffness
     support_damping: TolerantDamping
     heat: BearingHeat | None = None
+
+    @property
+    def geometry(self) -> BearingGeometry:
+        """How balls and races touch; where the file tells of heat, of the materials that it states there."""
+        return self.balls.geometry() if self.heat is None else self.heat.geometry(self)
+
+    @property
+    def ball_stiffness(self) -> float:
+        """Radial stiffness of the balls of all rows at an azimuth, N/m^1.5: as stated, else by Hertz's theory.
+
+        Pressed radially by d, a ball at the contact angle a is pressed by d cos(a) and carries K (d cos(a))^1.5, of which
+        cos(a) is radial.
+        """
+        if self.balls.stated_stiffness is not None:
+            return self.balls.stated_stiffness
+        return self.balls.rows * self.geometry.stiffness * math.cos(self.balls.contact_angle) ** 2.5
 
 
 class Probe(Part):

@@ -46,7 +46,10 @@ _WEIGHTS = _WEIGHTS / 2
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """Forces (2, `FORCES`, k), N, m/s and m, ball loads (2, balls, k), N, and energies (`ENERGIES`, k), J, of k states."""
+    """Forces (2, `FORCES`, k), N, m/s and m, loads of a ball (2, balls, k), N, and energies (`ENERGIES`, k), J, of k states.
+
+    A load is that of one ball along its contact, of each row alike.
+    """
 
     forces: NDArray[np.float64]
     loads: NDArray[np.float64]
@@ -63,6 +66,8 @@ def observed(trajectory: Trajectory) -> Observed:
     borders, columns = (np.array([0, count]), arrays.end[None]) if warmth is None else warmth.stretches(arrays.end)
     own = arrays._replace(end=arrays.end.copy())
     observe_stretches(own, borders, columns, states, forces, loads, energies)
+    for end, bearing in enumerate(trajectory.model.machine.touchdown_bearings):
+        loads[end] *= bearing.balls.radial_share
     return Observed(forces, loads, energies)
 
 
@@ -77,7 +82,7 @@ def observe_stretches(m, borders, columns, states, forces, loads, energies):  # 
 
 @compiled
 def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
-    """Fill forces (2, 6, k), ball loads (2, b, k) and energies (5, k) of the states (k, size).
+    """Fill forces (2, 6, k), radial ball loads (2, b, k) and energies (5, k) of the states (k, size).
 
     Energies in J: of the lateral motion of rotor,
     rings and supports; of the rotor's spin; of the rings' spin; of all springs; of the weight.

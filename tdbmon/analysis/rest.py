@@ -62,16 +62,16 @@ def rest_travel(bearing: TouchdownBearing, load: float) -> RestTravel:
 
 def ball_travel(bearing: TouchdownBearing, load: float, diametral_clearance: float) -> float:
     """Travel of the inner ring at which the balls carry a load, m (mean over the cage angle)."""
-    balls = bearing.balls
+    balls, stiffness = bearing.balls, bearing.ball_stiffness
     cage = np.arange(_CAGE_ANGLES) / _CAGE_ANGLES * 2 * np.pi / balls.count
     cosine = np.cos(cage[:, None] + 2 * np.pi * np.arange(balls.count) / balls.count)
 
     def carried(travel: np.ndarray) -> np.ndarray:
         deflection = np.maximum(travel[:, None] * cosine - diametral_clearance / 2, 0.0)
-        return np.sum(balls.stiffness * deflection**1.5 * cosine, axis=1)
+        return np.sum(stiffness * deflection**1.5 * cosine, axis=1)
 
     low = np.full(_CAGE_ANGLES, diametral_clearance / 2)
-    high = low + 4 * (load / balls.stiffness) ** (2 / 3) + diametral_clearance + 1e-9
+    high = low + 4 * (load / stiffness) ** (2 / 3) + diametral_clearance + 1e-9
     for _ in range(60):
         middle = 0.5 * (low + high)
         less = carried(middle) < load

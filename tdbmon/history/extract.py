@@ -130,9 +130,8 @@ def _of_fit(end: str, fitted: FittedDrop | None, fatigue: dict[str, Estimate]) -
     forces, values = fitted.forces.ends[end], fitted.calibration.values
     stated = "the machine file states it without a tolerance, so that it was not fitted"
     stress = forces.stress
-    mean = Estimate(
-        stress.mean, unit="MPa", method=f"mean while any ball is loaded; {stress.assumption}", why="of the fitted drop"
-    )
+    rule = "mean while any ball is loaded" + (f"; {stress.assumption}" if stress.assumption else "")
+    mean = Estimate(stress.mean, unit="MPa", method=rule, why="of the fitted drop")
     found = {
         "peak_force_n": forces.peak,
         "stress_max_mpa": stress.greatest,

@@ -229,7 +229,7 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
         stated = {f: values[f"{bearing.name}.{f}"] for f in _AS_STATED if f"{bearing.name}.{f}" in values}
         if (stiffness := stated.pop("ball_stiffness", None)) is not None:
             balls = update.get("balls", bearing.balls)
-            update["balls"] = balls.model_copy(update={"stiffness": stiffness})
+            update["balls"] = balls.model_copy(update={"stated_stiffness": stiffness})
         bearings.append(bearing.model_copy(update=update | stated))
     magnets = []
     for magnet in machine.magnetic_bearings:
@@ -304,7 +304,7 @@ def _end_value(bearing: Any, field: str) -> Tolerant:
 
 
 def _stated_value(bearing: TouchdownBearing, field: str) -> float:
-    return bearing.balls.stiffness if field == "ball_stiffness" else float(getattr(bearing, field))
+    return float(getattr(bearing, field))
 
 
 def _about(name: str, unit: str, value: float, share: float) -> Parameter:

@@ -6,15 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim.hertz import BearingGeometry
 from tdbsim.machine import TouchdownBearing
 
 from tdbmon.estimate import Estimate
 
 Array = NDArray[np.float64]
 
-CONFORMITY = 0.52  # of both grooves, usual in deep-groove bearings; the machine file does not tell it
-ASSUMED = f"assumes groove conformity {CONFORMITY} and steel balls, which the machine file does not tell"
 _SIGMAS = 3.0  # from the mean: outliers as in N. Neisi's dissertation
 _TUKEY = 1.5  # interquartile ranges from the box: J. W. Tukey, Exploratory Data Analysis
 
@@ -34,7 +31,7 @@ class Stress:
     outlier_level, tukey_level : float
         Those two limits.
     assumption : str
-        What the stress rests on beside the machine file.
+        What the stress rests on beside the machine file; empty where that tells all.
     """
 
     greatest: Estimate
@@ -46,13 +43,27 @@ class Stress:
     tukey: tuple[float, ...]
     outlier_level: float
     tukey_level: float
-    assumption: str = ASSUMED
+    assumption: str
 
 
 def ball_stress(bearing: TouchdownBearing, load: Array) -> Array:
     """Return the greater of the inner and the outer race's peak pressure, Pa, for ball loads in N."""
-    geometry = BearingGeometry(bearing.balls.diameter, bearing.balls.pitch_diameter, CONFORMITY, CONFORMITY)
+    geometry = bearing.geometry
     return np.maximum(geometry.inner.peak_pressure(load), geometry.outer.peak_pressure(load))
+
+
+def assumed(bearing: TouchdownBearing) -> str:
+    """Return what a stress assumes of the balls because the machine file does not tell it; empty where it tells all."""
+    balls = bearing.balls
+    told = balls.model_fields_set
+    found = [
+        f"{race} groove conformity {getattr(balls, f'{race}_conformity'):g}"
+        for race in ("inner", "outer")
+        if f"{race}_conformity" not in told
+    ]
+    if "material" not in told and bearing.heat is None:
+        found.append(f"{balls.material} balls")
+    return f"assumes {', '.join(found)}, which the machine file does not tell" if found else ""
 
 
 def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
@@ -61,10 +72,11 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
     loaded = fitted[fitted > 0]
     greatest = np.array([member.max() for member in members])
     low, middle, high = (float(q) for q in np.quantile(greatest, (0.025, 0.5, 0.975)))
-    rule = f"Hertz, most loaded ball; {ASSUMED}"
+    assumption = assumed(bearing)
+    rule = "Hertz, most loaded ball" + (f"; {assumption}" if assumption else "")
     if not loaded.size:
         why = f"no ball of bearing '{bearing.name}' is loaded in the fitted drop"
-        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0)
+        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumption)
     mean, spread = float(loaded.mean()), float(loaded.std())
     q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
     levels = mean + _SIGMAS * spread, q3 + _TUKEY * (q3 - q1)
@@ -78,6 +90,7 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
         tukey=_peaks(fitted, levels[1]),
         outlier_level=levels[0],
         tukey_level=levels[1],
+        assumption=assumption,
     )
 
 

@@ -38,17 +38,12 @@ def machine() -> Machine:
     return load_machine(shipped("machines/generator_71914.toml"))
 
 
-def row_load(radial: Array) -> Array:
-    """Return the load along the contact of a ball of one row, N, where the machine's file joins both rows to one."""
-    return np.asarray(radial / (2 * math.cos(pair_geometry().contact_angle)))
-
-
 def stresses(speed: float) -> dict[str, tuple[Array, float]]:
     """Return, for each end, the peak pressure (ball, time) within 0.2 s of the release, Pa, and the peak force, N."""
     drop = simulate(machine(), DropPlan(speed=speed, seconds=0.2))
     return {
         end: (
-            np.asarray(pair_geometry().inner.peak_pressure(row_load(drop["ball_load"].sel(end=end).values))),
+            np.asarray(pair_geometry().inner.peak_pressure(drop["ball_load"].sel(end=end).values)),
             float(drop["peak_normal_force"].sel(end=end)),
         )
         for end in ENDS

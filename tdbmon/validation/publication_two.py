@@ -66,7 +66,7 @@ def load_torque(of: xr.Dataset) -> Array:
     at = of.sel(end=PAIR)
     count = bearing.balls.count
     azimuth = at["cage_angle"].values + 2 * math.pi * np.arange(count)[:, None] / count
-    loads = at["ball_load"].values[:count]
+    loads = at["ball_load"].values[:count] / bearing.balls.radial_share
     resultant = np.hypot(np.sum(loads * np.cos(azimuth), axis=0), np.sum(loads * np.sin(azimuth), axis=0))
     return heat.torque(bearing).of_load(resultant)
 

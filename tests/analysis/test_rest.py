@@ -21,7 +21,7 @@ def test_balls_at_the_travel_found_carry_the_load_on_average(machine, load, clea
 
     def carried(travel, cage):
         c = np.cos(cage + 2 * np.pi * np.arange(balls.count) / balls.count)
-        return np.sum(balls.stiffness * np.maximum(travel * c - clearance / 2, 0) ** 1.5 * c) - load
+        return np.sum(bearing.ball_stiffness * np.maximum(travel * c - clearance / 2, 0) ** 1.5 * c) - load
 
     cages = np.linspace(0, 2 * np.pi / balls.count, 16, endpoint=False)
     travels = [brentq(carried, 0, 1e-3, args=(cage,), xtol=1e-13) for cage in cages]

@@ -47,7 +47,7 @@ class PlainDrop:
         self.ring_inertia = column(lambda b: b.inner_ring_inertia)
         self.drag = column(lambda b: b.inner_ring_drag.nominal)
         self.ball_damping = column(lambda b: b.ball_damping)
-        self.ball_stiffness = column(lambda b: b.balls.stiffness)
+        self.ball_stiffness = column(lambda b: b.ball_stiffness)
         self.clearance = column(lambda b: b.balls.diametral_clearance.nominal)
         self.cage_ratio = column(lambda b: (1 - b.balls.diameter / b.balls.pitch_diameter) / 2)
         self.support = [

@@ -89,7 +89,7 @@ def _deflection(bearing, load, gravity=9.80665):
 
     def carried(u):
         press = np.maximum(-u * np.sin(azimuth) - bearing.balls.diametral_clearance.nominal / 2, 0)
-        return float(-np.sum(bearing.balls.stiffness * press**1.5 * np.sin(azimuth)))
+        return float(-np.sum(bearing.ball_stiffness * press**1.5 * np.sin(azimuth)))
 
     ring = brentq(lambda u: carried(u) - below, 0, 1e-3)
     return bearing.radial_gap.nominal + depth + ring + below / bearing.support_stiffness.nominal

@@ -25,7 +25,8 @@ from warm_machine import HEAT, STEEL, with_heat
 PLAN = DropPlan(150.0, 0.1)
 STIFF = STEEL | {"expansion": 0.0}
 SLIPPERY = {"load_factor": 0.0, "speed_factor": 0.0}
-SPINNING = {"rows": 2, "contact_angle": "25 deg", "spin_friction": 0.05}
+TWO_ROWS = 2 * math.cos(math.radians(25))  # radial load over the load of one ball
+SPINNING = {"spin_friction": 0.05, "balls": {"rows": 2, "contact_angle": math.radians(25)}}
 
 
 @pytest.fixture(scope="module")
@@ -133,8 +134,8 @@ def test_depth_and_ball_loads_are_those_of_the_warm_bearing(record):
         azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(11)[:, None] / 11
         ex, ey = (at["ring_x"] - at["support_x"]).values, (at["ring_y"] - at["support_y"]).values
         press = ex * np.cos(azimuth) + ey * np.sin(azimuth) - at["warm_clearance"].values / 2
-        loads = 1.06e10 * np.maximum(press, 0) ** 1.5
-        assert loads.max() > 500
+        loads = 1.06e10 * np.maximum(press, 0) ** 1.5 / TWO_ROWS
+        assert loads.max() > 300
         np.testing.assert_allclose(at["ball_load"], loads, atol=1e-6)
 
 
@@ -165,7 +166,7 @@ def test_the_torque_is_palmgrens_of_load_and_speed(record):
     """f1 P d_m and M_v of the mean load and speed of the samples of the interval before."""
     at = record.sel(end="DE", heat_end="DE")
     azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(11)[:, None] / 11
-    loads = at["ball_load"].values
+    loads = at["ball_load"].values * TWO_ROWS
     resultant = np.hypot(np.sum(loads * np.cos(azimuth), axis=0), np.sum(loads * np.sin(azimuth), axis=0))
     for k in (800, 1200, 1980):
         before = slice(k - 19, k + 1)
@@ -286,7 +287,6 @@ def test_a_table_is_read_in_its_units(machine):
     assert heat.outer_radius == 0.055
     assert heat.viscosity == pytest.approx(15e-6)
     assert heat.race.expansion == pytest.approx(11.8e-6)
-    assert heat.rows == 1 and heat.contact_angle == 0
 
 
 @pytest.mark.parametrize(
@@ -299,9 +299,6 @@ def test_a_table_is_read_in_its_units(machine):
         ({"race": STEEL | {"expansion": -1e-6}}, "greater than or equal to 0"),
         ({"inner_race_radius": "34 mm"}, "inner_race_radius 34 mm must be greater than bore_radius 35.25 mm"),
         ({"width": "0 mm"}, "greater than 0"),
-        ({"rows": 0}, "greater than or equal to 1"),
-        ({"contact_angle": "95 deg"}, "contact angle 95 deg"),
-        ({"inner_conformity": 0.4}, "inner conformity 0.4"),
         ({"viscosity": "15 Pa s"}, "'Pa s' is not a unit"),
         ({"load_factor": -1e-4}, "greater than or equal to 0"),
         ({"spin_friction": {"nominal": 0.05, "tolerance": 0.01}}, "takes no tolerance"),

@@ -11,7 +11,7 @@ from tdbmon.report.quantity import number, words
 if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
     from tdbmon.identify.fitted import FittedDrop
-    from tdbmon.identify.forces import EndForces
+    from tdbmon.identify.forces import DropForces, EndForces
     from tdbmon.identify.stress import Stress
 
 _LISTED = 12  # contacts of an end
@@ -62,7 +62,7 @@ def section(fitted: FittedDrop) -> Section:
         *(Verdict(remark, "attention") for remark in calibration.remarks),
         Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(
-            f"The stress {next(iter(ends)).stress.assumption}. Three standard deviations from the mean is the rule of the"
+            f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"
             " dissertation that this follows (N. Neisi, LUT University); Tukey's fence, 1.5 interquartile ranges above the box,"
             " does not move with the outliers themselves."
         ),
@@ -115,6 +115,13 @@ def _greatest(stress: Stress) -> str:
 
 def _beyond(peaks: tuple[float, ...], level: float) -> str:
     return f"{len(peaks)} beyond {level / 1e6:.0f} MPa"
+
+
+def _assumptions(drop: DropForces) -> str:
+    """Return what the stresses assume, a sentence for each end that assumes something else."""
+    found = {end.stress.assumption: name for name, end in reversed(drop.ends.items()) if end.stress.assumption}
+    whose = " of {name}" if len(found) > 1 else ""
+    return "".join(f"The stress{whose.format(name=name)} {text}. " for text, name in found.items())
 
 
 def _impulse(value: float, low: float, high: float) -> str:
