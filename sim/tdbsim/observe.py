@@ -132,11 +132,14 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
             ex = y[i] - y[i + 2]
             ey = y[i + 1] - y[i + 3]
             count = int(row[BALL_COUNT])
+            cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (y[j] - row[RING_ANGLE])
+            along = ex * np.cos(cage) + ey * np.sin(cage)
+            across = ey * np.cos(cage) - ex * np.sin(cage)
             for b in range(count):
-                azimuth = row[CAGE_ANGLE] + row[CAGE_RATIO] * (y[j] - row[RING_ANGLE]) + b * 2.0 * np.pi / count
-                press = ex * np.cos(azimuth) + ey * np.sin(azimuth) - row[HALF_CLEARANCE] + m.ball_oversize[end, b]
+                press = along * m.ball_cosine[end, b] + across * m.ball_sine[end, b]
+                press += m.ball_oversize[end, b] - row[HALF_CLEARANCE]
                 if row[HAS_WAVES] > 0.0:
-                    press += ball(azimuth, y[j], m.effect[end])
+                    press += ball(cage + b * 2.0 * np.pi / count, y[j], m.effect[end])
                 loads[end, b, t] = ball_load(press, row[BALL_STIFFNESS])
                 if press > 0.0:
                     elastic_sum += 0.4 * loads[end, b, t] * press
