@@ -82,6 +82,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
 
 def value_and_interval(quantity: dict[str, Any]) -> str:
     """Return a quantity of the contract as a line on a terminal has it."""
+    if quantity["low"] is None:
+        return f"{quantity['value']:.4g} ({quantity['why']})"
     return f"{quantity['value']:.4g} ({quantity['low']:.4g} to {quantity['high']:.4g})"
 
 

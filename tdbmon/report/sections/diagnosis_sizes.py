@@ -46,9 +46,11 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
         owner = f"{free.declared.title.lower()} at {place(free.where)}"
         for parameter in free.shared:
             name = parameter.name.rpartition(".")[2]
+            diagnosed = name in found
             estimate = found.get(name) or _bare(model, parameter.name, parameter.unit)
             with_ = ", ".join(f"{other} ({_signed(r)})" for other, r in partners.get(parameter.name, ()))
-            rows.append(Row((f"{owner}: {name.replace('_', ' ')}", words(estimate), with_ or "–")))
+            value = words(estimate) + (f" ({estimate.why})" if estimate.why and diagnosed else "")
+            rows.append(Row((f"{owner}: {name.replace('_', ' ')}", value, with_ or "–")))
         rows += [Row((f"{owner}: {name}", text, "not fitted")) for name, text in _stays(free)]
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
