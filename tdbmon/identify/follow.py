@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.clearances import TOUCHED_S, corners
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none
 from tdbmon.identify.own_paths import better_paths, unexplained, with_paths_sought
 from tdbmon.identify.prediction import noise_alone
@@ -76,8 +76,10 @@ def followed(
         if stray is not None:
             rivals = _deepest([led_back(problem, found, stray, horizon), *rivals[1:]])
         if horizon == TOUCHED_S:
+            # whole paths sought lead elsewhere than angles of cages turned one by one, and either may lead right
+            turned = better_clearances(problem, found, horizon)
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
-            rivals = _deepest([found, *problem.crew.apart(_begun_at, begun)])
+            rivals = _deepest([*{found, turned}, *problem.crew.apart(_begun_at, begun)])
         found = rivals[0]
         if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
             new = len(wider.shared) - len(problem.shared)
