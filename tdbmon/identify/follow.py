@@ -27,7 +27,7 @@ Progress = Callable[[str], None]
 
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # times what noise leaves, from which on a model fails
-_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.027, 2))  # s after the release, and how many go on from there
+_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.04, 2))  # s after the release, and how many go on from there
 _HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
 # s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still
 _TELLING_S = (0.022, 0.027)
