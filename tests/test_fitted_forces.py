@@ -22,14 +22,15 @@ def outcome(seed, error=""):
 def test_page_says_what_was_reached():
     text = page([outcome(2), outcome(4, "no way"), outcome(3)], "command")
     plain, strange = text.split("## Strange laws")
-    assert "1 sets, 1 drops; 1 could not be fitted" in plain
+    assert "1 sets, 1 drops; 1 could not be fitted. Seeds 2, 4." in plain
+    assert "| its half width: median, 95th percentile and greatest | | 6.1 %" in plain
     assert "| peak force within 5 % | all | 1/2 = 50 %" in plain
     assert "| interval of the peak force holds the truth | 90 to 99 % | 1/2 = 50 %" in plain
     assert "| peak force: mean of the errors | 0 | +5.0 % |" in plain
     assert "| friction within 0.01 | all | 0/1 = 0 %" in plain
     assert "| its phase within 5° | all | 1/1 = 100 %" in plain  # 2 degrees, not 358
     assert "| phase | 2.0°, 2.0° |" in plain
-    assert "| contact damping | 50 %, 50 % | no case | 1 of 1 |" in plain
+    assert "| contact damping | 50 %, 50 % | no case | 1 of 1 | 62 % |" in plain
     assert "1 sets, 1 drops; 0 could not be fitted" in strange
 
 

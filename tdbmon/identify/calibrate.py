@@ -21,11 +21,10 @@ from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
-from tdbmon.identify.certainty import drift, reach
+from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import Progress, followed
-from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
@@ -96,9 +95,8 @@ def fit_drops(
         check_start(problem, usable[0])
         problem, passed = followed(problem, eased(problem), usable, progress)
         point = passed[-1].fit.point
-        covariance = covariance_of(problem, linearised(problem, point, usable[-1]), usable[-1]) + drift(passed)
-        reached = reach(problem, passed)
-        fits = tuple(_drop_fit(problem, point, reached, i, usable) for i in range(len(drops)))
+        covariance = reach(problem, passed)
+        fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
     remarks = [remark for drop in drops for remark in drop.remarks] + _odd_drops(fits, min(usable[-1], 0.025))
@@ -106,9 +104,9 @@ def fit_drops(
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),
-        values=_estimates(problem, point, reached),
+        values=_estimates(problem, point, covariance),
         at_bound=_at_bound(problem, point),
-        undetermined=_undetermined(problem, reached),
+        undetermined=_undetermined(problem, covariance),
         drops=fits,
         horizon=usable[-1],
         misfit=float(np.sqrt(np.mean([_at(fit.residuals, trusted).ratio ** 2 for fit in fits]))),

@@ -125,7 +125,7 @@ class Calibration:
     point : (n,) array
         The fitted vector in the coordinates of `problem`.
     covariance : (n, n) array
-        Of it, to draw whole drops from.  The intervals of single values reach further where more than noise is left.
+        Of it: what the intervals of single values come from, and whole drops are drawn from.
     """
 
     machine: Machine

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.identify.clearances import beside
 from tdbmon.identify.follow import Passed
-from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.own_paths import BEYOND
-from tdbmon.identify.prediction import noise_alone
+from tdbmon.identify.prediction import noise_alone, touched_rows
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber
 
@@ -40,14 +40,15 @@ def drift(passed: Sequence[Passed]) -> Array:
 
 
 def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
-    """Return the covariance (n, n) of the last fit: of the last that left noise alone, and how fits drift apart.
+    """Return the covariance (n, n) of the last fit, whose 95 % intervals reach as far as the truth may lie.
 
-    Contacts that a fit does not explain prove nothing of its values; these rest on the contacts before.
+    Contacts that a fit does not explain prove nothing of its values; these rest on the contacts before, and so on the
+    last fit that left noise alone.
     """
     beyond = [_beyond(problem, each) for each in passed]
     lost = next((k for k, (more, usual) in enumerate(beyond) if more > usual), len(passed))
-    last = max(lost - 1, 0)
-    return drift(passed) + _allowed(problem, passed[last].fit, beyond[last][0])
+    rest, (more, _) = passed[max(lost - 1, 0)], beyond[max(lost - 1, 0)]
+    return drift(passed) + _allowed(problem, rest, more) + _valley(problem, rest, more)
 
 
 def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
@@ -57,17 +58,38 @@ def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
     return sum(max(0.0, a - b) for a, b in zip(left, noise, strict=True)), BEYOND * math.sqrt(2 * sum(noise))
 
 
-def _allowed(problem: Problem, fitted: Fit, beyond: float) -> Array:
+def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
     """Return the covariance whose 95 % intervals reach to where what a fit leaves beyond noise lets the truth lie.
 
     A point off by d leaves d^T H d more, H the curvature.  At the truth a right model leaves noise; so where a fit leaves
     E more than noise it may be off by any d with d^T H d = E, which is sqrt(E) standard deviations in every value.  An
     error of the model that moves the fit by no more than what it leaves unexplained does the same.  What is known
-    beforehand stays as sure as it is.
+    beforehand stays as sure as it is, and so does what was measured before anything touched.
     """
-    curvature = np.zeros((len(fitted.point), len(fitted.point)))
-    for drop, (r, jacobian) in enumerate(zip(fitted.residuals, fitted.slopes, strict=True)):
+    point, machine = passed.fit.point, problem.model.machine
+    curvature = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
+    fall = math.sqrt(2 * min(each.radial_gap.low for each in machine.touchdown_bearings) / machine.gravity)
+    for drop, (r, jacobian) in enumerate(zip(passed.fit.residuals, passed.fit.slopes, strict=True)):
+        measured, (_, own) = problem.drops[drop], problem.values(point, drop)
+        touched = touched_rows(measured, passed.horizon, measured.release + own["release"] + fall, len(r))
+        weights = huber(r, 1.0) / np.where(touched, 1 + beyond / _Z**2, 1.0)
         where = problem.columns(drop)
-        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * huber(r, 1.0)[:, None])
-    known = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
-    return np.asarray(np.linalg.inv(curvature / (1 + beyond / _Z**2) + known))
+        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * weights[:, None])
+    return np.asarray(np.linalg.inv(curvature))
+
+
+def _valley(problem: Problem, passed: Passed, beyond: float) -> Array:
+    """Return the covariance of what a fit does not tell along the valley of gap and clearance of the balls.
+
+    It is rugged, each hollow much steeper than the whole, so that curvature says nothing of how far the truth is along
+    it.  Fits begun beside the clearances do: one that ends further off by d and leaves D more makes points up to
+    d sqrt(E/D) as likely as this one, E what it leaves beyond noise and what chance may add.
+    """
+    found, chance = passed.fit, _Z**2
+    total = np.zeros((len(found.point), len(found.point)))
+    for each in beside(problem, found, passed.horizon):
+        more = max(each.misfit - found.misfit, 0.0)
+        away = each.point - found.point
+        # two a clearance, on either side of it
+        total += np.outer(away, away) / 2 / _Z**2 * min(1.0, (beyond + chance) / max(more, chance))
+    return total

@@ -45,14 +45,30 @@ def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
 
 def corners(problem: Problem, point: Array) -> list[Array]:
     """Return a point moved to all corners of what is known of the clearances; none where they are known exactly."""
-    names = [p.name for p in problem.shared]
-    ends = [end for end in problem.model.machine.ends if f"{end}.diametral_clearance" in names]
+    ends = _free_ends(problem)
     if not ends:
         return []
     return [
         _with_clearances(problem, point, dict(zip(ends, signs, strict=True)))
         for signs in product((-_CORNER, _CORNER), repeat=len(ends))
     ]
+
+
+def beside(problem: Problem, found: Fit, horizon: float) -> list[Fit]:
+    """Return fits that begin with one clearance a standard deviation to either side; none where they are known exactly."""
+    names = [p.name for p in problem.shared]
+    starts = [
+        _with_clearances(problem, found.point, {end: found.point[names.index(f"{end}.diametral_clearance")] + side})
+        for end in _free_ends(problem)
+        for side in (-1.0, 1.0)
+    ]
+    tried = problem.crew.apart(fit_or_none, [(problem, start, horizon, _SLOPES) for start in starts])
+    return [each for each in tried if each is not None]
+
+
+def _free_ends(problem: Problem) -> list[str]:
+    names = [p.name for p in problem.shared]
+    return [end for end in problem.model.machine.ends if f"{end}.diametral_clearance" in names]
 
 
 def _with_clearances(problem: Problem, point: Array, clearances: dict[str, float]) -> Array:

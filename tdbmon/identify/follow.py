@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.clearances import TOUCHED_S, corners
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none
 from tdbmon.identify.own_paths import better_paths, unexplained, with_paths_sought
 from tdbmon.identify.prediction import noise_alone
@@ -27,7 +27,7 @@ Progress = Callable[[str], None]
 
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # times what noise leaves, from which on a model fails
-_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.027, 2))  # s after the release, and how many go on from there
+_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.04, 2))  # s after the release, and how many go on from there
 _HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
 # s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still
 _TELLING_S = (0.022, 0.027)
@@ -76,8 +76,10 @@ def followed(
         if stray is not None:
             rivals = _deepest([led_back(problem, found, stray, horizon), *rivals[1:]])
         if horizon == TOUCHED_S:
+            # whole paths sought lead elsewhere than angles of cages turned one by one, and either may lead right
+            turned = better_clearances(problem, found, horizon)
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
-            rivals = _deepest([found, *problem.crew.apart(_begun_at, begun)])
+            rivals = _deepest([*{found, turned}, *problem.crew.apart(_begun_at, begun)])
         found = rivals[0]
         if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
             new = len(wider.shared) - len(problem.shared)

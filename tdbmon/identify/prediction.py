@@ -30,6 +30,7 @@ MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the di
 _FLIGHT_S = 0.008  # of a fall through a usual gap
 _DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
 _COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
+_LEVITATED_ROWS = 5  # residuals a probe: mean, and both parts of 1X and 2X
 _LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
 
 
@@ -242,6 +243,14 @@ def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
     first, count = window(drop, horizon)
     model_error = _model_error(drop, slice(first, first + count))
     return sum(float(np.sum(1 / (1 + (model_error / noise.innovation) ** 2))) for noise in drop.noise)
+
+
+def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) -> NDArray[np.bool_]:
+    """Return which of a drop's `residuals`, so many rows, contacts take part in: readings after a touch, and pulses."""
+    first, count = window(drop, horizon)
+    late = np.tile(drop.time[first : first + count] > touch, len(drop.probes))
+    before = _LEVITATED_ROWS * len(drop.probes) + 1  # with the deceleration
+    return np.concatenate([late, np.ones(rows - len(late) - before, dtype=bool), np.zeros(before, dtype=bool)])
 
 
 def _model_error(drop: MeasuredDrop, span: slice) -> Array:

@@ -16,9 +16,18 @@ SLOPE[:, 0] = 0.5  # curvature 100 * 0.5^2 = 25 of the first value; the second i
 
 @pytest.fixture
 def problem(monkeypatch):
-    """One drop, two values, both known to 1 beforehand; noise leaves 100."""
+    """One drop that is touched from its first sample on, two values, both known to 1 beforehand; noise leaves 100."""
     monkeypatch.setattr(certainty, "noise_alone", lambda drop, horizon: 100.0)
-    return SimpleNamespace(drops=("drop",), prior=np.ones(2), columns=lambda drop: np.arange(2))
+    monkeypatch.setattr(certainty, "touched_rows", lambda drop, horizon, touch, rows: np.ones(rows, dtype=bool))
+    monkeypatch.setattr(certainty, "beside", lambda problem, found, horizon: [])
+    bearing = SimpleNamespace(radial_gap=SimpleNamespace(low=200e-6))
+    return SimpleNamespace(
+        drops=(SimpleNamespace(release=0.1),),
+        prior=np.ones(2),
+        columns=lambda drop: np.arange(2),
+        values=lambda point, drop: ({}, {"release": 0.0}),
+        model=SimpleNamespace(machine=SimpleNamespace(touchdown_bearings=(bearing, bearing), gravity=9.81)),
+    )
 
 
 def passed(square, point=(0.0, 0.0), slope=SLOPE, horizon=0.03):
@@ -53,3 +62,30 @@ def test_fits_that_differ_widen_it(problem):
     apart = [passed(1.0, (0.4, 0.0)), passed(1.0, (0.2, 0.0)), passed(1.0)]
     assert drift(apart)[0, 0] == pytest.approx((0.4**2 + 0.2**2) / 2)
     assert reach(problem, apart)[0, 0] == pytest.approx(1 / 26 + 0.1)
+
+
+def test_what_was_measured_before_anything_touched_stays_as_sure(problem, monkeypatch):
+    untouched = np.arange(100) >= 50
+    monkeypatch.setattr(certainty, "touched_rows", lambda drop, horizon, touch, rows: ~untouched)
+    found = reach(problem, [passed(4.0)])
+    assert 1 / found[0, 0] - 1 == pytest.approx(12.5 + 12.5 / (1 + 300 / 1.96**2))
+
+
+def beside(*fits):
+    """Fits begun beside the clearances: how far each ended off in the second value, and how much more it leaves."""
+    return [Fit(np.array([0.0, away]), (), (), more) for away, more in fits]
+
+
+def test_a_fit_beside_that_leaves_no_more_may_be_the_truth(problem, monkeypatch):
+    steep = np.hstack([SLOPE[:, :1], SLOPE[:, :1]])  # the hollow's curvature says that neither value can move
+    narrow = reach(problem, [passed(1.0, slope=steep)])
+    monkeypatch.setattr(certainty, "beside", lambda problem, found, horizon: beside((0.8, 0.0), (-0.6, 1.0)))
+    wide = reach(problem, [passed(1.0, slope=steep)])
+    assert 1.96**2 * (wide - narrow)[1, 1] == pytest.approx((0.8**2 + 0.6**2) / 2)
+
+
+def test_the_more_a_fit_beside_leaves_the_less_it_counts(problem, monkeypatch):
+    narrow = reach(problem, [passed(4.0)])
+    monkeypatch.setattr(certainty, "beside", lambda problem, found, horizon: beside((0.8, 3000.0)))
+    wide = reach(problem, [passed(4.0)])  # leaves 300 more than noise
+    assert 1.96**2 * (wide - narrow)[1, 1] == pytest.approx(0.8**2 / 2 * (300 + 1.96**2) / 3000)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tdbsim.machine import load_machine
 
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances
+from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
@@ -43,10 +43,26 @@ def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
     assert led.misfit - told.misfit < 0.1 * (early.misfit - told.misfit)  # both end a little short of the bottom
 
 
+def test_fits_beside_find_the_valley_that_the_hollow_hides(problem):
+    """One drop's first contacts hardly tell the clearances: points far off along the valley leave no more than the fit."""
+    names = [p.name for p in problem.shared]
+    found = fit(problem, fit(problem, problem.start, FALL_S).point, TOUCHED_S, 3)
+    near = beside(problem, found, TOUCHED_S)
+    assert len(near) == 4
+    for end in problem.model.machine.ends:
+        gap, clearance = names.index(f"{end}.radial_gap"), names.index(f"{end}.diametral_clearance")
+        away = max(near, key=lambda each: abs(each.point[clearance] - found.point[clearance]))
+        wider = (away.point - found.point)[[gap, clearance]] * [problem.shared[k].scale for k in (gap, clearance)]
+        assert abs(wider[1]) > 1e-6
+        assert wider[0] == pytest.approx(-wider[1] / 2, abs=0.2 * abs(wider[1]))
+        assert away.misfit < found.misfit + 50
+
+
 def test_clearances_that_are_known_exactly_stay():
     machine = drops.machine()
     with Crew() as crew:
         problem = build_problem(machine, (measured_drop(drops.drop(seconds=0.03), machine),), crew)
     there = linearised(problem, problem.start, FALL_S)
     assert better_clearances(problem, there, FALL_S) is there
+    assert beside(problem, there, FALL_S) == []
     assert not np.any(there.point)

@@ -1,12 +1,17 @@
 """Several fits followed side by side; synthetic drops by the model's own simulator."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from tdbsim.machine import load_machine
 
+from tdbmon.identify import follow
 from tdbmon.identify.calibrate import HORIZONS
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import followed
+from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.own_paths import unexplained
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
@@ -27,3 +32,28 @@ def test_clearances_come_back_though_the_first_contacts_do_not_tell_them():
     for end in machine.ends:
         assert values[f"{end}.diametral_clearance"] == pytest.approx(14.5e-6, abs=1e-6)
         assert values[f"{end}.radial_gap"] == pytest.approx(TRUTH[f"{end}.radial_gap"], abs=1e-6)
+
+
+def test_what_only_cages_turned_one_by_one_find_goes_along(monkeypatch):
+    """A rival that is not the deepest yet, and is at the next horizon: there it begins where it ended here."""
+    machine = load_machine(shipped("short/machine.toml"))
+    begun, turned = list[float](), list[Fit]()
+
+    def better_clearances(problem, found, horizon):
+        point = found.point.copy()
+        point[0] += 0.1
+        turned.append(replace(found, point=point, misfit=1.01 * found.misfit))
+        return turned[0]
+
+    def fit_or_none(problem, point, horizon):
+        if turned and np.array_equal(point, turned[0].point):
+            begun.append(horizon)
+        return fit(problem, point, horizon, 1)
+
+    monkeypatch.setattr(follow, "_begun_at", lambda problem, corner, horizon: None)
+    monkeypatch.setattr(follow, "better_clearances", better_clearances)
+    monkeypatch.setattr(follow, "fit_or_none", fit_or_none)
+    with Crew() as crew:
+        problem = build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
+        followed(problem, None, HORIZONS[:4], lambda _: None)
+    assert begun == [HORIZONS[3]]

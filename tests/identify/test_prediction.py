@@ -6,7 +6,7 @@ from tdbsim.sensors import ProbeChain, SensorChain
 
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.prediction import Sensors, levitated, predict, readings, with_surface
+from tdbmon.identify.prediction import Sensors, levitated, predict, readings, touched_rows, with_surface
 from tdbmon.identify.problem import build_problem
 from tests.identify import drops
 
@@ -44,3 +44,12 @@ def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):
     after = surface(late, lambda s: levitated(prediction, measured, machine, s).orders)
     turn = np.exp(-1j * np.array([1, 2]) * prediction.omega * LAG * measured.interval)
     np.testing.assert_allclose(after[row], GAIN * turn * before[row], atol=1e-12)
+
+
+def test_friction_moves_touched_rows_alone(problem):
+    drop, horizon, fall = problem.drops[0], 0.014, 0.0064  # through the narrowest gap within tolerance
+    residuals, slopes = problem.slopes(problem.start, 0, horizon, {"NDE.friction", "DE.friction"})
+    moved = np.any(slopes != 0, axis=1)
+    touched = touched_rows(drop, horizon, drop.release + fall, len(residuals))
+    assert not moved[~touched].any()
+    assert moved[touched].mean() > 0.5
