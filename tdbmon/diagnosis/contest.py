@@ -34,10 +34,12 @@ from tdbmon.diagnosis.search import SOUND_S, Progress, Search
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.least_squares import fit
+from tdbmon.identify.own_paths import unexplained
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.stray import STRAYED_S
 
 # s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0.055, 0.065)
@@ -52,6 +54,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
+_NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
@@ -170,6 +173,8 @@ class _Contest:
         best, horizon = self.best, self.horizon
         if horizon == TOUCHED_S:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
+        elif STRAYED_S <= horizon <= FOLLOWED_S and _nearly_holds(best):
+            best = self._replaced(best, replace(best, fit=led_along(best.problem, best.fit, horizon)))
         if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
             return
         deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
@@ -225,6 +230,11 @@ class _Contest:
             return self.lost > 0
         no_search_left = not self.search.rounds and least > _GIVEN_UP and self.horizon >= _EARLIEST_S
         return self.lost >= _LOST_HORIZONS or no_search_left
+
+
+def _nearly_holds(best: Contender) -> bool:
+    """True where a model leaves more than noise in a drop at least, and so little in all that it may be in a wrong hollow."""
+    return best.ratio < _NEAR_NOISE * best.floor and bool(unexplained(best.problem, best.fit, best.horizon))
 
 
 def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:

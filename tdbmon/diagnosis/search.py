@@ -37,7 +37,7 @@ _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-_HARDLY = 1.3  # times the floor: a plain model that leads at the last horizon and leaves less there hardly fails
+_HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -74,19 +74,20 @@ class Search:
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
-        last = horizon == max(h for h in self.horizons if h <= FOLLOWED_S)
+        last = max(h for h in self.horizons if h <= FOLLOWED_S)
         best = leader(plain, field, horizon)
         if best.hardly_better(plain):
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
         while len(best.causes) < MOST_CAUSES and self.rounds:
-            weak = self.weak and last and not best.causes and not slows_otherwise(best)  # it may show later only
+            # what is weak may show later only
+            weak = self.weak and horizon == last and not best.causes and not slows_otherwise(best)
             if not (best.fails_beside(plain) or weak):
                 break
             self.rounds -= 1
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-            # a plain model that only begins to part from the drops there is in a wrong minimum more often than wrong
-            hardly = last and not best.causes and best.ratio < _HARDLY * best.floor
+            # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
+            hardly = horizon >= last and not best.causes and best.ratio < _HARDLY * best.floor
             found = self._invited(best, horizon, field, best.fails and not hardly)
             if best.causes:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
@@ -141,7 +142,7 @@ class Search:
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
         seated: list[Contender] = []
-        ranked = _best_of_each_name(fitted)[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
+        ranked = siblings_first(_best_of_each_name(fitted))[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
         for place in range(0, len(ranked), 2):
             seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
@@ -183,6 +184,19 @@ def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
     for each in sorted(fitted, key=lambda each: each.bic):
         best.setdefault((each.name, each.causes[-1].turning), each)
     return list(best.values())
+
+
+def siblings_first(ranked: Sequence[Contender]) -> list[Contender]:
+    """Return contenders, the best first, with that next to it which has its cause at one end if it has it at both, or so.
+
+    Where an effect acts at both ends alike or at one, rough fits hardly tell; and with a second cause, which takes away again
+    what is too much at the other end, the wrong one is as good as the right one.
+    """
+    for place, each in enumerate(ranked[1:], start=1):
+        mine, best = each.causes[-1], ranked[0].causes[-1]
+        if mine.declared is best.declared and "both" in (mine.where, best.where):
+            return [ranked[0], each, *ranked[1:place], *ranked[place + 1 :]]
+    return list(ranked)
 
 
 def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:

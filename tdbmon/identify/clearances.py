@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none
+from tdbmon.identify.own_paths import begun_at
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -56,14 +57,27 @@ def corners(problem: Problem, point: Array) -> list[Array]:
 
 def beside(problem: Problem, found: Fit, horizon: float) -> list[Fit]:
     """Return fits that begin with one clearance a standard deviation to either side; none where they are known exactly."""
+    starts = [(problem, start, horizon, _SLOPES) for start in _beside(problem, found.point)]
+    return [each for each in problem.crew.apart(fit_or_none, starts) if each is not None]
+
+
+def led_along(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return the deepest of a fit and of those begun beside its clearances, the drops' paths sought there first.
+
+    Where all else is right, a wrong clearance stands with wrong angles of the cages: neither can be left without the other.
+    """
+    starts = [(problem, start, horizon) for start in _beside(problem, found.point)]
+    tried = problem.crew.apart(begun_at, starts)
+    return min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+
+
+def _beside(problem: Problem, point: Array) -> list[Array]:
     names = [p.name for p in problem.shared]
-    starts = [
-        _with_clearances(problem, found.point, {end: found.point[names.index(f"{end}.diametral_clearance")] + side})
+    return [
+        _with_clearances(problem, point, {end: point[names.index(f"{end}.diametral_clearance")] + side})
         for end in _free_ends(problem)
         for side in (-1.0, 1.0)
     ]
-    tried = problem.crew.apart(fit_or_none, [(problem, start, horizon, _SLOPES) for start in starts])
-    return [each for each in tried if each is not None]
 
 
 def _free_ends(problem: Problem) -> list[str]:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners
-from tdbmon.identify.least_squares import Fit, fit, fit_or_none
-from tdbmon.identify.own_paths import better_paths, unexplained, with_paths_sought
+from tdbmon.identify.least_squares import Fit, fit_or_none
+from tdbmon.identify.own_paths import begun_at, better_paths, unexplained
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stated_values import WORTH
@@ -79,7 +79,7 @@ def followed(
             # whole paths sought lead elsewhere than angles of cages turned one by one, and either may lead right
             turned = better_clearances(problem, found, horizon)
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
-            rivals = _deepest([*{found, turned}, *problem.crew.apart(_begun_at, begun)])
+            rivals = _deepest([*{found, turned}, *problem.crew.apart(begun_at, begun)])
         found = rivals[0]
         if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
             new = len(wider.shared) - len(problem.shared)
@@ -105,11 +105,3 @@ def _led_on(problem: Problem, found: Fit, horizon: float) -> Fit:
     """Return a fit with the paths of drops sought anew: of those that leave more than noise, of all where it tells most."""
     lost = range(len(problem.drops)) if horizon in _TELLING_S else unexplained(problem, found, horizon)
     return better_paths(problem, found, horizon, lost) if lost else found
-
-
-def _begun_at(problem: Problem, corner: Array, horizon: float) -> Fit | None:
-    """Return a fit begun at a corner, the drops' paths sought there first; None where it cannot be simulated."""
-    try:
-        return fit(problem, with_paths_sought(problem, corner, horizon, range(len(problem.drops))), horizon)
-    except InputError:
-        return None

@@ -61,6 +61,14 @@ def with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Seq
     return moved
 
 
+def begun_at(problem: Problem, point: Array, horizon: float) -> Fit | None:
+    """Return a fit begun at a point, the drops' paths sought there first; None where it cannot be simulated."""
+    try:
+        return fit(problem, with_paths_sought(problem, point, horizon, range(len(problem.drops))), horizon)
+    except InputError:
+        return None
+
+
 def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[int]) -> Fit:
     """Return a fit begun with the paths of some drops sought anew, or the one that is there where that is no better."""
     try:

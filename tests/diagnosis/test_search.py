@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, with_cause
-from tdbmon.diagnosis.search import Search, elsewhere
+from tdbmon.diagnosis.search import Search, elsewhere, siblings_first
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.made_up import contender
@@ -55,3 +55,16 @@ def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_t
     assert len(asked) == 1  # the last horizon: what is weak may show
     replace(search, weak=False).compared(holds, [], 0.012)
     assert len(asked) == 1
+
+
+def test_an_effect_at_both_ends_and_at_one_go_on_together(competed):
+    plain = next(each for each in competed if not each.causes)
+    both, one, other, ring = (
+        contender(plain, (name,), 0, 1.5)
+        for name in ("hardening_support@both", "hardening_support@DE", "hardening_support@NDE", "loose_support@DE")
+    )
+    assert siblings_first([both, ring, one, other]) == [both, one, ring, other]
+    assert siblings_first([one, ring, other, both]) == [one, both, ring, other]
+    assert siblings_first([one, other, ring]) == [one, other, ring]
+    assert siblings_first([ring, both, one]) == [ring, both, one]
+    assert siblings_first([]) == []

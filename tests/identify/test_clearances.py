@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from tdbsim.machine import load_machine
 
-from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances
+from tdbmon.identify.cages import circle, turning
+from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances, led_along
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
@@ -13,7 +14,7 @@ from tdbmon.shipped import shipped
 from tests.identify import drops
 
 TRUTH = drops.TRUTH | {"NDE.diametral_clearance": 19.6e-6, "DE.diametral_clearance": 16.4e-6}
-FALL_S = 0.006
+FALL_S, LATE_S = 0.006, 0.027
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +25,18 @@ def problem():
         yield build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
 
 
-def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
-    names = [p.name for p in problem.shared]
-    start = problem.start
+def true_start(problem):
+    """The true shared values, and nominal ones of each drop."""
+    names, start = [p.name for p in problem.shared], problem.start
     for name, value in TRUTH.items():
         parameter = problem.shared[names.index(name)]
         start[names.index(name)] = (value - parameter.nominal) / parameter.scale
-    told = fit(problem, fit(problem, start, FALL_S).point, TOUCHED_S)
+    return start
+
+
+def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
+    names = [p.name for p in problem.shared]
+    told = fit(problem, fit(problem, true_start(problem), FALL_S).point, TOUCHED_S)
     astray = fit(problem, problem.start, FALL_S).point
     for end in problem.model.machine.ends:
         gap, clearance = names.index(f"{end}.radial_gap"), names.index(f"{end}.diametral_clearance")
@@ -56,6 +62,29 @@ def test_fits_beside_find_the_valley_that_the_hollow_hides(problem):
         assert abs(wider[1]) > 1e-6
         assert wider[0] == pytest.approx(-wider[1] / 2, abs=0.2 * abs(wider[1]))
         assert away.misfit < found.misfit + 50
+
+
+def test_a_fit_with_clearance_and_cages_wrong_is_led_back():
+    """Another clearance with each drop's cage half a ball's spacing off: neither is left without the other."""
+    machine = load_machine(shipped("short/machine.toml"))
+    records = [drops.drop(TRUTH, speed=60.0 + 40 * k, seed=k, seconds=0.03) for k in range(2)]
+    with Crew() as crew:
+        problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
+        names = [p.name for p in problem.shared]
+        wrong = true_start(problem)
+        for horizon in (FALL_S, TOUCHED_S, 0.018, LATE_S):
+            wrong = fit(problem, wrong, horizon).point
+        gap, clearance = names.index("NDE.radial_gap"), names.index("NDE.diametral_clearance")
+        wrong[clearance] -= 1.0
+        wrong[gap] += problem.shared[clearance].scale / 2 / problem.shared[gap].scale
+        for drop in range(2):
+            cage = problem.columns(drop)[len(names) + turning(problem)[0]]
+            wrong[cage] += circle(problem, problem.parameters[cage])[1] / 2
+        astray = fit(problem, wrong, LATE_S)
+        led = led_along(problem, astray, LATE_S)
+    true = true_start(problem)[clearance]
+    assert led.misfit < astray.misfit - 50
+    assert abs(led.point[clearance] - true) < 0.5 * abs(astray.point[clearance] - true)
 
 
 def test_clearances_that_are_known_exactly_stay():
