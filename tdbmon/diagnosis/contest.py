@@ -30,7 +30,7 @@ from tdbmon.diagnosis.contender import (
     without_each,
 )
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
-from tdbmon.diagnosis.search import SOUND_S, Progress, Search
+from tdbmon.diagnosis.search import SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
@@ -191,7 +191,7 @@ class _Contest:
 
     def _free_stated_values(self) -> None:
         best = self.best
-        if self.freed or not best.fails_beside(self.plain):
+        if self.freed or not best.fails_beside(self.plain) or only_parts(best):
             return
         # what acts in contacts from the first on has shown by then; laws that are a little off show late, and more than a
         # fit tells that has made up for them

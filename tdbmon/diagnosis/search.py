@@ -78,7 +78,7 @@ class Search:
         best = leader(plain, field, horizon)
         if best.hardly_better(plain):
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
-        while len(best.causes) < MOST_CAUSES and self.rounds:
+        while len(best.causes) < MOST_CAUSES and self.rounds and not only_parts(best):
             # what is weak may show later only
             weak = self.weak and horizon == last and not best.causes and not slows_otherwise(best)
             if not (best.fails_beside(plain) or weak):
@@ -87,7 +87,7 @@ class Search:
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
-            hardly = horizon >= last and not best.causes and best.ratio < _HARDLY * best.floor
+            hardly = horizon == last and not best.causes and best.ratio < _HARDLY * best.floor
             found = self._invited(best, horizon, field, best.fails and not hardly)
             if best.causes:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
@@ -151,6 +151,11 @@ class Search:
             if not won.fails and all(each.bic > won.bic + AHEAD for each in ranked[place + 2 :]):
                 break
         return seated
+
+
+def only_parts(best: Contender) -> bool:
+    """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
+    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < _HARDLY * best.floor
 
 
 def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:

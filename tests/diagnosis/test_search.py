@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, with_cause
-from tdbmon.diagnosis.search import Search, elsewhere, siblings_first
+from tdbmon.diagnosis.search import Search, elsewhere, only_parts, siblings_first
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.made_up import contender
@@ -68,3 +68,16 @@ def test_an_effect_at_both_ends_and_at_one_go_on_together(competed):
     assert siblings_first([one, other, ring]) == [one, other, ring]
     assert siblings_first([ring, both, one]) == [ring, both, one]
     assert siblings_first([]) == []
+
+
+def test_a_plain_model_that_parts_late_and_little_is_not_searched(competed):
+    plain = next(each for each in competed if not each.causes)
+    late = replace(contender(plain, (), 0, 1.0), horizon=0.055, floor=0.8)
+    assert late.fails
+    assert only_parts(late)
+    assert not only_parts(replace(late, horizon=0.04))
+    assert not only_parts(replace(late, floor=0.7))
+    assert not only_parts(replace(contender(plain, ("loose_support@DE",), 0, 1.0), horizon=0.055, floor=0.8))
+    search = Search(late, (), (0.006, 0.04, 0.055), lambda _: None)
+    assert search.compared(late, [], 0.055) == (late, [])
+    assert search.rounds == Search.rounds
