@@ -233,8 +233,13 @@ class _Contest:
 
 
 def _nearly_holds(best: Contender) -> bool:
-    """True where a model leaves more than noise in a drop at least, and so little in all that it may be in a wrong hollow."""
-    return best.ratio < _NEAR_NOISE * best.floor and bool(unexplained(best.problem, best.fit, best.horizon))
+    """True where a model leaves more than noise in a drop at least, and so little in all that it may be in a wrong hollow.
+
+    One with causes must fail by it: sizes and orders are never quite right.
+    """
+    if best.ratio > _NEAR_NOISE * best.floor or (best.causes and not best.fails):
+        return False
+    return bool(unexplained(best.problem, best.fit, best.horizon))
 
 
 def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
