@@ -26,6 +26,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="at once")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="where outcomes are kept, a JSON a case")
     parser.add_argument("--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/blind.md by default")
+    parser.add_argument("--remark", default="", metavar="TEXT", help="goes to the page: how the cases were run")
     parser.add_argument("--only-generate", nargs=2, metavar=("N", "DIR"), help="write N cases into a folder")
     parser.add_argument(
         "--seed", type=int, default=1, help=f"of the first case; from {FIRST_CALIBRATION_SEED} on: for calibration"
@@ -53,7 +54,7 @@ def main() -> None:
             print(_line(done.result()), flush=True)
     outcomes = [load(path) for path in sorted(o.out.glob("case_*.json"))]
     target = o.page or o.out / "blind.md"
-    target.write_text(page(outcomes, "python -m tests.blind"), encoding="utf-8")
+    target.write_text(page(outcomes, "python -m tests.blind", o.remark), encoding="utf-8")
     print(f"{len(outcomes)} cases: {target}")
 
 

@@ -65,9 +65,9 @@ def calibration_error(stated: Sequence[tuple[float, bool]]) -> float:
     return total / len(stated)
 
 
-def page(outcomes: Sequence[Outcome], command: str) -> str:
-    """Return the page in Markdown."""
-    lines = [HEAD.format(command=command)]
+def page(outcomes: Sequence[Outcome], command: str, remark: str = "") -> str:
+    """Return the page in Markdown, with a remark of how the cases were run."""
+    lines = [HEAD.format(command=command)] + ([remark, ""] if remark else [])
     for title, chosen in (
         ("Plain laws", [o for o in outcomes if o.strangeness == 0.0]),
         ("Strange laws", [o for o in outcomes if o.strangeness > 0.0]),
