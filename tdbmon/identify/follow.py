@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, led_along
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.own_paths import begun_at, better_paths, unexplained
 from tdbmon.identify.prediction import noise_alone
@@ -75,6 +75,8 @@ def followed(
         stray = stray_drop(found, FAILING * noise / sum(map(len, found.residuals))) if horizon >= STRAYED_S else None
         if stray is not None:
             rivals = _deepest([led_back(problem, found, stray, horizon), *rivals[1:]])
+        if STRAYED_S <= horizon <= _SOUGHT_S and rivals[0].misfit > FAILING * noise:
+            rivals = _deepest([led_along(problem, rivals[0], horizon), *rivals[1:]])
         if horizon == TOUCHED_S:
             # whole paths sought lead elsewhere than angles of cages turned one by one, and either may lead right
             turned = better_clearances(problem, found, horizon)
