@@ -118,10 +118,11 @@ def _beyond(peaks: tuple[float, ...], level: float) -> str:
 
 
 def _assumptions(drop: DropForces) -> str:
-    """Return what the stresses assume, a sentence for each end that assumes something else."""
-    found = {end.stress.assumption: name for name, end in reversed(drop.ends.items()) if end.stress.assumption}
-    whose = " of {name}" if len(found) > 1 else ""
-    return "".join(f"The stress{whose.format(name=name)} {text}. " for text, name in found.items())
+    """Return what the stresses assume, in a sentence where that is the same at all ends, else in one for each."""
+    texts = {name: end.stress.assumption for name, end in drop.ends.items()}
+    if len(set(texts.values())) == 1:
+        texts = {"": next(iter(texts.values()))}
+    return "".join(f"The stress{name and f' at {name}'} {text}. " for name, text in texts.items() if text)
 
 
 def _impulse(value: float, low: float, high: float) -> str:
