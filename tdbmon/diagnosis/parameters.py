@@ -14,6 +14,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import machine_parameters
+from tdbmon.identify.rough_slopes import agreed_covariance
 
 _RULE = "least squares of simulated against measured drops"
 _BEYOND = "at the end of what the catalogue allows; the truth may lie beyond"
@@ -83,9 +84,11 @@ def _sigmas(contender: Contender) -> dict[str, float]:
     problem, point = contender.problem, contender.fit.point
     try:
         fresh = linearised(problem, point, contender.horizon)
+        agreed = agreed_covariance(problem, fresh, contender.horizon)
     except InputError:
-        fresh = contender.fit
-    spread = np.sqrt(np.diag(covariance_of(problem, fresh, contender.horizon)))
+        fresh, agreed = contender.fit, np.zeros((len(point), len(point)))
+    # what is left follows itself in time; slopes are rough: the one or the other says more
+    spread = np.sqrt(np.maximum(np.diag(covariance_of(problem, fresh, contender.horizon)), np.diag(agreed)))
     return {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
 
 

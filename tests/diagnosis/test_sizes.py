@@ -4,12 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.machine import load_machine
 
+from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.contract import value_and_interval
 from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import fit
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
 from tests.diagnosis.conftest import GAIN
+from tests.diagnosis.simulated import record
 
 NAME = "probe_gain@DE_A.gain"
+LATE_S = 0.04  # after several contacts; at 22 ms slopes are still smooth
 
 
 @pytest.fixture
@@ -41,3 +50,21 @@ def test_a_size_at_the_end_of_what_the_catalogue_allows_has_no_interval(named):
     assert stuck.low is None
     assert "may lie beyond" in stuck.why
     assert value_and_interval(stuck.to_json()) == f"5 ({stuck.why})"
+
+
+def test_an_unbalance_is_known_no_better_than_the_machines_own_in_its_plane(crew):
+    """The drops tell their sum; slopes that differ by chance where contacts begin and end must not tell them apart."""
+    machine = load_machine(shipped("short/machine.toml"))
+    hidden = "unbalance:plane=generator,amount=120 g mm,phase=2.5 rad"
+    speeds = ((80.0, 1), (150.0, 2), (210.0, 3))
+    made = (record(machine, speed, seed, hidden, seconds=LATE_S + 0.005) for speed, seed in speeds)
+    problem = build_problem(machine, tuple(measured_drop(each, machine) for each in made), crew)
+    cause = next(s for s in suspects(machine, machine.probes, ()) if s.name == "unbalance@generator")
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006), 0.006, 0.9)
+    found = with_cause(fallen, cause, Start({"amount": 120e-6, "phase": 2.5}))
+    for horizon in (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, LATE_S):
+        found = settled(found, horizon, 4)
+    amount = sizes_of(found).causes["unbalance@generator"]["amount"]
+    own = next(p for p in problem.shared if p.name == "generator.along")
+    assert amount.low < 120e-6 < amount.high
+    assert (amount.high - amount.low) / 2 > 0.7 * 1.96 * own.sigma

@@ -50,7 +50,7 @@ def test_what_only_cages_turned_one_by_one_find_goes_along(monkeypatch):
             begun.append(horizon)
         return fit(problem, point, horizon, 1)
 
-    monkeypatch.setattr(follow, "_begun_at", lambda problem, corner, horizon: None)
+    monkeypatch.setattr(follow, "begun_at", lambda problem, corner, horizon: None)
     monkeypatch.setattr(follow, "better_clearances", better_clearances)
     monkeypatch.setattr(follow, "fit_or_none", fit_or_none)
     with Crew() as crew:

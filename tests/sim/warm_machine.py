@@ -16,11 +16,13 @@ HEAT = {
 }  # fmt: skip
 
 
-def with_heat(machine: Machine, *ends: str, **changes) -> Machine:
-    """Return the machine with heat at some of its ends (at both where none is named), and some values of it changed."""
+def with_heat(machine: Machine, *ends: str, balls: dict[str, float] | None = None, **changes) -> Machine:
+    """Return the machine with heat at some of its ends (at both where none is named), some values of it and its balls changed."""
     heat = BearingHeat.model_validate(HEAT | changes)
     bearings = tuple(
-        each.model_copy(update={"heat": heat}) if each.name in (ends or machine.ends) else each
+        each.model_copy(update={"heat": heat, "balls": each.balls.model_copy(update=balls or {})})
+        if each.name in (ends or machine.ends)
+        else each
         for each in machine.touchdown_bearings
     )
     return machine.model_copy(update={"touchdown_bearings": bearings})
