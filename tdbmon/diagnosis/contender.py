@@ -14,9 +14,9 @@ from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
-from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
+from tdbmon.identify.widened import widened, with_stated_values
 
 FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
 MOST_CAUSES = 3
@@ -193,8 +193,9 @@ def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contende
     """
     problem, free = contender.problem, start.free(suspect)
     own = [free.own(drop) for drop in range(len(problem.drops))]
-    wider = _widened(replace(contender, problem=replace(problem, free=(*problem.free, free))), free.shared, own)
-    return replace(wider, causes=(*contender.causes, suspect))
+    acting = replace(problem, free=(*problem.free, free))
+    wider, found = widened(acting, contender.fit, contender.horizon, free.shared, own)
+    return replace(contender, causes=(*contender.causes, suspect), problem=wider, fit=found)
 
 
 def eased(contender: Contender) -> Contender:
@@ -202,35 +203,8 @@ def eased(contender: Contender) -> Contender:
 
     Its slopes are known, not yet its best fit (raises InputError where it cannot be simulated).
     """
-    problem = contender.problem
-    return _widened(contender, stated_parameters(problem.model.machine), [()] * len(problem.drops))
-
-
-def _widened(contender: Contender, shared: Sequence[Parameter], each: Sequence[Sequence[Parameter]]) -> Contender:
-    """Return a contender with more parameters, shared and of each drop, that begin at their nominal values."""
-    problem = contender.problem
-    wider = replace(
-        problem,
-        shared=(*problem.shared, *shared),
-        own=tuple((*own, *more) for own, more in zip(problem.own, each, strict=True)),
-    )
-    count, width = len(problem.shared), len(problem.own[0])
-    parts = [contender.fit.point[:count], np.zeros(len(shared))]
-    for drop, more in enumerate(each):
-        begin = count + drop * width
-        parts += [contender.fit.point[begin : begin + width], np.zeros(len(more))]
-    point = np.concatenate(parts)
-    new = {p.name for p in (*shared, *each[0])}
-    linear = wider.each(lambda drop: wider.slopes(point, drop, contender.horizon, new))
-    slopes = []
-    for drop, (_, added) in enumerate(linear):
-        kept = contender.fit.slopes[drop]
-        old = np.array([p.name not in new for p in (*wider.shared, *wider.own[drop])])
-        added[:, old] = kept
-        slopes.append(added)
-    residuals = tuple(r for r, _ in linear)
-    fitted = Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
-    return replace(contender, problem=wider, fit=fitted)
+    problem, found = with_stated_values(contender.problem, contender.fit, contender.horizon)
+    return replace(contender, problem=problem, fit=found)
 
 
 def without_cause(contender: Contender, index: int) -> Contender:

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from tdbmon.identify.clearances import beside
 from tdbmon.identify.follow import Passed
 from tdbmon.identify.own_paths import BEYOND
+from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.prediction import noise_alone, touched_rows
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber
+from tdbmon.identify.widened import with_stated_values
 
 Array = NDArray[np.float64]
 
@@ -48,7 +50,7 @@ def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
     beyond = [_beyond(problem, each) for each in passed]
     lost = next((k for k, (more, usual) in enumerate(beyond) if more > usual), len(passed))
     rest, (more, _) = passed[max(lost - 1, 0)], beyond[max(lost - 1, 0)]
-    return drift(passed) + _allowed(problem, rest, more) + _valley(problem, rest, more)
+    return drift(passed) + _with_stated_values(problem, rest, more) + _valley(problem, rest, more)
 
 
 def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
@@ -56,6 +58,19 @@ def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
     noise = [noise_alone(drop, passed.horizon) for drop in problem.drops]
     left = [float(huber(r, 1.0) @ r**2) for r in passed.fit.residuals]
     return sum(max(0.0, a - b) for a, b in zip(left, noise, strict=True)), BEYOND * math.sqrt(2 * sum(noise))
+
+
+def _with_stated_values(problem: Problem, passed: Passed, beyond: float) -> Array:
+    """Return `_allowed` as it is where nobody knows exactly what the machine file states without tolerance.
+
+    A fit that takes it as stated makes up for its errors with the values that it may move.
+    """
+    stated = {p.name for p in stated_parameters(problem.model.machine)}
+    if not stated.isdisjoint(p.name for p in problem.shared):
+        return _allowed(problem, passed, beyond)
+    wider, found = with_stated_values(problem, passed.fit, passed.horizon)
+    kept = np.array([p.name not in stated for p in wider.parameters])
+    return _allowed(wider, Passed(passed.horizon, found), beyond)[np.ix_(kept, kept)]
 
 
 def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:

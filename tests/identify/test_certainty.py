@@ -14,16 +14,25 @@ SLOPE = np.zeros((100, 2))
 SLOPE[:, 0] = 0.5  # curvature 100 * 0.5^2 = 25 of the first value; the second is seen by nothing
 
 
+def named(*names):
+    return tuple(SimpleNamespace(name=name) for name in names)
+
+
 @pytest.fixture
 def problem(monkeypatch):
-    """One drop that is touched from its first sample on, two values, both known to 1 beforehand; noise leaves 100."""
+    """One drop that is touched from its first sample on, two values, both known to 1 beforehand; noise leaves 100.
+
+    The second is one that the machine file states without tolerance.
+    """
     monkeypatch.setattr(certainty, "noise_alone", lambda drop, horizon: 100.0)
     monkeypatch.setattr(certainty, "touched_rows", lambda drop, horizon, touch, rows: np.ones(rows, dtype=bool))
     monkeypatch.setattr(certainty, "beside", lambda problem, found, horizon: [])
+    monkeypatch.setattr(certainty, "stated_parameters", lambda machine: named("second"))
     bearing = SimpleNamespace(radial_gap=SimpleNamespace(low=200e-6))
     return SimpleNamespace(
         drops=(SimpleNamespace(release=0.1),),
         prior=np.ones(2),
+        shared=named("first", "second"),
         columns=lambda drop: np.arange(2),
         values=lambda point, drop: ({}, {"release": 0.0}),
         model=SimpleNamespace(machine=SimpleNamespace(touchdown_bearings=(bearing, bearing), gravity=9.81)),
@@ -89,3 +98,16 @@ def test_the_more_a_fit_beside_leaves_the_less_it_counts(problem, monkeypatch):
     monkeypatch.setattr(certainty, "beside", lambda problem, found, horizon: beside((0.8, 3000.0)))
     wide = reach(problem, [passed(4.0)])  # leaves 300 more than noise
     assert 1.96**2 * (wide - narrow)[1, 1] == pytest.approx(0.8**2 / 2 * (300 + 1.96**2) / 3000)
+
+
+def test_a_stated_value_that_does_the_same_leaves_only_their_sum_known(problem, monkeypatch):
+    """Two values of equal slopes, 25 by the drop and 1 beforehand each: [[26, 25], [25, 26]] inverted."""
+    wider = SimpleNamespace(**{**vars(problem), "prior": np.ones(3), "columns": lambda drop: np.arange(3)})
+    wider.parameters = named("first", "second", "held")
+
+    def with_stated_values(problem, found, horizon):
+        return wider, Fit(np.zeros(3), found.residuals, (np.hstack([SLOPE, SLOPE[:, :1]]),), 0.0)
+
+    monkeypatch.setattr(certainty, "stated_parameters", lambda machine: named("held"))
+    monkeypatch.setattr(certainty, "with_stated_values", with_stated_values)
+    np.testing.assert_allclose(reach(problem, [passed(1.0)]), np.diag([26 / 51, 1.0]))

@@ -1,0 +1,62 @@
+"""A fit in which more values may move, which begin where they stood."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tdbmon.identify.least_squares import Fit, misfit_of
+from tdbmon.identify.parameters import Parameter, stated_parameters
+from tdbmon.identify.problem import Problem
+
+
+def widened(
+    problem: Problem, found: Fit, horizon: float, shared: Sequence[Parameter], each: Sequence[Sequence[Parameter]]
+) -> tuple[Problem, Fit]:
+    """Return a problem with more parameters, and a fit as it stands there: its slopes are known, not yet its minimum.
+
+    Parameters
+    ----------
+    problem : Problem
+        It already simulates with these parameters at their nominal values.
+    found : Fit
+        With slopes near enough for another step.
+    horizon : float
+        s after the release.
+    shared : sequence of Parameter
+        They come after the shared ones.
+    each : sequence of sequence of Parameter
+        Of each drop; they come after its own.
+
+    Raises
+    ------
+    InputError
+        If it cannot be simulated at the point.
+    """
+    wider = replace(
+        problem,
+        shared=(*problem.shared, *shared),
+        own=tuple((*own, *more) for own, more in zip(problem.own, each, strict=True)),
+    )
+    count, width = len(problem.shared), len(problem.own[0])
+    parts = [found.point[:count], np.zeros(len(shared))]
+    for drop, more in enumerate(each):
+        begin = count + drop * width
+        parts += [found.point[begin : begin + width], np.zeros(len(more))]
+    point = np.concatenate(parts)
+    new = {p.name for p in (*shared, *each[0])}
+    linear = wider.each(lambda drop: wider.slopes(point, drop, horizon, new))
+    slopes = []
+    for drop, (_, added) in enumerate(linear):
+        old = np.array([p.name not in new for p in (*wider.shared, *wider.own[drop])])
+        added[:, old] = found.slopes[drop]
+        slopes.append(added)
+    residuals = tuple(r for r, _ in linear)
+    return wider, Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
+
+
+def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
+    """Return the same with what the machine file states without tolerance (raises InputError as `widened`)."""
+    return widened(problem, found, horizon, stated_parameters(problem.model.machine), [()] * len(problem.drops))
