@@ -15,8 +15,9 @@ from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.stated_values import with_stated_values
 from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
-from tdbmon.identify.widened import widened, with_stated_values
+from tdbmon.identify.widened import widened
 
 FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
 MOST_CAUSES = 3

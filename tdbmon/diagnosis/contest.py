@@ -204,7 +204,7 @@ class _Contest:
         if found is None:
             return
         fallen, (plain, *others) = found
-        if late and not explained(best, plain):
+        if late and not explained(best, plain.misfit):
             return
         self.search.fallen, self.search.weak = fallen, False
         self.plain, self.others, self.sound = plain, others, ()

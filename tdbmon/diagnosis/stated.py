@@ -9,32 +9,25 @@ free in all models.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, eased, settled
-from tdbmon.identify.least_squares import fit
-from tdbmon.identify.stated_values import WORTH
+from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
 
 _HOPELESS = 2.0  # times what the best model leaves
-_SLOPES = 3  # times: with one, values that have made up for these would hide them
 
 
 def explained_by_stated_values(best: Contender) -> bool:
     """Return whether the stated values take away half of what a model leaves, fitted from where it is."""
-    try:
-        trial = eased(best)
-        found = fit(trial.problem, trial.fit.point, best.horizon, _SLOPES, slopes=trial.fit.slopes)
-    except InputError:
-        return False
-    return explained(best, replace(trial, fit=found))
+    freed = fitted_with_stated_values(best.problem, best.fit, best.horizon)
+    return freed is not None and explained(best, freed[1].misfit)
 
 
-def explained(before: Contender, freed: Contender) -> bool:
-    """Return whether a model with the stated values free takes away half of what it left before."""
-    return before.misfit - freed.misfit > WORTH * before.excess
+def explained(before: Contender, freed: float) -> bool:
+    """Return whether a model with the stated values free, which leaves this misfit, takes away half of what it left before."""
+    return before.misfit - freed > WORTH * before.excess
 
 
 def with_stated_values_free(

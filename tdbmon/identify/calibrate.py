@@ -31,7 +31,7 @@ from tdbmon.identify.parameters import (
     stated_parameters,
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
-from tdbmon.identify.stated_values import eased, stated_remarks
+from tdbmon.identify.stated_values import stated_remarks
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
-        problem, passed = followed(problem, eased(problem), usable, progress)
+        problem, passed = followed(problem, usable, progress)
         point = passed[-1].fit.point
         covariance = reach(problem, passed)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))

@@ -20,7 +20,7 @@ from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.prediction import noise_alone, touched_rows
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber
-from tdbmon.identify.widened import with_stated_values
+from tdbmon.identify.stated_values import with_stated_values
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, led_along
@@ -19,10 +17,9 @@ from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.own_paths import begun_at, better_paths, unexplained
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.stated_values import WORTH
+from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
 from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 
-Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
@@ -43,7 +40,7 @@ class Passed:
 
 
 def followed(
-    problem: Problem, wider: Problem | None, horizons: Sequence[float], progress: Progress
+    problem: Problem, horizons: Sequence[float], progress: Progress, may_widen: bool = True
 ) -> tuple[Problem, list[Passed]]:
     """Return a problem and its fits on the way, from the first contacts to the last horizon.
 
@@ -53,12 +50,12 @@ def followed(
     Parameters
     ----------
     problem : Problem
-    wider : Problem or None
-        The same with those values free.
     horizons : sequence of float
         s after the release, growing.
     progress : callable
         Is told the name of each step as it begins.
+    may_widen : bool
+        Whether those values may be freed.
 
     Raises
     ------
@@ -83,12 +80,11 @@ def followed(
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
             rivals = _deepest([*{found, turned}, *problem.crew.apart(begun_at, begun)])
         found = rivals[0]
-        if wider is not None and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
-            new = len(wider.shared) - len(problem.shared)
-            freed = fit_or_none(wider, np.insert(found.point, len(problem.shared), np.zeros(new)), horizon, 1)
-            if freed is not None and found.misfit - freed.misfit > WORTH * (found.misfit - noise):
+        if may_widen and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
+            freed = fitted_with_stated_values(problem, found, horizon)
+            if freed is not None and found.misfit - freed[1].misfit > WORTH * (found.misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
-                return followed(wider, None, horizons, progress)
+                return followed(freed[0], horizons, progress, may_widen=False)
         if horizon >= TOUCHED_S or horizon == horizons[-1]:
             passed.append(Passed(horizon, found))
         starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.errors import InputError
 
 from tdbmon.estimate import OUTSIDE
+from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.widened import widened
 
 WORTH = 0.5  # of what is left beyond noise, that they must take away to be free
+_SLOPES = 3  # times: with one, values that have made up for these would hide them
 _TOLD = 1.0  # standard deviation, from which on it is told
 
 
-def eased(problem: Problem) -> Problem:
-    """Return a problem whose machine's values may move too that its file states without tolerance, after the shared ones."""
-    return replace(problem, shared=(*problem.shared, *stated_parameters(problem.model.machine)))
+def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
+    """Return a problem in which these values may move too, and a fit as it stands there (see `widened`)."""
+    return widened(problem, found, horizon, stated_parameters(problem.model.machine), [()] * len(problem.drops))
+
+
+def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit] | None:
+    """Return the same fitted from where it stands; None where it cannot be simulated."""
+    try:
+        wider, start = with_stated_values(problem, found, horizon)
+        return wider, fit(wider, start.point, horizon, _SLOPES, slopes=start.slopes)
+    except InputError:
+        return None
 
 
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tdbmon.identify.least_squares import Fit, misfit_of
-from tdbmon.identify.parameters import Parameter, stated_parameters
+from tdbmon.identify.parameters import Parameter
 from tdbmon.identify.problem import Problem
 
 
@@ -55,8 +55,3 @@ def widened(
         slopes.append(added)
     residuals = tuple(r for r, _ in linear)
     return wider, Fit(point, residuals, tuple(slopes), misfit_of(wider, residuals, point))
-
-
-def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
-    """Return the same with what the machine file states without tolerance (raises InputError as `widened`)."""
-    return widened(problem, found, horizon, stated_parameters(problem.model.machine), [()] * len(problem.drops))

@@ -25,7 +25,7 @@ def test_clearances_come_back_though_the_first_contacts_do_not_tell_them():
     records = [drops.drop(TRUTH, speed, seed) for speed, seed in ((60.0, 1), (97.0, 2), (150.0, 3))]
     with Crew() as crew:
         problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
-        _, passed = followed(problem, None, HORIZONS[:7], lambda _: None)
+        _, passed = followed(problem, HORIZONS[:7], lambda _: None, may_widen=False)
     found = passed[-1]
     assert unexplained(problem, found.fit, found.horizon) == []
     values, _ = problem.values(found.fit.point, 0)
@@ -55,5 +55,5 @@ def test_what_only_cages_turned_one_by_one_find_goes_along(monkeypatch):
     monkeypatch.setattr(follow, "fit_or_none", fit_or_none)
     with Crew() as crew:
         problem = build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
-        followed(problem, None, HORIZONS[:4], lambda _: None)
+        followed(problem, HORIZONS[:4], lambda _: None, may_widen=False)
     assert begun == [HORIZONS[3]]
