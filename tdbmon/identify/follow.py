@@ -72,21 +72,21 @@ def followed(
         stray = stray_drop(found, FAILING * noise / sum(map(len, found.residuals))) if horizon >= STRAYED_S else None
         if stray is not None:
             rivals = _deepest([led_back(problem, found, stray, horizon), *rivals[1:]])
-        if STRAYED_S <= horizon <= _SOUGHT_S and rivals[0].misfit > FAILING * noise:
-            rivals = _deepest([led_along(problem, rivals[0], horizon), *rivals[1:]])
         if horizon == TOUCHED_S:
             # whole paths sought lead elsewhere than angles of cages turned one by one, and either may lead right
             turned = better_clearances(problem, found, horizon)
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
             rivals = _deepest([*{found, turned}, *problem.crew.apart(begun_at, begun)])
-        found = rivals[0]
-        if may_widen and horizon >= TOUCHED_S and found.misfit > FAILING * noise:
-            freed = fitted_with_stated_values(problem, found, horizon)
-            if freed is not None and found.misfit - freed[1].misfit > WORTH * (found.misfit - noise):
+        fails = rivals[0].misfit > FAILING * noise
+        if fails and may_widen and horizon >= TOUCHED_S:
+            freed = fitted_with_stated_values(problem, rivals[0], horizon)
+            if freed is not None and rivals[0].misfit - freed[1].misfit > WORTH * (rivals[0].misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
                 return followed(freed[0], horizons, progress, may_widen=False)
+        if fails and STRAYED_S <= horizon <= _SOUGHT_S:
+            rivals = _deepest([led_along(problem, rivals[0], horizon), *rivals[1:]])
         if horizon >= TOUCHED_S or horizon == horizons[-1]:
-            passed.append(Passed(horizon, found))
+            passed.append(Passed(horizon, rivals[0]))
         starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]
     return problem, passed
 
