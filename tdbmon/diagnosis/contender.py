@@ -15,6 +15,7 @@ from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import squares
 from tdbmon.identify.stated_values import with_stated_values
 from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 from tdbmon.identify.widened import widened
@@ -72,6 +73,11 @@ class Contender:
     def ratio(self) -> float:
         """Misfit a residual: 1 where only noise is left."""
         return self.misfit / self.residuals
+
+    @property
+    def ratio_of_drops(self) -> list[float]:
+        """Misfit a residual of each drop, without what is known beforehand."""
+        return [squares(r) / len(r) for r in self.fit.residuals]
 
     @property
     def excess(self) -> float:

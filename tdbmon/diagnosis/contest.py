@@ -36,8 +36,8 @@ from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, led_along
 from tdbmon.identify.draws import shaken
+from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.own_paths import unexplained
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stray import STRAYED_S
 
@@ -233,13 +233,13 @@ class _Contest:
 
 
 def _nearly_holds(best: Contender) -> bool:
-    """True where a model leaves more than noise in a drop at least, and so little in all that it may be in a wrong hollow.
+    """True where a model fails in a drop at least, and leaves so little in all that it may be in a wrong hollow.
 
-    One with causes must fail by it: sizes and orders are never quite right.
+    One with causes must fail in all: sizes and orders are never quite right.
     """
     if best.ratio > _NEAR_NOISE * best.floor or (best.causes and not best.fails):
         return False
-    return bool(unexplained(best.problem, best.fit, best.horizon))
+    return max(best.ratio_of_drops) > FAILING * best.floor
 
 
 def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:

@@ -16,7 +16,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.one_drop import coordinates, frozen, only
-from tdbmon.identify.own_paths import better_paths, unexplained
+from tdbmon.identify.own_paths import better_paths, lost_drops
 from tdbmon.identify.problem import Problem
 
 READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
@@ -161,6 +161,6 @@ def _left(contender: Contender, index: int, horizon: float) -> tuple[float, floa
     exam = frozen(only(problem, [index]), taught.point[:count])
     point = np.concatenate([np.zeros(count), contender.fit.point[coordinates(problem, [index])][count:]])
     found = better_cages(exam, fit(exam, point, horizon, 2), horizon, 1)
-    if unexplained(exam, found, horizon):  # a model is judged by what it leaves, not by a path that was not found
+    if lost_drops(exam, found, horizon):  # a model is judged by what it leaves, not by a path that was not found
         found = better_paths(exam, found, horizon, [0])
     return rms(exam, found.point, [0], horizon), found.misfit, exam.values(found.point, 0)[0]

@@ -19,7 +19,7 @@ from tdbmon.identify.own_paths import BEYOND
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.prediction import noise_alone, touched_rows
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber
+from tdbmon.identify.robust import huber, squares
 from tdbmon.identify.stated_values import with_stated_values
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
 def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
     """Return what a fit leaves beyond noise, and how much that may be by chance (chi-squared, two standard deviations)."""
     noise = [noise_alone(drop, passed.horizon) for drop in problem.drops]
-    left = [float(huber(r, 1.0) @ r**2) for r in passed.fit.residuals]
+    left = [squares(r) for r in passed.fit.residuals]
     return sum(max(0.0, a - b) for a, b in zip(left, noise, strict=True)), BEYOND * math.sqrt(2 * sum(noise))
 
 

@@ -14,7 +14,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, led_along
 from tdbmon.identify.least_squares import Fit, fit_or_none
-from tdbmon.identify.own_paths import begun_at, better_paths, unexplained
+from tdbmon.identify.own_paths import begun_at, better_paths, lost_drops
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
@@ -101,5 +101,5 @@ def _deepest(tried: Sequence[Fit | None]) -> list[Fit]:
 
 def _led_on(problem: Problem, found: Fit, horizon: float) -> Fit:
     """Return a fit with the paths of drops sought anew: of those that leave more than noise, of all where it tells most."""
-    lost = range(len(problem.drops)) if horizon in _TELLING_S else unexplained(problem, found, horizon)
+    lost = range(len(problem.drops)) if horizon in _TELLING_S else lost_drops(problem, found, horizon)
     return better_paths(problem, found, horizon, lost) if lost else found

@@ -17,7 +17,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.identify.prediction import window
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread
+from tdbmon.identify.robust import huber, spread, squares
 
 Array = NDArray[np.float64]
 
@@ -201,7 +201,7 @@ def _step(point: Array, curvature: Array, slope: Array, damping: float, low: Arr
 
 def misfit_of(problem: Problem, residuals: Sequence[Array], point: Array) -> float:
     """Return the robust misfit of residuals at a point in fixed units, so that points compare."""
-    return sum(float(huber(r, 1.0) @ r**2) for r in residuals) + float(problem.prior @ point**2)
+    return sum(squares(r) for r in residuals) + float(problem.prior @ point**2)
 
 
 def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:

@@ -19,7 +19,7 @@ from tdbmon.identify.least_squares import Fit, fit, fit_or_none
 from tdbmon.identify.one_drop import frozen, only
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread
+from tdbmon.identify.robust import huber, spread, squares
 
 Array = NDArray[np.float64]
 
@@ -28,12 +28,12 @@ _PROMISING = 3  # hollows of the grid of angles from which fits begin
 _SLOPES = 2  # times that each takes slopes
 
 
-def unexplained(problem: Problem, found: Fit, horizon: float) -> list[int]:
+def lost_drops(problem: Problem, found: Fit, horizon: float) -> list[int]:
     """Return the drops that leave more than noise, by the mean and variance of a chi-squared distribution."""
     lost = []
     for drop, (measured, r) in enumerate(zip(problem.drops, found.residuals, strict=True)):
         noise = noise_alone(measured, horizon)
-        if float(huber(r, 1.0) @ r**2) > noise + BEYOND * (2 * noise) ** 0.5:
+        if squares(r) > noise + BEYOND * (2 * noise) ** 0.5:
             lost.append(drop)
     return lost
 

@@ -25,3 +25,8 @@ def huber(residual: Array, scale: float) -> Array:
     away = np.abs(residual) / scale
     away[-1] = 0.0
     return np.minimum(1.0, _FROM / np.maximum(away, 1e-12)) / scale**2
+
+
+def squares(r: Array) -> float:
+    """Return the sum of squares of residuals in units of the noise, large ones counting less: what a fit leaves."""
+    return float(huber(r, 1.0) @ r**2)

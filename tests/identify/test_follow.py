@@ -12,7 +12,7 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import followed
 from tdbmon.identify.least_squares import Fit, fit
-from tdbmon.identify.own_paths import unexplained
+from tdbmon.identify.own_paths import lost_drops
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
 from tests.identify import drops
@@ -27,7 +27,7 @@ def test_clearances_come_back_though_the_first_contacts_do_not_tell_them():
         problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
         _, passed = followed(problem, HORIZONS[:7], lambda _: None, may_widen=False)
     found = passed[-1]
-    assert unexplained(problem, found.fit, found.horizon) == []
+    assert lost_drops(problem, found.fit, found.horizon) == []
     values, _ = problem.values(found.fit.point, 0)
     for end in machine.ends:
         assert values[f"{end}.diametral_clearance"] == pytest.approx(14.5e-6, abs=1e-6)

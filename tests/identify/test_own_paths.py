@@ -5,7 +5,7 @@ import pytest
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.own_paths import better_paths, unexplained
+from tdbmon.identify.own_paths import better_paths, lost_drops
 from tdbmon.identify.prediction import noise_alone, window
 from tdbmon.identify.problem import build_problem
 from tests.identify import drops
@@ -28,7 +28,7 @@ def fitted():
 
 def test_noise_is_left_where_the_model_is_right(fitted):
     problem, right = fitted
-    assert unexplained(problem, right, HORIZON) == []
+    assert lost_drops(problem, right, HORIZON) == []
 
 
 def test_noise_leaves_the_less_the_more_a_model_may_err(fitted):
