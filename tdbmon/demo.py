@@ -19,7 +19,9 @@ from tdbmon.history.batch import add_all
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.study import Order
+from tdbmon.identify.contract import force_lines, with_fitted
 from tdbmon.identify.crew import all_cores
+from tdbmon.identify.fitted import fit_drop
 from tdbmon.machine_file import write_machine
 from tdbmon.progress import Progress
 from tdbmon.record.read import read
@@ -37,26 +39,36 @@ _WORKERS = 2
 
 
 def run_demo(out: Path, progress: Progress) -> list[str]:
-    """Analyse the shipped coast-downs, write JSON, HTML and PDF of each; return the lines to show."""
+    """Analyse the shipped records and write JSON, HTML and PDF; return the lines to show."""
     out.mkdir(parents=True, exist_ok=True)
-    machine = load_machine(shipped("coastdown/machine.toml"))
-    lines = []
-    for name in _COASTDOWNS:
-
-        def tell(step: str, name: str = name) -> None:
-            progress(f"{name}: {step}")
-
-        result = analyse(read(shipped(f"coastdown/{name}.nc")), machine, tell)
-        progress(f"{name}: drawing the figures and writing the reports")
-        document = build_report(result, note=synthetic_note(1))
-        write_html(document, out / f"{name}.html")
-        write_pdf(document, out / f"{name}.pdf")
-        write_text(out / f"{name}.json", json.dumps(analysis_json(result), indent=1, allow_nan=False) + "\n")
-        write_bytes(out / f"{name}.png", render_first_page(document))
-        lines.append(f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json")
+    lines = [line for name in _COASTDOWNS for line in _coastdown(name, out, progress)]
     lines += _hidden_fault(out, progress)
     lines += _years(out, progress)
     return [synthetic_note(len(_COASTDOWNS)), *lines, f"open {out / 'drop_100.html'} in a browser"]
+
+
+def _coastdown(name: str, out: Path, progress: Progress) -> list[str]:
+    """Analyse a whole coast-down and fit the simulation to its first contacts; write JSON and reports."""
+
+    def tell(step: str) -> None:
+        progress(f"{name}: {step}")
+
+    machine, record = load_machine(shipped("coastdown/machine.toml")), read(shipped(f"coastdown/{name}.nc"))
+    result = analyse(record, machine, tell)
+    fitted = fit_drop(machine, record, tell, workers=all_cores())
+    tell("simulating on to the end of the record")
+    fitted = fitted.with_coast_down(result)
+    tell("drawing the figures and writing the reports")
+    document = build_report(result, note=synthetic_note(1), fitted=fitted)
+    write_html(document, out / f"{name}.html")
+    write_pdf(document, out / f"{name}.pdf")
+    content = with_fitted(analysis_json(result), fitted)
+    write_text(out / f"{name}.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_bytes(out / f"{name}.png", render_first_page(document))
+    return [
+        f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json",
+        *(f"  {line}" for line in force_lines(fitted.calibration, fitted.forces)),
+    ]
 
 
 def _hidden_fault(out: Path, progress: Progress) -> list[str]:

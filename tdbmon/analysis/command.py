@@ -65,11 +65,9 @@ def analyse(
     if json_file is not None:
         content = analysis_json(result)
         if fitted is not None:
-            from tdbmon.identify.contract import end_json, fitted_json
+            from tdbmon.identify.contract import with_fitted
 
-            for end, found in fitted.forces.ends.items():
-                content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
-            content |= fitted_json(fitted)
+            content = with_fitted(content, fitted)
         write_json(json_file, content)
     for path in report or []:
         typer.echo(f"report: {path}")

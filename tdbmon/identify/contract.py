@@ -17,6 +17,14 @@ from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
 
 
+def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
+    """Return the JSON of an analysis with what the fitted model adds: to each end, and beside them."""
+    ends = dict(content["ends"])
+    for end, found in fitted.forces.ends.items():
+        ends[end] = ends.get(end, {}) | end_json(fitted.calibration, found)
+    return content | {"ends": ends} | fitted_json(fitted)
+
+
 def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
     """Return ``support``, ``peak_force_n``, ``stress_mpa``, ``ring_at_speed_s``, ``contact_forces`` of one end in one drop.
 
