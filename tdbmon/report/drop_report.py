@@ -54,7 +54,12 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     drop = " · ".join(str(part) for part in parts if part)
     sections = []
     for part in _SECTIONS:
-        made = limits.section(analysis, fitted is not None) if part is limits else part.section(analysis)
+        if part is summary:
+            made = summary.section(analysis, fitted)
+        elif part is limits:
+            made = limits.section(analysis, fitted is not None)
+        else:
+            made = part.section(analysis)
         if made is not None:
             sections.append(made)
         if fitted is not None:

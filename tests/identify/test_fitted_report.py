@@ -150,6 +150,18 @@ def test_a_drop_with_the_probes_of_one_end_is_compared_there(calibration) -> Non
     assert found.ends["NDE"].contacts[0].measured is not None
 
 
+def test_the_first_page_says_how_hard_the_bearings_were_hit(report: Document, fitted) -> None:
+    summary = next(s for s in report.sections if s.title == "Summary")
+    table = next(b for b in summary.blocks if isinstance(b, Table) and b.caption.startswith("How hard"))
+    assert table.header == ("Quantity", *fitted.forces.ends)
+    told = []
+    for row in table.rows:
+        value, prefix = re.search(r"^([\d.]+).*?\b([kMG]?)(?:N|Pa)\b", row.cells[1]).groups()
+        told.append(float(value) * {"": 1, "k": 1e3, "M": 1e6, "G": 1e9}[prefix])
+    end = fitted.forces.ends["NDE"]
+    assert told == pytest.approx([end.peak.value, end.stress.greatest.value], rel=0.01)
+
+
 def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> None:
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
     table = next(b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("All drops"))

@@ -17,6 +17,15 @@ if TYPE_CHECKING:
 _LISTED = 12  # contacts of an end
 
 
+def hardest(drop: DropForces) -> tuple[Row, ...]:
+    """Return the greatest force and stress of each end as rows."""
+    ends = drop.ends.values()
+    return (
+        Row(("Greatest normal force on the ring", *(words(end.peak) for end in ends))),
+        Row(("Greatest Hertz stress of a ball", *(words(end.stress.greatest) for end in ends))),
+    )
+
+
 def section(fitted: FittedDrop) -> Section:
     """Return the forces on both bearings with their intervals, and the calibrated values."""
     from tdbmon.figures.forces import forces
@@ -25,8 +34,7 @@ def section(fitted: FittedDrop) -> Section:
     drop, calibration = fitted.forces, fitted.calibration
     ends = drop.ends.values()
     rows = [
-        Row(("Greatest normal force on the ring", *(words(end.peak) for end in ends))),
-        Row(("Greatest Hertz stress of a ball", *(words(end.stress.greatest) for end in ends))),
+        *hardest(drop),
         Row(("Mean stress while loaded", *(f"{end.stress.mean / 1e6:.0f} MPa" for end in ends))),
         Row(
             (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import Analysis
@@ -9,14 +11,20 @@ from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.quantity import moment, number, rpm, words
 from tdbmon.report.sections.findings import end_findings, release_time, rotor_findings, settle_time
+from tdbmon.report.sections.forces import hardest
+
+if TYPE_CHECKING:
+    from tdbmon.identify.fitted import FittedDrop
 
 
-def section(analysis: Analysis) -> Section:
-    """Return the summary."""
+def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
+    """Return the summary; with a fitted model, how hard the bearings were hit comes first."""
     blocks: list[Block] = [Paragraph(_story(analysis)), _trust(analysis)]
     against = _against_drawing(analysis)
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
     blocks += _whirl_verdicts(analysis)
+    if fitted is not None:
+        blocks += _hardest(fitted)
     blocks += [_rotor_table(analysis)]
     if analysis.rundown is not None:
         blocks.append(
@@ -95,6 +103,18 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
     if found:
         return found
     return [Verdict("The shaft did not whirl around the clearance: it made no whole turn in either sense.", "good")]
+
+
+def _hardest(fitted: FittedDrop) -> list[Block]:
+    """How hard the bearings were hit, which no sensor measured."""
+    header = ("Quantity", *fitted.forces.ends)
+    return [
+        Table("How hard the bearings were hit: the fitted model, with 95 % intervals", header, hardest(fitted.forces)),
+        Paragraph(
+            f"No sensor measures these. The simulation was fitted to the first {fitted.calibration.horizon * 1e3:.0f} ms after"
+            f" the release and leaves {fitted.calibration.misfit:.2f} times the probes' noise there."
+        ),
+    ]
 
 
 def _rotor_table(analysis: Analysis) -> Table:
