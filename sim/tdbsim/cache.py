@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+_REASSOCIATED = {"reassoc", "contract", "nsz", "arcp"}
 _KEPT_DAYS = 30  # folders of earlier sources are removed when they were not used for so long
 
 
@@ -79,7 +80,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 def reassociated(function: Callable[..., Any]) -> Any:
     """Compile as `compiled`, and let the compiler reorder sums for the processor's vectors; infinities keep meaning."""
-    return _kept(function, {"reassoc", "contract", "nsz", "arcp"})
+    return _kept(function, _REASSOCIATED)
 
 
 def _kept(function: Callable[..., Any], fastmath: Any) -> Any:
@@ -95,7 +96,21 @@ def _kept(function: Callable[..., Any], fastmath: Any) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a small function that only ever runs inside a `compiled` kernel, which keeps the result."""
+    """Compile a small function into each `compiled` kernel that calls it; the kernel keeps the result."""
+    return _part(function, True, _REASSOCIATED)
+
+
+def in_order(function: Callable[..., Any]) -> Any:
+    """Compile as `inlined`, with sums in the order that is written."""
+    return _part(function, True, {"contract"})
+
+
+def called(function: Callable[..., Any]) -> Any:
+    """Compile a function that kernels call: a long one, or one that they seldom need."""
+    return _part(function, False, _REASSOCIATED)
+
+
+def _part(function: Callable[..., Any], always_inlined: bool, fastmath: set[str]) -> Any:
     import numba
 
-    return numba.njit(error_model="numpy", nogil=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
+    return numba.njit(error_model="numpy", nogil=True, fastmath=fastmath, forceinline=always_inlined)(function)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from tdbsim import hooks
-from tdbsim.cache import inlined
+from tdbsim.cache import called, inlined
 
 
 @inlined
@@ -34,7 +34,7 @@ def touch(ex, ey, gap):  # type: ignore[no-untyped-def]
     return ex / distance, ey / distance, distance - gap
 
 
-@inlined
+@called
 def touch_shaped(ex, ey, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
     """Return normal (x, y), depth and the depth's derivative by the ring's angle, for a bore that is not round.
 

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from tdbsim.cache import inlined
+from tdbsim.cache import called
 from tdbsim.effect import EffectDeclaration, catalogue
 
 
@@ -138,16 +138,16 @@ HOOKS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
 
 def _chain(kind: str) -> Any:
     nothing, extend = HOOKS[kind]
-    chained = inlined(nothing)
+    chained = called(nothing)
     start = offsets()
     for declared in catalogue():
         if not has_hook(declared, kind):
             continue
-        hook, at = inlined(getattr(declared.module, kind)), start[declared.identifier]
+        hook, at = called(getattr(declared.module, kind)), start[declared.identifier]
         if declared.kind.most > 1:
-            chained = inlined(_with_several_2(hook, at, declared.kind.slots, chained))
+            chained = called(_with_several_2(hook, at, declared.kind.slots, chained))
         else:
-            chained = inlined(extend(hook, at, chained))
+            chained = called(extend(hook, at, chained))
     return chained
 
 

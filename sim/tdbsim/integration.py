@@ -10,6 +10,7 @@ import numpy as np
 from tdbsim import dormand_prince, splitting
 from tdbsim.drop_model import Array, DropModel
 from tdbsim.errors import InputError
+from tdbsim.mode_rows import ROW as MOST_MODES
 from tdbsim.usual_step import usual_step
 
 if TYPE_CHECKING:
@@ -31,7 +32,17 @@ class Integration:
     """
 
     def __init__(self, model: DropModel, plan: DropPlan, start: Array, peak: Array) -> None:
-        """Begin with a state at the release; `peak` (2,) is raised to the greatest normal forces, N."""
+        """Begin with a state at the release; `peak` (2,) is raised to the greatest normal forces, N.
+
+        Raises
+        ------
+        InputError
+            If the rotor has more modes than the method takes.
+        """
+        if plan.method == "splitting" and model.n > MOST_MODES:
+            raise InputError(
+                f"{model.n} modes a plane are more than 'splitting' takes; let 'bending' be less by {model.n - MOST_MODES}"
+            )
         self.model, self.plan, self.time = model, plan, 0.0
         self.state = start.copy()
         self._peak = peak

@@ -1,7 +1,4 @@
-"""What a kick and a drift of the splitting are made of: tables, and the motion of velocities at positions that stand still.
-
-Scalars go in and out: an array handed to a function is counted at every call.
-"""
+"""What a kick and a drift of the splitting are made of: the drift's table, and laws of motion at places that stand still."""
 
 from __future__ import annotations
 
@@ -10,19 +7,10 @@ import math
 import numpy as np
 
 from tdbsim import hooks
-from tdbsim.cache import inlined
-from tdbsim.columns import (
-    BALL_DAMPING,
-    FOUNDATION_DAMPING,
-    FOUNDATION_MOBILITY,
-    RING_MASS,
-    SUPPORT_DAMPING,
-    SUPPORT_MASS,
-)
+from tdbsim.cache import called, inlined
 from tdbsim.friction import REGULAR_SLIP, sliding_force
-from tdbsim.rhs import (
-    REGULAR_SPIN,
-)
+from tdbsim.mode_rows import ALONG, BACK, SAME, STAY
+from tdbsim.rhs import REGULAR_SPIN
 
 DRIFT = np.array([0.0792036964311957, 0.353172906049774, -0.0420650803577195, 0.0])
 DRIFT[3] = 1 - 2 * DRIFT.sum()
@@ -32,9 +20,9 @@ KICK[2] = 0.5 - KICK.sum()
 _SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
 
 
-@inlined
+@called
 def swing_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (4 drifts, 4, 2 n): how displacement and velocity of each damped mode follow from those before."""
+    """Fill (4 drifts, rows): how displacement and velocity of each damped mode follow from those before."""
     n = len(m.square)
     for s in range(4):
         t = DRIFT[s] * h
@@ -42,65 +30,18 @@ def swing_table(m, h, table):  # type: ignore[no-untyped-def]
             w2 = m.square[k]
             half = 0.5 * m.damping[k]
             if w2 == 0.0:
-                same, along, back, kept = 1.0, t, 0.0, 1.0
+                same, along, back, stay = 1.0, t, 0.0, 1.0
             else:
                 w = math.sqrt(w2 - half * half)
                 decay = math.exp(-half * t)
                 c = decay * math.cos(w * t)
                 along = decay * math.sin(w * t) / w
-                same, back, kept = c + half * along, -w2 * along, c - half * along
-            for plane in range(2):
-                table[s, 0, plane * n + k] = same
-                table[s, 1, plane * n + k] = along
-                table[s, 2, plane * n + k] = back
-                table[s, 3, plane * n + k] = kept
+                same, back, stay = c + half * along, -w2 * along, c - half * along
+            table[s, SAME + k], table[s, ALONG + k] = same, along
+            table[s, BACK + k], table[s, STAY + k] = back, stay
 
 
-@inlined
-def damper_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (3 kicks, 2 ends, 5): parts of the relative velocities that the dampers take in half a kick."""
-    for s in range(3):
-        t = 0.5 * KICK[s] * h
-        for end in range(2):
-            row = m.end[end]
-            ring = 1.0 / row[RING_MASS]
-            support = 1.0 / row[SUPPORT_MASS]
-            base = row[FOUNDATION_MOBILITY]
-            taken = -math.expm1(-row[BALL_DAMPING] * (ring + support) * t)
-            table[s, end, 0] = taken * ring / (ring + support)
-            table[s, end, 1] = taken * support / (ring + support)
-            taken = -math.expm1(-row[SUPPORT_DAMPING] * (support + base) * t)
-            table[s, end, 2] = taken * support / (support + base)
-            table[s, end, 3] = taken * base / (support + base)
-            table[s, end, 4] = -math.expm1(-row[FOUNDATION_DAMPING] * base * t)
-
-
-@inlined
-def damp(ring, support, base, a, b, c, d, e):  # type: ignore[no-untyped-def]
-    """Return velocities of inner ring, outer ring and foundation along an axis after half a kick of the dampers."""
-    slip = ring - support
-    ring -= a * slip
-    support += b * slip
-    slip = support - base
-    support -= c * slip
-    base = (base + d * slip) * (1.0 - e)
-    return ring, support, base
-
-
-@inlined
-def rotated(c, s, angle):  # type: ignore[no-untyped-def]
-    """Return cosine and sine of an angle increased by a small one."""
-    if abs(angle) > 0.1:
-        ca = math.cos(angle)
-        sa = math.sin(angle)
-    else:
-        q = angle * angle
-        ca = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
-        sa = angle * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
-    return c * ca - s * sa, s * ca + c * sa
-
-
-@inlined
+@called
 def stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
     """Return the change of the slip where friction stops it within a kick: a backward Euler step, or its inverse."""
     if t < 0.0 or slip == 0.0:
@@ -122,11 +63,17 @@ def stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
 @inlined
 def slide(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
     """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
+    if abs(slip) <= _SMALL_SLIP or grip * coefficient * abs(t) > REGULAR_SLIP:
+        return slide_slowly(slip, pull, grip, t, coefficient)
+    middle = slip + 0.5 * t * (pull - math.copysign(coefficient * grip, slip))
+    return t * (pull + sliding_force(grip, middle, coefficient))
+
+
+@called
+def slide_slowly(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
+    """Return the same where the law of friction bends within the kick, or friction stops the slip."""
     if grip * coefficient * abs(t) > REGULAR_SLIP:
         return stuck(slip, pull * t, -sliding_force(grip, slip, coefficient) * t, t)
-    if abs(slip) > _SMALL_SLIP:
-        middle = slip + 0.5 * t * (pull - math.copysign(coefficient * grip, slip))
-        return t * (pull + sliding_force(grip, middle, coefficient))
     k1 = pull + sliding_force(grip, slip, coefficient)
     k2 = pull + sliding_force(grip, slip + 0.5 * t * k1, coefficient)
     k3 = pull + sliding_force(grip, slip + 0.5 * t * k2, coefficient)
@@ -134,7 +81,7 @@ def slide(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
     return t * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
-@inlined
+@called
 def slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untyped-def]
     """Return the same where effects change the coefficient with the slip."""
     here = coefficient + hooks.friction(slip, p)
@@ -162,13 +109,19 @@ def after_drag(speed, drag, t):  # type: ignore[no-untyped-def]
     return speed - t * drag * middle / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)
 
 
+@called
+def strongly_damped(rate):  # type: ignore[no-untyped-def]
+    """Return (1 - exp(-rate)) / rate and (1 - that) / rate."""
+    phi1 = -math.expm1(-rate) / rate
+    return phi1, (1.0 - phi1) / rate
+
+
 @inlined
 def mean_press(elastic, approach, pull, light, damping, t):  # type: ignore[no-untyped-def]
     """Return the mean normal force in a kick, where approach' = pull - light elastic (1 + damping approach), exactly."""
     rate = light * elastic * damping * t
     if abs(rate) > 0.3:
-        phi1 = -math.expm1(-rate) / rate
-        phi2 = (1.0 - phi1) / rate
+        phi1, phi2 = strongly_damped(rate)
     else:
         series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
         phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)

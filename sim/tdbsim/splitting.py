@@ -6,6 +6,10 @@ Hunt-Crossley force is linear in it, and is advanced exactly; the dampers' too. 
 however high, and the speed, however it changes, cost no small steps; what bounds them is the inner ring between contact
 and balls.
 
+Numbers of which many are alike stand in rows (`mode_rows`, `ring_rows`, `turning`), that vectors are made of.  What takes
+the time is not arithmetic but waiting: from displacement to depth, force, friction, the other end's friction, gyroscopics, each
+needs the one before.
+
 A step through which a contact begins or ends loses its order, since the force bends there: it is taken anew in four.
 While neither end touches, a step is twice as long.
 
@@ -24,7 +28,6 @@ from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import reassociated
 from tdbsim.columns import (
     BALL_COUNT,
-    BALL_DAMPING,
     BALL_STIFFNESS,
     CAGE_ANGLE,
     CAGE_RATIO,
@@ -33,14 +36,10 @@ from tdbsim.columns import (
     CONTACT_STIFFNESS,
     COOLING_RATE,
     DECAY_RATE,
-    FOUNDATION_DAMPING,
-    FOUNDATION_MOBILITY,
-    FOUNDATION_STIFFNESS,
     FRICTION,
     FRICTION_LOAD,
     FRICTION_POWER,
     GAP,
-    GRAVITY,
     HALF_CLEARANCE,
     HAS_BOW,
     HAS_CIRCULATORY,
@@ -59,38 +58,79 @@ from tdbsim.columns import (
     RING_INERTIA,
     RING_MASS,
     ROTOR_ROW,
-    SUPPORT_DAMPING,
-    SUPPORT_MASS,
     SUPPORT_XX,
     SUPPORT_XY,
     SUPPORT_YY,
 )
-from tdbsim.contact import elastic_force, touch, touch_shaped
+from tdbsim.contact import touch, touch_shaped
 from tdbsim.friction import load_share
 from tdbsim.kick import (
     DRIFT,
     KICK,
     after_drag,
-    damp,
-    damper_table,
     mean_press,
-    rotated,
     slide,
     slide_by_law,
     swing_table,
 )
+from tdbsim.mode_rows import (
+    LANES,
+    MORE_X,
+    MORE_Y,
+    RATE_X,
+    RATE_Y,
+    SWING_STOP,
+    TURN_X,
+    TURN_Y,
+    X,
+    Y,
+    copy_modes,
+    drift,
+    gyro_rows,
+    mode_rows,
+    push,
+    store_modes,
+    turn_plane,
+)
+from tdbsim.power_table import POWER_STOP, power, power_table
 from tdbsim.rhs import (
     DRAGGED,
     EXTERNAL,
     HEAT,
     MODAL,
-    ROLLED,
     RUBBED,
     STRUCK,
     WINDAGE,
-    YIELDED,
+)
+from tdbsim.ring_rows import (
+    BALL_FORCE,
+    BASE,
+    DAMPER_STOP,
+    IMPULSE,
+    OUTER,
+    RING,
+    RING_RATE,
+    SPRING_FORCE,
+    copy_rings,
+    damp_rings,
+    damper_table,
+    move_rings,
+    push_rings,
+    ring_rows,
+    store_rings,
 )
 from tdbsim.support import linear_spring
+from tdbsim.turning import (
+    ANGLE,
+    COSINES,
+    SINES,
+    SPIN,
+    copy_turning,
+    set_directions,
+    store_turning,
+    turn_on,
+    turning_rows,
+)
 
 SHORT, USUAL, LONG = range(3)  # steps: where a contact begins or ends; usual; in free flight
 PARTS = (1, 4, 8)  # their lengths, in parts
@@ -128,36 +168,32 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
     """
     n = len(m.square)
     nq = 2 * n + 15
-    ledger = 2 * nq
-    square, gyro, weight, at_end, unbalance = m.square, m.gyro, m.weight, m.at_end, m.unbalance
-    circulatory = m.circulatory
+    lanes = LANES * ((n + LANES - 1) // LANES)
+    axes = min(lanes, LANES)  # eight, but not for the compiler: loops whose length it knows it makes no vectors of
+    square, circulatory = m.square, m.circulatory
     columns, effect, spin_columns = m.end, m.effect, m.spin
-    ball_cosine, ball_sine, ball_oversize = m.ball_cosine, m.ball_sine, m.ball_oversize
-    swing_tables = np.zeros((len(PARTS), 4, 4, 2 * n))
-    damper_tables = np.zeros((len(PARTS), 3, 2, 5))
+    swing_tables = np.zeros((len(PARTS), 4, SWING_STOP))
+    damper_tables = np.zeros((len(PARTS), 3, DAMPER_STOP))
     tabled, aloft = pace[0], pace[1] > 0.0
     filled = np.zeros(len(PARTS), np.bool_)
     # the state in pieces, and as it was when a step began
-    state, kept = y.copy(), y.copy()
-    q, v = state[: 2 * n], state[nq : nq + 2 * n]
-    place, angle = state[2 * n : 2 * n + 12], state[2 * n + 12 : nq]
-    speed, spin = state[nq + 2 * n : nq + 2 * n + 12], state[nq + 2 * n + 12 : ledger]
-    work = state[ledger:]
+    modal, rings, turning, work = mode_rows(m, y), ring_rows(m, y), turning_rows(m, y), y[2 * nq :].copy()
+    kept_modal, kept_rings, kept_turning, kept_work = modal.copy(), rings.copy(), turning.copy(), work.copy()
+    gyro = gyro_rows(m.gyro, lanes)
+    angle, spin = turning[ANGLE : ANGLE + 3], turning[SPIN : SPIN + 3]
+    cosines, sines = turning[COSINES : COSINES + 3], turning[SINES : SINES + 3]
     pressed = np.zeros(2)
-    push, half, turned_a, turned_b = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n)
-    losses = np.concatenate((m.damping, m.damping))
-    impulse_x, impulse_y = np.zeros(2), np.zeros(2)
+    normal_x, normal_y, depths, swings, elastics = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
     speed_x, speed_y, place_x, place_y = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
-    cage_cosine, cage_sine = np.zeros(2), np.zeros(2)
     own, both = np.zeros(2), 0.0
     for k in range(n):
-        own[0] += at_end[0, k] * at_end[0, k]
-        own[1] += at_end[1, k] * at_end[1, k]
-        both += at_end[0, k] * at_end[1, k]
-    inertia, gravity = spin_columns[INERTIA], spin_columns[GRAVITY]
+        own[0] += m.at_end[0, k] * m.at_end[0, k]
+        own[1] += m.at_end[1, k] * m.at_end[1, k]
+        both += m.at_end[0, k] * m.at_end[1, k]
+    forced = spin_columns[HAS_BOW] > 0.0 or spin_columns[HAS_CIRCULATORY] > 0.0 or spin_columns[HAS_HOLDING] > 0.0
+    inertia = spin_columns[INERTIA]
     # reciprocals, since divisions are slow
-    ring_masses, support_masses = 1.0 / columns[:, RING_MASS], 1.0 / columns[:, SUPPORT_MASS]
-    ring_inertias = 1.0 / columns[:, RING_INERTIA]
+    ring_masses, ring_inertias = 1.0 / columns[:, RING_MASS], 1.0 / columns[:, RING_INERTIA]
     turnings = columns[:, JOURNAL_RADIUS] / inertia
     slides = 1.0 / (
         own
@@ -166,11 +202,18 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
         + (columns[:, JOURNAL_RADIUS] + columns[:, GAP]) ** 2 * ring_inertias
     )
     lights = 1.0 / slides
-    counts = np.zeros(2, np.int64)
+    powers = np.zeros((2, POWER_STOP))
+    # the balls, and beside them some that never touch, so that eight are taken at once
+    most = m.ball_cosine.shape[1]
+    balls = np.zeros((2, 3, LANES * ((most + LANES - 1) // LANES)))
+    balls[:, 2] = -1.0
     free = np.zeros(2)  # a ring nearer to the outer ring's middle than this touches no ball
     for end in range(2):
-        counts[end] = int(columns[end, BALL_COUNT])
-        free[end] = max(0.0, columns[end, HALF_CLEARANCE] - np.max(ball_oversize[end]))
+        powers[end] = power_table(columns[end, CONTACT_POWER])
+        for j in range(int(columns[end, BALL_COUNT])):
+            balls[end, 0, j], balls[end, 1, j] = m.ball_cosine[end, j], m.ball_sine[end, j]
+            balls[end, 2, j] = m.ball_oversize[end, j] - columns[end, HALF_CLEARANCE]
+        free[end] = max(0.0, -np.max(balls[end, 2]))
 
     for row in range(len(times)):
         span = times[row] - t
@@ -181,6 +224,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
             filled[:] = False
         left = _WHOLE * count  # of the way to this instant, in parts of a step
         shorts = 0
+        set_directions(turning, columns)
         while left > 0:
             size = USUAL
             if shorts > 0:
@@ -188,108 +232,91 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
             elif aloft and left >= PARTS[LONG] and usual * PARTS[LONG] < _WHOLE * (1 + 1e-9) * FLIGHT_STEP:
                 size = LONG
             h = usual * PARTS[size] / _WHOLE
-            swings, dampers = swing_tables[size], damper_tables[size]
             if not filled[size]:
-                swing_table(m, tabled * PARTS[size] / _WHOLE, swings)
-                damper_table(m, tabled * PARTS[size] / _WHOLE, dampers)
+                swing_table(m, tabled * PARTS[size] / _WHOLE, swing_tables[size])
+                damper_table(m, tabled * PARTS[size] / _WHOLE, KICK, damper_tables[size])
                 filled[size] = True
             now = times[row] - usual * left / _WHOLE
-            kept[:] = state
+            copy_modes(modal, lanes, kept_modal)
+            copy_rings(rings, kept_rings)
+            copy_turning(turning, kept_turning)
+            for k in range(len(work)):
+                kept_work[k] = work[k]
             pressed[0], pressed[1] = 0.0, 0.0
             begun, met = 0, False  # who touches at the first kick; whether that changed
-            cosine, sine = math.cos(angle[0]), math.sin(angle[0])
-            for end in range(2):
-                cage = columns[end, CAGE_RATIO] * (angle[1 + end] - columns[end, RING_ANGLE])
-                cage += columns[end, CAGE_ANGLE]
-                cage_cosine[end], cage_sine[end] = math.cos(cage), math.sin(cage)
             for stage in range(7):
                 # drift
                 s = min(stage, 6 - stage)
                 tau = DRIFT[s] * h
                 now += tau
-                for k in range(2 * n):
-                    before, rate = q[k], v[k]
-                    q[k] = swings[s, 0, k] * before + swings[s, 1, k] * rate
-                    v[k] = swings[s, 2, k] * before + swings[s, 3, k] * rate
+                x0, y0, u0, v0, x1, y1, u1, v1 = drift(modal, lanes, swing_tables, size, s)
                 if stage == 3:
                     lost = 0.0
-                    for k in range(2 * n):
-                        lost += losses[k] * v[k] * v[k]
+                    for k in range(n):
+                        rate, swerve = modal[RATE_X + k], modal[RATE_Y + k]
+                        lost += m.damping[k] * (rate * rate + swerve * swerve)
                     work[MODAL] += h * lost
-                for k in range(12):
-                    place[k] += tau * speed[k]
-                for k in range(3):
-                    angle[k] += tau * spin[k]
-                cosine, sine = rotated(cosine, sine, tau * spin[0])
-                for end in range(2):
-                    turn = tau * columns[end, CAGE_RATIO] * spin[1 + end]
-                    cage_cosine[end], cage_sine[end] = rotated(cage_cosine[end], cage_sine[end], turn)
+                move_rings(rings, axes, tau)
+                turn_on(turning, axes, tau, columns)
                 if stage == 6:
                     break
 
-                # kick: places and velocities of the rotor at its ends
+                # kick
                 s = min(stage, 5 - stage)
                 tau = KICK[s] * h
-                x0, y0, u0, v0, x1, y1, u1, v1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                for k in range(n):
-                    first, second = at_end[0, k], at_end[1, k]
-                    x0 += first * q[k]
-                    y0 += first * q[n + k]
-                    u0 += first * v[k]
-                    v0 += first * v[n + k]
-                    x1 += second * q[k]
-                    y1 += second * q[n + k]
-                    u1 += second * v[k]
-                    v1 += second * v[n + k]
-                place_x[0], place_y[0], place_x[1], place_y[1] = x0, y0, x1, y1
                 speed_x[0], speed_y[0], speed_x[1], speed_y[1] = u0, v0, u1, v1
-
+                place_x[0], place_y[0], place_x[1], place_y[1] = x0, y0, x1, y1
+                damp_rings(rings, axes, damper_tables, size, s)
+                # forces that go by the places
                 touched = 0
-                struck = 0.0  # change of the shaft's speed by the contacts
-                for turn in range(2):
-                    end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
-                    i = 6 * end
-                    ring_mass, support_mass = ring_masses[end], support_masses[end]
-                    mobility, ring_inertia = columns[end, FOUNDATION_MOBILITY], ring_inertias[end]
+                for end in range(2):
+                    i = 2 * end
                     gap = columns[end, GAP]
-                    # no arrays go into functions here but for effects: each would be counted, at every call
-                    ex, ey = place_x[end] - place[i], place_y[end] - place[i + 1]
-                    nx, ny, depth, swing = 0.0, 0.0, -1.0, 0.0
+                    ex, ey = place_x[end] - rings[RING + i], place_y[end] - rings[RING + i + 1]
+                    depths[end], swings[end] = -1.0, 0.0
                     if columns[end, HAS_SHAPE] > 0.0:
                         turned = angle[1 + end] - columns[end, RING_ANGLE]
-                        nx, ny, depth, swing = touch_shaped(ex, ey, gap, turned, work[HEAT + end], effect[end])
+                        normal_x[end], normal_y[end], depths[end], swings[end] = touch_shaped(
+                            ex, ey, gap, turned, work[HEAT + end], effect[end]
+                        )
                     elif ex * ex + ey * ey > gap * gap:
-                        nx, ny, depth = touch(ex, ey, gap)
-                    ex, ey = place[i] - place[i + 2], place[i + 1] - place[i + 3]
+                        normal_x[end], normal_y[end], depths[end] = touch(ex, ey, gap)
+                    if depths[end] > 0.0:
+                        touched += 1 + end
+                        stiffness = columns[end, CONTACT_STIFFNESS]
+                        elastics[end] = stiffness * depths[end] * power(depths[end], powers, end)
+                    ex, ey = rings[RING + i] - rings[OUTER + i], rings[RING + i + 1] - rings[OUTER + i + 1]
                     bx, by = 0.0, 0.0
                     wavy = columns[end, HAS_WAVES] > 0.0
                     if wavy or ex * ex + ey * ey > free[end] * free[end]:
-                        along = ex * cage_cosine[end] + ey * cage_sine[end]
-                        across = ey * cage_cosine[end] - ex * cage_sine[end]
-                        ball_stiffness, half_clearance = columns[end, BALL_STIFFNESS], columns[end, HALF_CLEARANCE]
+                        along = ex * cosines[1 + end] + ey * sines[1 + end]
+                        across = ey * cosines[1 + end] - ex * sines[1 + end]
+                        ball_stiffness = columns[end, BALL_STIFFNESS]
                         push_along, push_across = 0.0, 0.0
                         if wavy:
-                            spacing, turned = 2.0 * math.pi / counts[end], angle[1 + end]
+                            in_use = int(columns[end, BALL_COUNT])
+                            spacing, turned = 2.0 * math.pi / in_use, angle[1 + end]
                             cage = columns[end, CAGE_ANGLE] + columns[end, CAGE_RATIO] * (
                                 turned - columns[end, RING_ANGLE]
                             )
-                            for j in range(counts[end]):
-                                press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
+                            for j in range(in_use):
+                                press = along * balls[end, 0, j] + across * balls[end, 1, j] + balls[end, 2, j]
                                 press += hooks.ball(cage + j * spacing, turned, effect[end])
-                                load = ball_load(press + ball_oversize[end, j], ball_stiffness)
-                                push_along -= load * ball_cosine[end, j]
-                                push_across -= load * ball_sine[end, j]
+                                load = ball_load(press, ball_stiffness)
+                                push_along -= load * balls[end, 0, j]
+                                push_across -= load * balls[end, 1, j]
                         else:
-                            for j in range(counts[end]):
-                                press = along * ball_cosine[end, j] + across * ball_sine[end, j] - half_clearance
-                                load = ball_load(press + ball_oversize[end, j], ball_stiffness)
-                                push_along -= load * ball_cosine[end, j]
-                                push_across -= load * ball_sine[end, j]
-                        bx = push_along * cage_cosine[end] - push_across * cage_sine[end]
-                        by = push_along * cage_sine[end] + push_across * cage_cosine[end]
-                    turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
-                    work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate  # the cage turns loaded balls along
-                    ux, uy = place[i + 2] - place[i + 4], place[i + 3] - place[i + 5]
+                            for j in range(balls.shape[2]):
+                                press = along * balls[end, 0, j] + across * balls[end, 1, j] + balls[end, 2, j]
+                                load = ball_load(press, ball_stiffness)
+                                push_along -= load * balls[end, 0, j]
+                                push_across -= load * balls[end, 1, j]
+                        bx = push_along * cosines[1 + end] - push_across * sines[1 + end]
+                        by = push_along * sines[1 + end] + push_across * cosines[1 + end]
+                        turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
+                        # the cage turns loaded balls along
+                        work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate
+                    ux, uy = rings[OUTER + i] - rings[BASE + i], rings[OUTER + i + 1] - rings[BASE + i + 1]
                     sx, sy = linear_spring(
                         ux, uy, columns[end, SUPPORT_XX], columns[end, SUPPORT_XY], columns[end, SUPPORT_YY]
                     )
@@ -297,18 +324,28 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         more_x, more_y = hooks.support(ux, uy, effect[end])
                         sx += more_x
                         sy += more_y
-                    d0, d1, d2 = dampers[s, end, 0], dampers[s, end, 1], dampers[s, end, 2]
-                    d3, d4 = dampers[s, end, 3], dampers[s, end, 4]
-                    rvx, svx, fvx = damp(speed[i], speed[i + 2], speed[i + 4], d0, d1, d2, d3, d4)
-                    rvy, svy, fvy = damp(speed[i + 1], speed[i + 3], speed[i + 5], d0, d1, d2, d3, d4)
-                    roll_x, roll_y, yield_x, yield_y = rvx - svx, rvy - svy, svx - fvx, svy - fvy
+                    rings[BALL_FORCE + i], rings[BALL_FORCE + i + 1] = bx, by
+                    rings[SPRING_FORCE + i], rings[SPRING_FORCE + i + 1] = sx, sy
 
-                    jx, jy, rubbed = 0.0, 0.0, 0.0
+                if stage == 0:
+                    begun = touched
+                elif touched != begun:
+                    met = True
+                    if size != SHORT:
+                        break
+
+                # contacts
+                struck = 0.0  # change of the shaft's speed by the contacts
+                for turn in range(2):
+                    end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
+                    i = 2 * end
+                    rubbed = 0.0
                     ring_spin = spin[1 + end]
-                    if depth > 0.0:
-                        touched += 1 + end
-                        elastic = elastic_force(depth, columns[end, CONTACT_STIFFNESS], columns[end, CONTACT_POWER])
-                        vx, vy = speed_x[end] - rvx, speed_y[end] - rvy
+                    if depths[end] > 0.0:
+                        nx, ny, swing, elastic = normal_x[end], normal_y[end], swings[end], elastics[end]
+                        ring_mass, ring_inertia, gap = ring_masses[end], ring_inertias[end], columns[end, GAP]
+                        bx, by = rings[BALL_FORCE + i], rings[BALL_FORCE + i + 1]
+                        vx, vy = speed_x[end] - rings[RING_RATE + i], speed_y[end] - rings[RING_RATE + i + 1]
                         approach = vx * nx + vy * ny + swing * ring_spin
                         radius = columns[end, JOURNAL_RADIUS]
                         slip = spin[0] * radius - ring_spin * (radius + gap) - vx * ny + vy * nx
@@ -338,34 +375,11 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         ring_spin -= (rub * (radius + gap) + press * swing) * ring_inertia
                         speed_x[1 - end] += both * jx
                         speed_y[1 - end] += both * jy
+                        rings[IMPULSE + i], rings[IMPULSE + i + 1] = jx, jy
                     work[HEAT + end] += rubbed - tau * columns[end, COOLING_RATE] * work[HEAT + end]
-                    impulse_x[end], impulse_y[end] = jx, jy
-
-                    rvx += (tau * bx - jx) * ring_mass
-                    rvy += (tau * by - jy) * ring_mass - tau * gravity
-                    svx += tau * (sx - bx) * support_mass
-                    svy += tau * (sy - by) * support_mass
-                    fvx -= tau * mobility * (sx + columns[end, FOUNDATION_STIFFNESS] * place[i + 4])
-                    fvy -= tau * mobility * (sy + columns[end, FOUNDATION_STIFFNESS] * place[i + 5])
-                    roll_x, roll_y = 0.5 * (roll_x + rvx - svx), 0.5 * (roll_y + rvy - svy)
-                    yield_x, yield_y = 0.5 * (yield_x + svx - fvx), 0.5 * (yield_y + svy - fvy)
-                    work[ROLLED + end] += tau * columns[end, BALL_DAMPING] * (roll_x * roll_x + roll_y * roll_y)
-                    work[YIELDED + end] += tau * (
-                        columns[end, SUPPORT_DAMPING] * (yield_x * yield_x + yield_y * yield_y)
-                        + columns[end, FOUNDATION_DAMPING] * (fvx * fvx + fvy * fvy)
-                    )
-                    speed[i], speed[i + 2], speed[i + 4] = damp(rvx, svx, fvx, d0, d1, d2, d3, d4)
-                    speed[i + 1], speed[i + 3], speed[i + 5] = damp(rvy, svy, fvy, d0, d1, d2, d3, d4)
-                    slowed = after_drag(ring_spin, columns[end, RING_DRAG] * ring_inertia, tau)
+                    slowed = after_drag(ring_spin, columns[end, RING_DRAG] * ring_inertias[end], tau)
                     work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) * columns[end, RING_INERTIA]
                     spin[1 + end] = slowed
-
-                if stage == 0:
-                    begun = touched
-                elif touched != begun:
-                    met = True
-                    if size != SHORT:
-                        break
 
                 # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
                 omega = spin[0]
@@ -379,62 +393,48 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                 spin[0] = omega + slower
                 work[WINDAGE] -= inertia * slower * middle
                 pull, gain = tau * middle * middle, struck + slower
-                along, across = pull * cosine + gain * sine, pull * sine - gain * cosine
-                for k in range(n):
-                    push[k] = unbalance[0, k] * along - unbalance[1, k] * across
-                    push[n + k] = unbalance[0, k] * across + unbalance[1, k] * along
+                along, across = pull * cosines[0] + gain * sines[0], pull * sines[0] - gain * cosines[0]
+                if forced:
+                    for k in range(n):
+                        modal[MORE_X + k], modal[MORE_Y + k] = 0.0, 0.0
                 if spin_columns[HAS_BOW] > 0.0:
                     for k in range(n):
-                        push[k] += tau * square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
-                        push[n + k] += tau * square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
+                        modal[MORE_X + k] += tau * square[k] * (m.bow[0, k] * cosines[0] - m.bow[1, k] * sines[0])
+                        modal[MORE_Y + k] += tau * square[k] * (m.bow[0, k] * sines[0] + m.bow[1, k] * cosines[0])
                 if spin_columns[HAS_CIRCULATORY] > 0.0:
                     for k in range(n):
                         total_a, total_b = 0.0, 0.0
                         for j in range(n):
-                            total_a += circulatory[k, j] * q[j]
-                            total_b += circulatory[k, j] * q[n + j]
-                        push[k] -= tau * total_b
-                        push[n + k] += tau * total_a
+                            total_a += circulatory[k, j] * modal[X + j]
+                            total_b += circulatory[k, j] * modal[Y + j]
+                        modal[MORE_X + k] -= tau * total_b
+                        modal[MORE_Y + k] += tau * total_a
                 if spin_columns[HAS_HOLDING] > 0.0:
                     share = tau * hooks.holding(now, effect[ROTOR_ROW])
                     for j in range(len(m.magnet)):
                         for k in range(n):
-                            push[k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
-                            push[n + k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
-                supplied = 0.0
-                for k in range(n):
-                    struck_a = at_end[0, k] * impulse_x[0] + at_end[1, k] * impulse_x[1]
-                    struck_b = at_end[0, k] * impulse_y[0] + at_end[1, k] * impulse_y[1] + tau * weight[k]
-                    supplied += push[k] * (v[k] + 0.5 * (struck_a + push[k]))
-                    supplied += push[n + k] * (v[n + k] + 0.5 * (struck_b + push[n + k]))
-                    push[k] = 0.5 * (push[k] + struck_a)
-                    push[n + k] = 0.5 * (push[n + k] + struck_b)
-                work[EXTERNAL] += supplied
+                            modal[MORE_X + k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
+                            modal[MORE_Y + k] += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
                 turn = tau * middle
-                for k in range(2 * n):
-                    half[k] = v[k] + push[k]
-                for step_of_turn in range(2):
-                    # one plane turns the other, in turns; in the step's second half the other way round
-                    if (step_of_turn == 0) == (stage < 3):
-                        for k in range(n):
-                            turned_a[k] = turn * half[n + k] + struck * q[n + k]
-                        for k in range(n):
-                            total = 0.0
-                            for j in range(n):
-                                total += gyro[k, j] * turned_a[j]
-                            half[k] -= total
-                    else:
-                        for k in range(n):
-                            turned_b[k] = turn * half[k] + struck * q[k]
-                        for k in range(n):
-                            total = 0.0
-                            for j in range(n):
-                                total += gyro[k, j] * turned_b[j]
-                            half[n + k] += total
-                for k in range(2 * n):
-                    v[k] = half[k] + push[k]
+                work[EXTERNAL] += push(
+                    modal, lanes, along, across,
+                    rings[IMPULSE], rings[IMPULSE + 1], rings[IMPULSE + 2], rings[IMPULSE + 3], tau, turn, struck,
+                )  # fmt: skip
+                # one plane turns the other, in turns; in the step's second half the other way round
+                if stage < 3:
+                    turn_plane(modal, lanes, gyro, TURN_Y, X, RATE_X, TURN_X, turn, struck)
+                    turn_plane(modal, lanes, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turn, -struck)
+                else:
+                    turn_plane(modal, lanes, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turn, -struck)
+                    turn_plane(modal, lanes, gyro, TURN_Y, X, RATE_X, TURN_X, turn, struck)
+                # after all that, since vectors wait until numbers that were stored one by one have arrived
+                push_rings(rings, axes, damper_tables, size, s, tau)
             if met and size != SHORT:
-                state[:] = kept
+                copy_modes(kept_modal, lanes, modal)
+                copy_rings(kept_rings, rings)
+                copy_turning(kept_turning, turning)
+                for k in range(len(work)):
+                    work[k] = kept_work[k]
                 aloft = False
                 if size == USUAL:
                     shorts = _WHOLE
@@ -444,8 +444,12 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
             aloft = touched == 0
             peak[0], peak[1] = max(peak[0], pressed[0]), max(peak[1], pressed[1])
         t = times[row]
-        out[row] = state
-        if not math.isfinite(q[0] + q[n]):
+        for k in range(len(work)):
+            out[row, 2 * nq + k] = work[k]
+        store_modes(modal, n, out, row)
+        store_rings(rings, n, out, row)
+        store_turning(turning, n, out, row)
+        if not math.isfinite(modal[X] + modal[Y]):
             return t - span
     if len(times) > 0:
         y[:] = out[len(times) - 1]

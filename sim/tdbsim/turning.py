@@ -1,0 +1,70 @@
+"""Angles of shaft and inner rings in rows of one array, and cosines and sines that follow them in small steps.
+
+Lanes are the shaft, the inner rings of both ends, and some that stay zero; cosines and sines are those of the shaft's angle and
+of the cages'.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tdbsim.cache import inlined
+from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.mode_rows import LANES
+
+ANGLE, SPIN, COSINES, SINES, RATIO, TURNING_STOP = range(0, 6 * LANES, LANES)
+TURNING_STATE = RATIO
+_SMALL = 0.1  # rad
+
+
+@inlined
+def turning_rows(m, y):  # type: ignore[no-untyped-def]
+    """Return the rows with the model's and the state's numbers; cosines and sines are still to be set."""
+    rows = np.zeros(TURNING_STOP)
+    n = len(m.square)
+    for k in range(3):
+        rows[ANGLE + k], rows[SPIN + k] = y[2 * n + 12 + k], y[4 * n + 27 + k]
+    rows[RATIO], rows[RATIO + 1], rows[RATIO + 2] = 1.0, m.end[0, CAGE_RATIO], m.end[1, CAGE_RATIO]
+    return rows
+
+
+@inlined
+def set_directions(rows, columns):  # type: ignore[no-untyped-def]
+    """Set cosines and sines from the angles."""
+    rows[COSINES], rows[SINES] = math.cos(rows[ANGLE]), math.sin(rows[ANGLE])
+    for end in range(2):
+        turned = rows[ANGLE + 1 + end] - columns[end, RING_ANGLE]
+        cage = columns[end, CAGE_ANGLE] + columns[end, CAGE_RATIO] * turned
+        rows[COSINES + 1 + end], rows[SINES + 1 + end] = math.cos(cage), math.sin(cage)
+
+
+@inlined
+def copy_turning(rows, copy):  # type: ignore[no-untyped-def]
+    """Copy the state into another array."""
+    for k in range(TURNING_STATE):
+        copy[k] = rows[k]
+
+
+@inlined
+def store_turning(rows, n, out, row):  # type: ignore[no-untyped-def]
+    """Write angles and spins into a row of `out`, in the order of `tdbsim.rhs`."""
+    for k in range(3):
+        out[row, 2 * n + 12 + k], out[row, 4 * n + 27 + k] = rows[ANGLE + k], rows[SPIN + k]
+
+
+@inlined
+def turn_on(rows, axes, tau, columns):  # type: ignore[no-untyped-def]
+    """Advance angles, cosines and sines by the spins; a series does for turns that are small, and usual ones are."""
+    fastest = max(abs(rows[SPIN]), abs(rows[SPIN + 1]), abs(rows[SPIN + 2]))
+    for k in range(axes):
+        rows[ANGLE + k] += tau * rows[SPIN + k]
+        turn = tau * rows[RATIO + k] * rows[SPIN + k]
+        q = turn * turn
+        c = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
+        s = turn * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
+        cosine, sine = rows[COSINES + k], rows[SINES + k]
+        rows[COSINES + k], rows[SINES + k] = cosine * c - sine * s, sine * c + cosine * s
+    if fastest * abs(tau) > _SMALL:
+        set_directions(rows, columns)
