@@ -34,7 +34,7 @@ from tdbmon.diagnosis.search import SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances, led_along
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit
@@ -105,6 +105,8 @@ class _Contest:
         Waves and lobes whose neighbouring orders were tried, and those.
     freed : bool
         Whether what the machine file states without tolerance was tried free.
+    vain : list of str
+        Models that leading along the valley of the clearances did not help.
     decided : bool
         Whether one model has won and goes on alone, without the plain one even.
     lost : int
@@ -118,6 +120,7 @@ class _Contest:
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
     freed: bool = False
+    vain: list[str] = field(default_factory=list)
     decided: bool = False
     lost: int = 0
 
@@ -173,8 +176,11 @@ class _Contest:
         best, horizon = self.best, self.horizon
         if horizon == TOUCHED_S:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        elif STRAYED_S <= horizon <= FOLLOWED_S and _nearly_holds(best):
-            best = self._replaced(best, replace(best, fit=led_along(best.problem, best.fit, horizon)))
+        elif STRAYED_S <= horizon <= FOLLOWED_S and best.name not in self.vain and _nearly_holds(best):
+            led = led_along(best.problem, best.fit, horizon)
+            if hardly_gained(best.fit, led, best.floor * best.residuals):
+                self.vain.append(best.name)
+            best = self._replaced(best, replace(best, fit=led))
         if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
             return
         deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 TOUCHED_S = 0.014  # s after the release; by then both ends have met their bearings
 _CORNER = 1.2  # standard deviations from the nominal clearance
 _SLOPES = 4  # times that each takes slopes
+_GAIN = 0.1  # of what is left beyond noise
 
 
 def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
@@ -65,10 +66,16 @@ def led_along(problem: Problem, found: Fit, horizon: float) -> Fit:
     """Return the deepest of a fit and of those begun beside its clearances, the drops' paths sought there first.
 
     Where all else is right, a wrong clearance stands with wrong angles of the cages: neither can be left without the other.
+    It takes as long as all fits to that horizon: where it gained next to nothing (`hardly_gained`) it does not later on either.
     """
     starts = [(problem, start, horizon) for start in _beside(problem, found.point)]
     tried = problem.crew.apart(begun_at, starts)
     return min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
+
+
+def hardly_gained(before: Fit, after: Fit, noise: float) -> bool:
+    """Return whether a fit has lost next to nothing of what it left beyond noise."""
+    return before.misfit - after.misfit <= _GAIN * max(before.misfit - noise, 0.0)
 
 
 def _beside(problem: Problem, point: Array) -> list[Array]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from tdbsim.errors import InputError
 
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, led_along
+from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, hardly_gained, led_along
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.own_paths import begun_at, better_paths, lost_drops
 from tdbmon.identify.prediction import noise_alone
@@ -62,7 +62,7 @@ def followed(
     InputError
         If the fit leaves what can be simulated.
     """
-    starts, passed = [problem.start], list[Passed]()
+    starts, passed, leads = [problem.start], list[Passed](), True
     for horizon in horizons:
         progress(f"fitting the first {horizon * 1e3:g} ms")
         rivals = _deepest(problem.crew.apart(fit_or_none, [(problem, start, horizon) for start in starts]))
@@ -83,8 +83,10 @@ def followed(
             if freed is not None and rivals[0].misfit - freed[1].misfit > WORTH * (rivals[0].misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
                 return followed(freed[0], horizons, progress, may_widen=False)
-        if fails and STRAYED_S <= horizon <= _SOUGHT_S:
-            rivals = _deepest([led_along(problem, rivals[0], horizon), *rivals[1:]])
+        if fails and leads and STRAYED_S <= horizon <= _SOUGHT_S:
+            led = led_along(problem, rivals[0], horizon)
+            leads = not hardly_gained(rivals[0], led, noise)
+            rivals = _deepest([led, *rivals[1:]])
         if horizon >= TOUCHED_S or horizon == horizons[-1]:
             passed.append(Passed(horizon, rivals[0]))
         starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]

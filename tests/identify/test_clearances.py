@@ -5,10 +5,10 @@ import pytest
 from tdbsim.machine import load_machine
 
 from tdbmon.identify.cages import circle, turning
-from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances, led_along
+from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances, hardly_gained, led_along
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import fit, linearised
+from tdbmon.identify.least_squares import Fit, fit, linearised
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
 from tests.identify import drops
@@ -95,3 +95,12 @@ def test_clearances_that_are_known_exactly_stay():
     assert better_clearances(problem, there, FALL_S) is there
     assert beside(problem, there, FALL_S) == []
     assert not np.any(there.point)
+
+
+def test_a_fit_that_keeps_most_of_what_it_left_beyond_noise_has_hardly_gained():
+    def fit_leaving(misfit):
+        return Fit(np.zeros(1), (), (), misfit)
+
+    assert hardly_gained(fit_leaving(200.0), fit_leaving(195.0), 100.0)
+    assert not hardly_gained(fit_leaving(200.0), fit_leaving(150.0), 100.0)
+    assert hardly_gained(fit_leaving(90.0), fit_leaving(90.0), 100.0)
