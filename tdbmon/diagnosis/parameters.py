@@ -14,6 +14,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import machine_parameters
+from tdbmon.identify.problem import Problem
 from tdbmon.identify.rough_slopes import agreed_covariance
 
 _RULE = "least squares of simulated against measured drops"
@@ -89,7 +90,28 @@ def _sigmas(contender: Contender) -> dict[str, float]:
         fresh, agreed = contender.fit, np.zeros((len(point), len(point)))
     # what is left follows itself in time; slopes are rough: the one or the other says more
     spread = np.sqrt(np.maximum(np.diag(covariance_of(problem, fresh, contender.horizon)), np.diag(agreed)))
-    return {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
+    sigmas = {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
+    values, _ = problem.values(point, 0)
+    for free in problem.free:
+        if free.declared.identifier == "unbalance":
+            _add_own_unbalance(sigmas, values, problem, free)
+    return sigmas
+
+
+def _add_own_unbalance(
+    sigmas: dict[str, float], values: Mapping[str, float], problem: Problem, free: FreeEffect
+) -> None:
+    """Widen what is known of an unbalance by the tolerance of the machine's own in its plane.
+
+    The drops tell their sum only; slopes by differences, rough where contacts begin and end, seem to tell them apart.
+    """
+    own = {p.name: p.sigma for p in problem.shared}
+    amount, phase = f"{free.name}.amount", f"{free.name}.phase"
+    if f"{free.where}.along" in own and amount in sigmas:
+        either = max(own[f"{free.where}.along"], own[f"{free.where}.across"])
+        sigmas[amount] = math.hypot(sigmas[amount], either)
+        if phase in sigmas:
+            sigmas[phase] = math.hypot(sigmas[phase], math.atan2(either, values[amount]))
 
 
 def _turned(free: FreeEffect, name: str, value: float) -> float:

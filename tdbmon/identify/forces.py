@@ -311,6 +311,8 @@ def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, 
         right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
         part = normal[:, left:right]
         peaks, impulses = part.max(axis=1), np.asarray(np.trapezoid(part, time[left:right], axis=1))
+        if np.median(peaks) == 0.0:  # a graze that most members miss
+            continue
         found.append(
             ContactForce(
                 start=float(time[begin]),

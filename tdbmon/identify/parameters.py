@@ -98,10 +98,9 @@ class Parameter:
     moves : bool
         Whether it changes the motion; a sensor's value only changes how that is seen.
     nudge : float
-        Step for slopes by differences, in units of `scale`: it should move the shaft by some ten nanometres.  Contacts
-        bend what follows, so the slopes of five times larger steps are off by up to a third after 60 ms and lead into wrong
-        minima; where a step of integration falls on the other side of a contact's begin, a trajectory jumps by some
-        nanometres, which much smaller steps would take for a slope.
+        Step for slopes by differences, in units of `scale`: it should move the shaft by some hundredths of a micrometre.
+        Contacts bend what follows, so larger steps give slopes that lead into wrong minima; fixed steps of integration
+        make a trajectory rough by some nanometres, which much smaller ones would take for a slope.
     span : float
         Size by which it is counted where sigma is infinite; 0 for a quarter of the range.
     """
@@ -113,7 +112,7 @@ class Parameter:
     high: float
     sigma: float
     moves: bool = True
-    nudge: float = 0.0003
+    nudge: float = 0.0015
     span: float = 0.0
 
     @property
@@ -178,7 +177,7 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
         reach = bearing.radial_gap.nominal
         for axis, start in zip("xy", set_point[end], strict=True):
             found.append(
-                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.00005)
+                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.00025)
             )
     for end in range(2):
         for axis in "xy":
@@ -190,10 +189,10 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
                     -10 * VELOCITY_SIGMA,
                     10 * VELOCITY_SIGMA,
                     VELOCITY_SIGMA,
-                    nudge=0.0016,
+                    nudge=0.008,
                 )
             )
-    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.00004))
+    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
     found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
     for end, bearing in enumerate(machine.touchdown_bearings):

@@ -48,7 +48,7 @@ def test_another_law_of_the_contact_is_found_among_the_stated_values(crew):
     assert again.misfit == pytest.approx(freed.misfit)
     assert where_it_is.horizon == HORIZONS[-1]
     assert where_it_is.problem.shared == freed.problem.shared
-    assert explained(plain, freed)
+    assert explained(plain, freed.misfit)
     assert start.horizon == HORIZONS[0]
     assert freed.horizon == HORIZONS[-1]
     assert not freed.fails

@@ -84,7 +84,7 @@ def test_a_fit_with_clearance_and_cages_wrong_is_led_back():
         led = led_along(problem, astray, LATE_S)
     true = true_start(problem)[clearance]
     assert led.misfit < astray.misfit - 50
-    assert abs(led.point[clearance] - true) < 0.5 * abs(astray.point[clearance] - true)
+    assert abs(led.point[clearance] - true) < 0.1  # of a standard deviation; it began a whole one off
 
 
 def test_clearances_that_are_known_exactly_stay():
