@@ -37,7 +37,7 @@ by the generator in `tests/blind/`, which shares no code with `tdbsim` ([blind c
 what is strange in those with strange laws). The drops are fitted together to 60 ms and simulated on to 0.2 s, as
 `tdbmon analyse --forces` does. The method was worked out on sets with seeds up to 313, and the share of a peak force that its
 interval leaves to the law of the contact was taken from them. The goals are those that the project has set itself. Intervals in
-brackets are 95 % (Wilson).
+brackets are 95 % (Wilson).{remark}
 """
 
 
@@ -153,9 +153,9 @@ def _load(path: Path) -> SetOutcome:
     return SetOutcome(**{**data, "left": tuple(data["left"])})
 
 
-def page(outcomes: Sequence[SetOutcome], command: str) -> str:
+def page(outcomes: Sequence[SetOutcome], command: str, remark: str = "") -> str:
     """Return the page in Markdown."""
-    lines = [HEAD.format(command=command)]
+    lines = [HEAD.format(command=command, remark=f"\n\n{remark}" if remark else "")]
     for title, chosen in (
         ("Plain laws", [o for o in outcomes if o.strangeness == 0]),
         ("Strange laws", [o for o in outcomes if o.strangeness > 0]),
@@ -247,6 +247,7 @@ def main() -> None:
     parser.add_argument(
         "--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/fitted_forces.md by default"
     )
+    parser.add_argument("--remark", default="", metavar="TEXT", help="goes to the page: how the sets were fitted")
     o = parser.parse_args()
     for seed in range(o.seed, o.seed + o.sets):
         found = fit_set(seed, o.out, o.workers)
@@ -259,7 +260,7 @@ def main() -> None:
         )
     outcomes = [_load(path) for path in sorted(o.out.glob("set_*.json"))]
     target = o.page or o.out / "fitted_forces.md"
-    target.write_text(page(outcomes, "python -m tests.fitted_forces"), encoding="utf-8")
+    target.write_text(page(outcomes, "python -m tests.fitted_forces", o.remark), encoding="utf-8")
     print(f"{len(outcomes)} sets: {target}")
 
 
