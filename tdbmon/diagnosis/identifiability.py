@@ -27,6 +27,7 @@ from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, d
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
+from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import Problem, build_problem, check_start
 
@@ -150,6 +151,7 @@ def identifiability(
     with Crew() as crew:
         every = build_problem(machine, (*drops, *(drop for _, drop in further)), crew)
         check_start(every, HORIZON)
+        every = with_divergence(every)
         wanted = suspects(machine, drops[0].probes, every.standing) if among is None else tuple(among)
         progress(f"trying {len(wanted)} effects in {len(every.drops)} drops")
         seen = every.each(lambda drop: _observe(every, drop, wanted))

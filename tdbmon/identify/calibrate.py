@@ -23,6 +23,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
+from tdbmon.identify.divergence import followable, with_divergence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import Progress, followed
 from tdbmon.identify.parameters import (
@@ -93,6 +94,8 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
+        problem = with_divergence(problem)
+        usable = followable(problem, usable)
         problem, passed = followed(problem, usable, progress)
         point = passed[-1].fit.point
         covariance = reach(problem, passed)

@@ -16,6 +16,8 @@ from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 
 Array = NDArray[np.float64]
 
+USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
+FLIGHT_S = 0.008  # of a fall through a usual gap
 _LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
 _TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
@@ -51,6 +53,8 @@ class MeasuredDrop:
         Standard deviation of a pulse's angle, rad.
     remarks : tuple of str
         What the record lacks and how it was met.
+    divergence : float
+        1/s, by which paths near its own part (`tdbmon.identify.divergence`).
     """
 
     name: str
@@ -68,6 +72,7 @@ class MeasuredDrop:
     pulse_angles: Array
     pulse_sigma: float
     remarks: tuple[str, ...]
+    divergence: float = USUAL_DIVERGENCE
 
     @property
     def interval(self) -> float:

@@ -18,16 +18,14 @@ from tdbsim.modes import Modes
 from tdbsim.sensors import Runout, SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
-from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.drop import FLIGHT_S, MeasuredDrop
 from tdbmon.identify.noise import coloured
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
-DIVERGENCE = 42.0  # 1/s, by which neighbouring trajectories part (median of drops with contact at both ends)
-MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
-_FLIGHT_S = 0.008  # of a fall through a usual gap
+_MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
 _DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
 _COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
 _LEVITATED_ROWS = 5  # residuals a probe: mean, and both parts of 1X and 2X
@@ -222,10 +220,10 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
     k = prediction.x.shape[1]
     span = slice(prediction.first, prediction.first + k)
     left = drop.reading[:, span] - readings(prediction, drop, machine, sensors)
-    model_error = _model_error(drop, span)
+    model = model_error(drop, drop.time[span] - drop.release)
     rows = []
     for row, noise in zip(left, drop.noise, strict=True):
-        expected = np.hypot(noise.innovation, model_error)
+        expected = np.hypot(noise.innovation, model)
         rows.append(coloured(row, noise.colour) / expected)
     rows.append(_pulse_residuals(prediction, drop))
     held = levitated(prediction, drop, machine, sensors)
@@ -241,8 +239,8 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
 def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
     """Return the sum of squares that noise alone leaves of a drop's `residuals`, which allow for a model's error too."""
     first, count = window(drop, horizon)
-    model_error = _model_error(drop, slice(first, first + count))
-    return sum(float(np.sum(1 / (1 + (model_error / noise.innovation) ** 2))) for noise in drop.noise)
+    model = model_error(drop, drop.time[first : first + count] - drop.release)
+    return sum(float(np.sum(1 / (1 + (model / noise.innovation) ** 2))) for noise in drop.noise)
 
 
 def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) -> NDArray[np.bool_]:
@@ -253,9 +251,9 @@ def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) ->
     return np.concatenate([late, np.ones(rows - len(late) - before, dtype=bool), np.zeros(before, dtype=bool)])
 
 
-def _model_error(drop: MeasuredDrop, span: slice) -> Array:
-    """Return the standard deviation of the model's error at samples of a record, m."""
-    return MODEL_ERROR * np.exp(DIVERGENCE * np.maximum(drop.time[span] - drop.release - _FLIGHT_S, 0.0))
+def model_error(drop: MeasuredDrop, since: Array) -> Array:
+    """Return the standard deviation of the model's error, m, at times since the first guess of the release, s."""
+    return _MODEL_ERROR * np.exp(drop.divergence * np.maximum(since - FLIGHT_S, 0.0))
 
 
 def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:

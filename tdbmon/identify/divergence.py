@@ -1,0 +1,85 @@
+"""How fast neighbouring paths of a machine's drops part: the rate at which a model's error grows.
+
+Paths with impacts part exponentially, in a small fast spindle three times as fast as in a heavy rotor with wide gaps.  The
+rate is a property of the machine and its drops, and told by simulations at values drawn from what is known beforehand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.identify.drop import FLIGHT_S, USUAL_DIVERGENCE
+from tdbmon.identify.prediction import model_error
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_UNTIL_S, _WINDOW_S = 0.04, 0.01  # s after the release: by the end of that window paths have parted
+_FALLING_S = 0.005  # s; so far a shaft falls freely
+_POINTS = 8  # simulated a drop: rates differ widely from path to path
+_SPREAD = 0.5  # of what is known beforehand
+_ALWAYS_S = 0.022  # s after the release; until then both ends have touched, and mostly twice
+_DECIDING = 0.02  # of the gap
+_APART = 1e-9  # m/s, by which neighbours differ at the release
+
+
+def with_divergence(problem: Problem) -> Problem:
+    """Return a problem whose drops know how fast their paths part, which says how far their readings are trusted."""
+    rate = divergence(problem)
+    return replace(problem, drops=tuple(replace(drop, divergence=rate) for drop in problem.drops))
+
+
+def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
+    """Return the growing horizons, s after the release, up to which a model's error does not yet decide what touches next."""
+    least = min(end.radial_gap.nominal for end in problem.model.machine.touchdown_bearings)
+    return [
+        horizon
+        for horizon in horizons
+        if horizon <= _ALWAYS_S
+        or all(model_error(drop, np.array(horizon)) < _DECIDING * least for drop in problem.drops)
+    ]
+
+
+def divergence(problem: Problem) -> float:
+    """Return the rate, 1/s, by which neighbouring paths part beyond the free fall, the usual one at least.
+
+    The median over points drawn and over all drops, from the first contact to 40 ms; a neighbour has another velocity at
+    the release, and falls away from the path in proportion to time even where nothing touches.
+
+    Parameters
+    ----------
+    problem : Problem
+    """
+    rng = np.random.default_rng(0)
+    starts = [rng.standard_normal(len(problem.start)) for _ in range(_POINTS)]
+    points = [np.clip(_SPREAD * start, problem.low, problem.high) for start in starts]
+    by_drop = problem.each(lambda drop: [_rate(problem, point, drop) for point in points])
+    rates = [rate for of_drop in by_drop for rate in of_drop if math.isfinite(rate)]
+    return max(USUAL_DIVERGENCE, float(np.median(rates))) if rates else USUAL_DIVERGENCE
+
+
+def _rate(problem: Problem, point: Array, drop: int) -> float:
+    """Return the rate about one path, nan where it cannot be simulated."""
+    horizon = min(_UNTIL_S, problem.drops[drop].seconds)
+    where = problem.columns(drop)[len(problem.shared) :]
+    speeds = [c for c, p in zip(where, problem.own[drop], strict=True) if p.name.startswith("velocity")]
+    apart: Array = np.zeros(1)
+    try:
+        path = problem.simulated(point, drop, horizon)
+        for column in speeds:  # a path parts fast in one direction and slowly in another
+            near = point.copy()
+            near[column] += _APART / problem.parameters[column].scale
+            apart = apart + np.mean((problem.simulated(near, drop, horizon).readings - path.readings) ** 2, axis=0)
+    except InputError:
+        return math.nan
+    time = path.since
+    fall = (time > _FALLING_S / 2) & (time <= _FALLING_S)
+    late = time > horizon - _WINDOW_S
+    grown = math.sqrt(np.mean(apart[late] / time[late] ** 2) / np.mean(apart[fall] / time[fall] ** 2))
+    return math.log(grown) / (horizon - _WINDOW_S / 2 - FLIGHT_S) if grown > 0 else math.nan
