@@ -22,7 +22,7 @@ from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
-from tdbmon.identify.divergence import followable, with_divergence
+from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
@@ -111,7 +111,7 @@ def diagnose(
         problem = build_problem(machine, drops, crew)
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
-        horizons = followable(problem, horizons)
+        asked, horizons = horizons, followable(problem, horizons)
         suspected = suspects(machine, _common(drops), problem.standing)
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
@@ -142,6 +142,7 @@ def diagnose(
         remarks=(
             *(remark for drop in drops for remark in drop.remarks),
             *_remarks(drops),
+            *parting_remarks(problem, asked, horizons),
             *stated_remarks(likeliest.problem, likeliest.fit.point),
             *slowed_otherwise,
         ),

@@ -23,7 +23,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
-from tdbmon.identify.divergence import followable, with_divergence
+from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import Progress, followed
 from tdbmon.identify.parameters import (
@@ -95,7 +95,7 @@ def fit_drops(
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
         problem = with_divergence(problem)
-        usable = followable(problem, usable)
+        asked, usable = usable, followable(problem, usable)
         problem, passed = followed(problem, usable, progress)
         point = passed[-1].fit.point
         covariance = reach(problem, passed)
@@ -103,7 +103,7 @@ def fit_drops(
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
     remarks = [remark for drop in drops for remark in drop.remarks] + _odd_drops(fits, min(usable[-1], 0.025))
-    remarks += stated_remarks(problem, point)
+    remarks += [*parting_remarks(problem, asked, usable), *stated_remarks(problem, point)]
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),

@@ -46,6 +46,17 @@ def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
     ]
 
 
+def parting_remarks(problem: Problem, asked: Sequence[float], followed: Sequence[float]) -> tuple[str, ...]:
+    """Say that drops are followed less far than was asked for, where they are."""
+    if followed[-1] == asked[-1]:
+        return ()
+    rate = max(drop.divergence for drop in problem.drops)
+    return (
+        f"neighbouring paths of this machine part e-fold every {1e3 / rate:.0f} ms (usually {1e3 / USUAL_DIVERGENCE:.0f} ms): the"
+        f" drops are fitted to {followed[-1] * 1e3:g} ms after the release instead of {asked[-1] * 1e3:g} ms",
+    )
+
+
 def divergence(problem: Problem) -> float:
     """Return the rate, 1/s, by which neighbouring paths part beyond the free fall, the usual one at least.
 

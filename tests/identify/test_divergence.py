@@ -8,7 +8,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.identify.calibrate import HORIZONS
 from tdbmon.identify.crew import Crew
-from tdbmon.identify.divergence import divergence, followable, with_divergence
+from tdbmon.identify.divergence import divergence, followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import USUAL_DIVERGENCE, measured_drop
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import build_problem
@@ -73,9 +73,12 @@ def test_a_fit_ends_where_the_models_error_decides_what_touches_next(case, probl
     parted = with_divergence(problem)
     horizons = followable(parted, HORIZONS)
     assert horizons == list(HORIZONS[: len(horizons)])
+    remarks = parting_remarks(parted, HORIZONS, horizons)
     if case.seed == GENERATOR:
         assert len(horizons) == len(HORIZONS)
+        assert remarks == ()
     else:
+        assert f"fitted to {horizons[-1] * 1e3:g} ms after the release instead of 60 ms" in remarks[0]
         assert 0.022 <= horizons[-1] <= 0.04
         beyond = HORIZONS[len(horizons)]
         error = 1e-7 * np.exp(parted.drops[0].divergence * (np.array([horizons[-1], beyond]) - 0.008))
