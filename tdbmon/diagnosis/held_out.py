@@ -24,6 +24,7 @@ LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
+_TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
 
 
@@ -123,12 +124,12 @@ def held_out(plain: Contender, extended: Contender, index: int, horizon: float) 
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop of middle speed, no further than to where one of the models clearly does better.
+    """Return the proof on the drop that tells most, no further than to where one of the models clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
     is no proof, two are to be one: a ball of another size may hardly be met in one of them.
     """
-    first, *further = middle_drops(extended.problem)
+    first, *further = telling_drops(plain)
     for horizon in (*(h for h in _PROOF_S if h < extended.horizon), extended.horizon):
         proof = held_out(plain, extended, first, horizon)
         if proof.gain is not None and proof.clear:
@@ -139,11 +140,17 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     return proof.along_with(held_out(plain, extended, further[0], horizon))
 
 
-def middle_drops(problem: Problem) -> list[int]:
-    """Return the drops in the order in which to hold them out: of middle speed first, so that others lie on both sides."""
-    order = np.argsort([drop.speed for drop in problem.drops])
+def telling_drops(plain: Contender) -> list[int]:
+    """Return the drops in the order in which to hold them out: of middle speed first, so that others lie on both sides.
+
+    Those that the plain model explains nearly as well as the others are asked last: with friction that rises where the
+    shaft slips slowly it may fail in the slowest drop alone, and on the others there is nothing to gain.
+    """
+    order = np.argsort([drop.speed for drop in plain.problem.drops])
     middle = (len(order) - 1) // 2
-    return [int(order[k]) for k in sorted(range(len(order)), key=lambda k: abs(k - middle - 0.1))]
+    drops = [int(order[k]) for k in sorted(range(len(order)), key=lambda k: abs(k - middle - 0.1))]
+    beyond = [max(ratio - plain.floor, 0.0) for ratio in plain.ratio_of_drops]
+    return sorted(drops, key=lambda drop: beyond[drop] < _TELLING * max(beyond))
 
 
 def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: float) -> float:
