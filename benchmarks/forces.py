@@ -42,10 +42,10 @@ code with tdbmon or tdbsim; "true" is what that program used.
 ## What is done
 
 1. **Fit.** Initial state, clearances, supports, friction, unbalance and what else the machine file gives a tolerance are
-   fitted to the first 60 ms after the release, in small steps from just past the first contact; of several drops at once what
-   they share. Fits begun at other clearances go beside it until the contacts tell which is right. A value's interval rests on
-   the contacts that the fit explains. A value at the edge of its tolerance, and one that the drops hardly determine, is said
-   with those that go with it.
+   fitted to the first 60 ms after the release, in small steps from just past the first contact, and on to 90 ms where no more
+   is left than noise and the model's growing error; of several drops at once what they share. Fits begun at other clearances
+   go beside it until the contacts tell which is right. A value's interval rests on the contacts that the fit explains. A value
+   at the edge of its tolerance, and one that the drops hardly determine, is said with those that go with it.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
    beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence.
@@ -62,7 +62,7 @@ code with tdbmon or tdbsim; "true" is what that program used.
 
 _TAIL = """## What falls short
 
-- **Past the fit.** Trajectories with impacts part by some 40 a second. What is left to 60 ms is more than noise, though
+- **Past the fit.** Trajectories with impacts part by some 40 a second. What is left late in the fit is more than noise, though
   nothing is hidden in these drops; by 0.2 s some paths are others. Forces there are statistics.
 - **Values that go together.** Radial gap and ball clearance make up for each other: their sum is right, each alone is off
   by more than its interval says. Contact damping is hardly told by these drops, and where the fit does not say so, its

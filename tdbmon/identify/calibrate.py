@@ -37,7 +37,7 @@ from tdbmon.identify.stated_values import stated_remarks
 Array = NDArray[np.float64]
 
 # s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
-HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06)
+HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.09)
 TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
@@ -96,14 +96,15 @@ def fit_drops(
         check_start(problem, usable[0])
         problem = with_divergence(problem)
         asked, usable = usable, followable(problem, usable)
+        remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
         problem, passed = followed(problem, usable, progress)
+        usable = [h for h in usable if h <= passed[-1].horizon]
         point = passed[-1].fit.point
         covariance = reach(problem, passed)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
-    remarks = [remark for drop in drops for remark in drop.remarks] + _odd_drops(fits, min(usable[-1], 0.025))
-    remarks += [*parting_remarks(problem, asked, usable), *stated_remarks(problem, point)]
+    remarks += [*_odd_drops(fits, min(usable[-1], 0.025)), *stated_remarks(problem, point)]
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),

@@ -29,6 +29,7 @@ _HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
 # s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still
 _TELLING_S = (0.022, 0.027)
 _SOUGHT_S = 0.04  # s; a path that is lost later ends where trajectories part anyway
+_LATE_S = 0.06  # s; who leaves more there than noise and the model's error is followed no further
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ def followed(
     ----------
     problem : Problem
     horizons : sequence of float
-        s after the release, growing.
+        s after the release, growing; those beyond 60 ms as long as no more is left than noise and the model's error.
     progress : callable
         Is told the name of each step as it begins.
     may_widen : bool
@@ -78,7 +79,7 @@ def followed(
             begun = [(problem, corner, horizon) for corner in corners(problem, found.point)]
             rivals = _deepest([*{found, turned}, *problem.crew.apart(begun_at, begun)])
         fails = rivals[0].misfit > FAILING * noise
-        if fails and may_widen and horizon >= TOUCHED_S:
+        if fails and may_widen and TOUCHED_S <= horizon <= _LATE_S:
             freed = fitted_with_stated_values(problem, rivals[0], horizon)
             if freed is not None and rivals[0].misfit - freed[1].misfit > WORTH * (rivals[0].misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
@@ -89,6 +90,8 @@ def followed(
             rivals = _deepest([led, *rivals[1:]])
         if horizon >= TOUCHED_S or horizon == horizons[-1]:
             passed.append(Passed(horizon, rivals[0]))
+        if horizon >= _LATE_S and rivals[0].misfit > FAILING * sum(map(len, rivals[0].residuals)):
+            break
         starts = [each.point for each in rivals[: next((n for h, n in _RIVALS if h >= horizon), 1)]]
     return problem, passed
 

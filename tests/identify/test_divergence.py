@@ -78,7 +78,7 @@ def test_a_fit_ends_where_the_models_error_decides_what_touches_next(case, probl
         assert len(horizons) == len(HORIZONS)
         assert remarks == ()
     else:
-        assert f"fitted to {horizons[-1] * 1e3:g} ms after the release instead of 60 ms" in remarks[0]
+        assert f"fitted to {horizons[-1] * 1e3:g} ms after the release instead of 90 ms" in remarks[0]
         assert 0.022 <= horizons[-1] <= 0.04
         beyond = HORIZONS[len(horizons)]
         error = 1e-7 * np.exp(parted.drops[0].divergence * (np.array([horizons[-1], beyond]) - 0.008))
