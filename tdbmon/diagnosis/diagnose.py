@@ -126,6 +126,8 @@ def diagnose(
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]
         without = {extended[0].name: proof.without} if proof is not None else {}
+        if slowed is not None and slowed.base.causes:
+            without[extended[0].name] = (*without.get(extended[0].name, ()), *slowed.proof().without)
         concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
         sizes = {each.name: sizes_of(each, without.get(each.name, ())) for each in concerned}
         slowed_otherwise = slowing_remarks(likeliest)

@@ -23,6 +23,12 @@ from tdbmon.diagnosis.verdict import EXPLAINED
 Array = NDArray[np.float64]
 
 _SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
+_GREATER = (
+    10.0,
+    16.0,
+    25.0,
+)  # the same where the greatest of those is as good as any: a ring that is held stands still
+_AS_GOOD = 4.0  # sum of squares beyond the least: two standard deviations
 _FINER = 8  # sizes tried between the neighbours of the best
 _NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
 _SHARE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
@@ -75,8 +81,8 @@ class Slowed:
         best = self.best(range(len(self.bare)))
         misfits = np.array([slowing_misfit(trial) for trial in self.trials])
         # half as wide as what lies within two standard deviations of the best
-        within = self.sizes[misfits <= misfits[best] + 4]
-        spacing = float(np.min(np.diff(self.sizes)))
+        within = self.sizes[misfits <= misfits[best] + _AS_GOOD]
+        spacing = float(np.max(np.diff(self.sizes[max(best - 1, 0) : best + 2])))
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
         start = Start({size: float(self.sizes[best])}, known={size: sigma})
@@ -133,6 +139,9 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
         first = _tried(base, suspect, sizes)
         if not first:
             continue
+        misfits = [slowing_misfit(trial) for _, trial in first]
+        if misfits[-1] <= min(misfits) + _AS_GOOD:
+            first += _tried(base, suspect, suspect.sizes[0][0].typical * np.array(_GREATER))
         at = min(range(len(first)), key=lambda k: slowing_misfit(first[k][1]))
         low, high = first[max(at - 1, 0)][0], first[min(at + 1, len(first) - 1)][0]
         trials = sorted([*first, *_tried(base, suspect, np.linspace(low, high, _FINER + 2)[1:-1])], key=lambda t: t[0])

@@ -21,6 +21,7 @@ from tests.identify import drops
 
 SPEEDS = ((50.0, 1), (80.0, 2))
 TORQUE = 1.2  # N m
+HELD = 4.5  # N m
 
 
 def problem_of(crew, *effects, seconds=0.3):
@@ -75,6 +76,16 @@ def test_a_ring_that_is_hard_to_turn_is_found_with_its_place_and_size(crew):
     assert proof.seen
     assert proof.drops == ("drop_50.nc", "drop_80.nc")
     assert all(each["ring_drag@DE.torque"] == pytest.approx(TORQUE, rel=0.3) for each in proof.without)
+
+
+def test_how_hard_a_ring_is_held_that_does_not_turn_is_known_as_a_least_value_only(crew):
+    """Friction cannot drive a ring that is held as hard as this: any greater torque does the same."""
+    field, _ = judged(crew, f"ring_drag:end=DE,torque={HELD}")
+    assert field[0].name == "ring_drag@DE"
+    (torque,) = (p for p in field[0].problem.shared if p.name == "ring_drag@DE.torque")
+    found = field[0].starts()[0].shared["torque"]
+    assert abs(found - HELD) < 2 * torque.sigma
+    assert torque.sigma > 0.2 * found
 
 
 def test_with_nothing_hidden_nothing_is_added(crew):
