@@ -14,12 +14,13 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
+from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.diagnosis.verdict import Verdict, doubted, verdict
+from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -133,6 +134,9 @@ def diagnose(
         slowed_otherwise = slowing_remarks(likeliest)
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0].name].causes, proof)
+        moved = moved_mark(drops)
+        if moved is not None:
+            judged = Verdict(Kind.UNKNOWN, (), judged.probabilities, moved)
     return Diagnosis(
         machine=machine,
         verdict=judged,

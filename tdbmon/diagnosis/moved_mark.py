@@ -1,0 +1,55 @@
+"""A keyphasor mark that has moved between the drops: every probe sees the same surface, turned against the mark.
+
+Twice a revolution a levitated shaft reads as its surface runs out, whatever the speed; unbalance is seen once.  So with a
+mark that stays the 2X phasors of all probes, counted from it, are the same in every drop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbmon.identify.drop import MeasuredDrop
+
+_LEAST_DROPS = 3  # with two, surfaces that differ look turned alike too often
+_CLEAR = 4.0  # standard deviations, of all phasors together
+_ALIKE = 0.15  # of their size, by which they may differ beyond noise once turned back
+_MOVED = math.radians(10)  # a lag that all channels have turns them by less
+
+
+def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
+    """Say by how much the mark has moved, where the levitated shaft shows that it has; None otherwise.
+
+    Angles are known up to half a turn.
+    """
+    if len(drops) < _LEAST_DROPS or not all(math.isfinite(drop.angle_sigma) for drop in drops):
+        return None
+    names = set.intersection(*({probe.name for probe in drop.probes} for drop in drops))
+    (first, chance), *others = (_twice_a_revolution(drop, names) for drop in drops)
+    size = float(np.linalg.norm(first))
+    if size < _CLEAR * chance:
+        return None
+    turns = []
+    for seen, chance_too in others:
+        overlap = complex(np.sum(seen * np.conj(first)))
+        apart = float(np.linalg.norm(seen * np.exp(-1j * np.angle(overlap)) - first))
+        if apart**2 > (_ALIKE * size) ** 2 + 2 * (chance**2 + chance_too**2):
+            return None
+        turns.append(float(np.angle(overlap)) / 2)
+    if max(map(abs, turns)) < _MOVED:
+        return None
+    by = ", ".join(f"{math.degrees(turn):+.0f} deg in {drop.name}" for turn, drop in zip(turns, drops[1:], strict=True))
+    return (
+        f"the keyphasor's mark has moved between the drops: twice a revolution all probes see the surface that they see in"
+        f" {drops[0].name}, turned by {by} (or half a turn more). Nothing that depends on the shaft's angle can be told"
+    )
+
+
+def _twice_a_revolution(drop: MeasuredDrop, names: set[str]) -> tuple[NDArray[np.complex128], float]:
+    """Return the 2X phasors of a drop's levitated readings, counted from the mark, and how far noise moves them all, m."""
+    chosen = [noise for probe, noise in zip(drop.probes, drop.noise, strict=True) if probe.name in names]
+    seen = np.array([noise.orders[1] for noise in chosen]) * np.exp(-2j * drop.angle)
+    return seen, math.sqrt(sum(noise.order_sigma**2 for noise in chosen))
