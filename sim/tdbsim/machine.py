@@ -90,7 +90,7 @@ class Rotor(Part):
     sections: tuple[Section, ...] = Field(min_length=1)
     disks: tuple[Disk, ...] = ()
     unbalance: tuple[Unbalance, ...] = ()
-    elastic_modulus: Pressure = Field(gt=0)
+    elastic_modulus: Pressure = Field(ge=1e9, le=1e12)
     density: Density = Field(gt=0)
     poisson_ratio: Number = Field(0.3, gt=0, lt=0.5)
     modal_damping_ratio: Number = Field(0.0, ge=0, lt=1)
@@ -368,10 +368,15 @@ class Machine(Part):
         return 1 if self.rotation == "ccw" else -1
 
 
+def _um(value: Tolerant) -> str:
+    least = "" if value.is_exact else f" (down to {value.low * 1e6:g} um)"
+    return f"{value.nominal * 1e6:g} um{least}"
+
+
 def _plausible(bearing: TouchdownBearing) -> None:
     gap = bearing.radial_gap
     if gap.low <= 0:
-        raise InputError(f"touchdown_bearing '{bearing.name}': radial_gap {gap.low * 1e6:g} um is not positive")
+        raise InputError(f"touchdown_bearing '{bearing.name}': radial_gap {_um(gap)} is not positive")
     if gap.nominal > 0.1 * bearing.journal_radius:
         raise InputError(
             f"touchdown_bearing '{bearing.name}': radial_gap {gap.nominal * 1e6:g} um is more than a tenth of the journal radius"
@@ -385,8 +390,8 @@ def _plausible(bearing: TouchdownBearing) -> None:
             )
     if bearing.friction.high > 2:
         raise InputError(
-            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.high:g} is no friction coefficient;"
-            " 0.05 to 0.5 is usual"
+            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.nominal:g} (up to {bearing.friction.high:g}) is no"
+            " friction coefficient; 0.05 to 0.5 is usual"
         )
     if bearing.heat is not None:
         try:

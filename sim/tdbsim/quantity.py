@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
@@ -25,13 +26,23 @@ class Tolerant(BaseModel):
         return self.low == self.high
 
 
+def _si(value: Any, si: str) -> float:
+    """Return a value in SI; a bare angle of more than a turn is one in degrees whose unit was forgotten."""
+    number = to_si(value, si)
+    if si == "rad" and not isinstance(value, str) and abs(number) > 2 * math.pi:
+        raise InputError(
+            f'{number:g} rad is {math.degrees(number):.0f} deg, more than a turn; where degrees are meant write "{number:g} deg"'
+        )
+    return number
+
+
 def quantity(si: str) -> BeforeValidator:
     """Return what reads an exact value in an SI unit."""
 
     def parse(value: Any) -> float:
         if isinstance(value, dict):
             raise InputError(f"this value takes no tolerance; write a number in {si} or a text with a unit")
-        return to_si(value, si)
+        return _si(value, si)
 
     return BeforeValidator(parse)
 
@@ -41,7 +52,7 @@ def _tolerant(si: str) -> BeforeValidator:
         if isinstance(value, Tolerant):
             return value
         if not isinstance(value, dict):
-            number = to_si(value, si)
+            number = _si(value, si)
             return {"nominal": number, "low": number, "high": number}
         unknown = set(value) - {"nominal", "tolerance"}
         if unknown:
@@ -49,12 +60,12 @@ def _tolerant(si: str) -> BeforeValidator:
             raise InputError(f"unknown key '{name}'{did_you_mean(name, ['nominal', 'tolerance'])}")
         if "nominal" not in value:
             raise InputError("a value with a tolerance needs 'nominal'")
-        nominal = to_si(value["nominal"], si)
+        nominal = _si(value["nominal"], si)
         tolerance = value.get("tolerance", 0)
         if isinstance(tolerance, str) and tolerance.strip().endswith("%"):
             width = abs(nominal) * to_si(tolerance, "1")
         else:
-            width = to_si(tolerance, si)
+            width = _si(tolerance, si)
         if width < 0:
             raise InputError(f"tolerance {tolerance!r} is negative; write its half-width as a positive value")
         return {"nominal": nominal, "low": nominal - width, "high": nominal + width}

@@ -235,6 +235,8 @@ def _peak(part: np.ndarray, rate: float, near: float) -> float | None:
     power = np.sum(np.abs(rfft(part, n, axis=1)) ** 2, axis=0)
     frequency = rfftfreq(n, 1 / rate)
     band = np.flatnonzero(np.abs(frequency / near - 1) < 0.2)
+    if band.size < 3:  # sampled too slowly, or too short
+        return None
     top = band[int(np.argmax(power[band]))]
     if top in (band[0], band[-1]) or power[top] < 30 * np.median(power[band]):
         return None

@@ -138,7 +138,7 @@ def slowing_remarks(contender: Contender) -> list[str]:
     return [
         f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated, in all drops:"
         f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
-        " small loads is not as the file has it. The verdict does not rest on it"
+        " small loads may not be as the file has it. The verdict does not rest on it"
     ]
 
 

@@ -23,11 +23,8 @@ from tdbmon.diagnosis.verdict import EXPLAINED
 Array = NDArray[np.float64]
 
 _SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
-_GREATER = (
-    10.0,
-    16.0,
-    25.0,
-)  # the same where the greatest of those is as good as any: a ring that is held stands still
+# the same where the greatest of those is as good as any: a ring that is held stands still
+_GREATER = (10.0, 16.0, 25.0)
 _AS_GOOD = 4.0  # sum of squares beyond the least: two standard deviations
 _FINER = 8  # sizes tried between the neighbours of the best
 _NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else

@@ -36,12 +36,15 @@ def with_divergence(problem: Problem) -> Problem:
 
 
 def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
-    """Return the growing horizons, s after the release, up to which a model's error does not yet decide what touches next."""
+    """Return the growing horizons, s after the release, up to which a model's error does not yet decide what touches next.
+
+    The first always, and those by which both ends have touched.
+    """
     least = min(end.radial_gap.nominal for end in problem.model.machine.touchdown_bearings)
     return [
         horizon
         for horizon in horizons
-        if horizon <= _ALWAYS_S
+        if horizon <= max(_ALWAYS_S, horizons[0])
         or all(model_error(drop, np.array(horizon)) < _DECIDING * least for drop in problem.drops)
     ]
 

@@ -13,7 +13,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.gap import fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel
-from tdbmon.analysis.swing import find_swing
+from tdbmon.analysis.swing import _peak, find_swing
 from tests.analysis.planes import G, planes_of
 
 RATE = 4000.0
@@ -188,3 +188,7 @@ def test_an_arc_too_short_for_a_circle_gives_none(machine):
     rng = np.random.default_rng(0)
     still = [0, -300e-6] + 0.3e-6 * rng.standard_normal((len(time), 2))
     assert fit_gap(planes_of(time, {"NDE": still}), "NDE", machine, TRAVEL, 0.0) is None
+
+
+def test_a_line_beyond_half_the_sampling_rate_is_not_found():
+    assert _peak(np.ones((2, 1000)), rate=20.0, near=45.0) is None

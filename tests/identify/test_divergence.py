@@ -73,6 +73,7 @@ def test_a_fit_ends_where_the_models_error_decides_what_touches_next(case, probl
     parted = with_divergence(problem)
     horizons = followable(parted, HORIZONS)
     assert horizons == list(HORIZONS[: len(horizons)])
+    assert followable(parted, (0.05,)) == [0.05]
     remarks = parting_remarks(parted, HORIZONS, horizons)
     if case.seed == GENERATOR:
         assert len(horizons) == len(HORIZONS)
