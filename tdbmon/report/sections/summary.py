@@ -112,7 +112,7 @@ def _hardest(fitted: FittedDrop) -> list[Block]:
         Table("How hard the bearings were hit: the fitted model, with 95 % intervals", header, hardest(fitted.forces)),
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {fitted.calibration.horizon * 1e3:.0f} ms after"
-            f" the release and leaves {fitted.calibration.misfit:.2f} times the probes' noise there."
+            f" the release; of the first contacts it leaves {fitted.calibration.misfit:.2f} times the probes' noise."
         ),
     ]
 
