@@ -65,7 +65,8 @@ def section(fitted: FittedDrop) -> Section:
             f"No sensor measures these. The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the"
             f" release{_of_several(calibration)} within the tolerances of the machine file; what is left"
             f" of the first contacts is {calibration.misfit:.2f} times the probes' noise (1 where nothing but noise is left)."
-            f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over {drop.seconds:g} s."
+            f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over"
+            f" {drop.seconds:g} s."
         ),
         *(Verdict(remark, "attention") for remark in calibration.remarks),
         Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
