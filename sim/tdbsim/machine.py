@@ -90,7 +90,7 @@ class Rotor(Part):
     sections: tuple[Section, ...] = Field(min_length=1)
     disks: tuple[Disk, ...] = ()
     unbalance: tuple[Unbalance, ...] = ()
-    elastic_modulus: Pressure = Field(ge=1e9, le=1e12)
+    elastic_modulus: Pressure = Field(ge=1e9)
     density: Density = Field(gt=0)
     poisson_ratio: Number = Field(0.3, gt=0, lt=0.5)
     modal_damping_ratio: Number = Field(0.0, ge=0, lt=1)
