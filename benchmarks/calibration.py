@@ -27,7 +27,7 @@ def main() -> None:
     for _ in range(_RUNS):
         run(model, plan)
     once = (time.perf_counter() - began) / _RUNS
-    forces_of(fit_drops(machine, records[:1], horizons=(0.006, 0.014)), seconds=0.02, members=2)  # the same
+    forces_of(fit_drops(machine, records[:1], horizons=(0.006, 0.014)), seconds=0.02, members=8)  # the same
     for workers in sorted({1, os.cpu_count() or 1}):
         began = time.perf_counter()
         calibration = fit_drops(machine, records, workers=workers)
