@@ -33,6 +33,7 @@ from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.quality import Check, check, usable
+from tdbmon.record.speed_checks import without_refuted
 
 _UNSETTLED = "the shaft does not settle long enough to know its clearance circle and its position at rest"
 
@@ -62,6 +63,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     progress("checking the channels")
     record = assign(record, machine)
     checks = list(check(record, machine))
+    record = without_refuted(record, machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)

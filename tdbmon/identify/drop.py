@@ -134,15 +134,21 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.release import find_release
     from tdbmon.record.assign import assign
     from tdbmon.record.quality import check, repair_gaps, usable
+    from tdbmon.record.speed_checks import require_one_speed, without_refuted
 
     name = str(record.attrs.get("source_file", "record"))
     laid = assign(record, machine)
     checks = check(laid, machine)
     fit = usable(laid, machine, checks)
-    laid = repair_gaps(laid)
+    laid = without_refuted(repair_gaps(laid), machine)
+    require_one_speed(laid, machine, name)
+    wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
+    if wrong_speed and not {"speed", "keyphasor"} & set(laid):
+        raise InputError(wrong_speed[0])
     probes = tuple(p for p in machine.probes if p.name in fit and np.isfinite(laid[p.name].values).all())
     remarks = [f"{name}: calibrated without probe '{p.name}'" for p in machine.probes if p not in probes]
     remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
+    remarks += wrong_speed
     if len(probes) < 3:
         raise InputError(
             f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three: check the channels"

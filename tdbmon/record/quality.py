@@ -9,12 +9,12 @@ from tdbsim.machine import Machine
 from tdbmon.record import faults
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses, speed
+from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, probe_checks, twins
+from tdbmon.record.speed_checks import first_speed, speed_check
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
 _UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
-_SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 
 
 def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
@@ -48,9 +48,9 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
     if marks is not None:
         found.append(_keyphasor(marks))
-    found += whirl_directions(ds, machine, _first_speed(ds, marks))
+    found += whirl_directions(ds, machine, first_speed(ds, marks))
     if "speed" in ds:
-        found.append(_speed(ds, marks))
+        found.append(speed_check(ds, machine, marks))
     return tuple(found)
 
 
@@ -172,48 +172,3 @@ def _keyphasor(marks: Pulses) -> Check:
         "; surplus pulses were dropped and missed ones counted: check the sensor's gap and the mark" if faulty else ""
     )
     return Check("keyphasor", "keyphasor", not faulty, marks.quality + cure)
-
-
-def _first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
-    if marks is not None and marks.times.size > 4:
-        return float(np.median(speed(marks)[1][:4]))
-    if "speed" in ds:
-        start = ds["speed"].values[:50]
-        if np.isfinite(start).any():
-            return float(np.nanmedian(start))
-    return None
-
-
-def _speed(ds: xr.Dataset, marks: Pulses | None) -> Check:
-    values, time = ds["speed"].values, ds[ds["speed"].dims[0]].values
-    good = np.isfinite(values)
-    if not good.any():
-        return Check("speed", "speed", False, "holds no value: check the channel")
-    largest = float(np.max(np.abs(values[good])))
-    if marks is not None and marks.times.size > 4:
-        at, hz, sigma = speed(marks)
-        ratio = float(np.median(np.interp(at, time[good], values[good]) / hz))
-        spread = float(np.median(sigma / hz))
-        detail = f"{ratio:.4g} times the keyphasor's speed"
-        if abs(ratio - 1) <= max(0.03, 3 * spread):
-            return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(ratio - 1):.2%}")
-        kinds = {
-            60.0: "rpm written as Hz",
-            1 / 60: "Hz written as rpm",
-            2 * np.pi: "rad/s written as Hz",
-            2.0: "two pulses a revolution in the speed signal",
-            0.5: "two marks a revolution on the shaft",
-        }
-        nearest = min(kinds, key=lambda kind: abs(np.log(max(abs(ratio), 1e-9) / kind)))
-        why = f", {kinds[nearest]}" if 0.9 < abs(ratio) / nearest < 1.1 else ""
-        return Check(
-            "speed", "speed", False, f"{detail}{why}: check unit and sensitivity of the speed signal, and the mark"
-        )
-    if largest > _SPEED_LIMIT:
-        return Check(
-            "speed",
-            "speed",
-            False,
-            f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit",
-        )
-    return Check("speed", "speed", True, f"up to {largest:.4g} Hz")

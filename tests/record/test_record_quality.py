@@ -177,18 +177,6 @@ def test_pulses_that_are_missed_or_absent(sound: xr.Dataset) -> None:
     assert ("dead", "keyphasor") in none
 
 
-@pytest.mark.parametrize(
-    ("factor", "word"), [(60.0, "rpm written as Hz"), (2 * np.pi, "rad/s written as Hz"), (2.0, "two pulses")]
-)
-def test_a_speed_in_the_wrong_unit(factor: float, word: str, sound: xr.Dataset) -> None:
-    assert word in _failed(_changed(sound, "speed", sound["speed"].values * factor))["speed", "speed"]
-
-
-def test_a_speed_in_rpm_without_a_keyphasor(sound: xr.Dataset) -> None:
-    ds = _changed(sound, "speed", sound["speed"].values * 60).drop_vars("keyphasor")
-    assert "rpm written as Hz" in _failed(ds)["speed", "speed"]
-
-
 def test_a_record_that_was_cut_off_says_so(sound: xr.Dataset) -> None:
     ds = sound.copy()
     ds.attrs["incomplete"] = "the logger was cut off"

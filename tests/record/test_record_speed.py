@@ -1,0 +1,132 @@
+"""A speed in a wrong unit is found with and without a keyphasor, and never becomes a result (synthetic records)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from record_machine import machine
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.identify.drop import measured_drop
+from tdbmon.record.assign import assign
+from tdbmon.record.quality import Check, check
+from tdbmon.record.read import read
+from tdbmon.record.speed_checks import levitated_lines, refuted
+
+SHORT = sorted((Path(__file__).parents[2] / "datasets" / "short").glob("*.nc"))
+LABELS = [(60.0, "rpm written as Hz"), (1 / 60, "Hz written as rpm"), (2 * np.pi, "rad/s written as Hz")]
+
+
+def _record(path: Path, factor: float, keyphasor: bool) -> xr.Dataset:
+    raw = read(path)
+    raw["speed"] = raw["speed"].copy(data=raw["speed"].values * factor)
+    return raw if keyphasor else raw.drop_vars("keyphasor")
+
+
+def _speed_check(ds: xr.Dataset) -> Check:
+    return next(found for found in check(ds, machine()) if found.check == "speed")
+
+
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_right_speed_is_borne_out(path: Path, keyphasor: bool) -> None:
+    ds = assign(_record(path, 1.0, keyphasor), machine())
+    found = _speed_check(ds)
+    assert found.passed
+    assert ("agrees with the keyphasor" if keyphasor else "draws a line there") in found.detail
+    assert refuted(ds, machine()) == ""
+
+
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+@pytest.mark.parametrize(("factor", "word"), LABELS)
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_wrong_unit_is_named_and_left_out(path: Path, factor: float, word: str, keyphasor: bool) -> None:
+    ds = assign(_record(path, factor, keyphasor), machine())
+    found = _speed_check(ds)
+    assert not found.passed
+    assert word in found.detail
+    assert "left out" in found.detail
+    assert refuted(ds, machine()) == "speed"
+
+
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_wrong_unit_does_not_become_the_speed_at_the_release(keyphasor: bool) -> None:
+    found = analyse(_record(SHORT[1], 60.0, keyphasor), machine())
+    true = analyse(_record(SHORT[1], 1.0, True), machine()).rundown
+    assert true is not None and true.initial.value is not None
+    if keyphasor:
+        assert found.rundown is not None
+        assert found.rundown.initial.value == pytest.approx(true.initial.value, rel=2e-3)
+    else:
+        assert found.rundown is None
+        assert found.speed_hz.size == 0
+
+
+def test_a_model_is_not_fitted_to_a_wrong_speed() -> None:
+    true = measured_drop(_record(SHORT[1], 1.0, True), machine())
+    mended = measured_drop(_record(SHORT[1], 60.0, True), machine())
+    assert mended.omega == pytest.approx(true.omega, rel=1e-3)  # ten pulses, timed to a sample
+    assert any("rpm written as Hz" in remark for remark in mended.remarks)
+    with pytest.raises(InputError, match="rpm written as Hz"):
+        measured_drop(_record(SHORT[1], 60.0, False), machine())
+
+
+def test_two_marks_on_the_shaft_leave_the_keyphasor_out() -> None:
+    raw = read(SHORT[1])
+    time = raw[raw["keyphasor"].dims[0]].values
+    hz = float(raw["speed"].values[:50].mean())
+    raw["keyphasor"] = raw["keyphasor"].copy(data=((2 * hz * (time - time[0])) % 1 < 0.1).astype(float))
+    ds = assign(raw, machine())
+    assert "two marks a revolution" in _speed_check(ds).detail
+    assert refuted(ds, machine()) == "keyphasor"
+    assert analyse(raw, machine()).angle is None
+
+
+def test_a_speed_that_no_unit_explains_is_flagged_and_kept() -> None:
+    ds = assign(_record(SHORT[1], 1.37, False), machine())
+    found = _speed_check(ds)
+    assert not found.passed
+    assert "draws no line there, and a strong one at" in found.detail
+    assert refuted(ds, machine()) == ""
+
+
+def test_signal_and_keyphasor_that_no_line_judges_are_not_fitted() -> None:
+    raw = _record(SHORT[1], 1.5, True)
+    time = raw["NDE_A"][raw["NDE_A"].dims[0]].values
+    noise = np.random.default_rng(3)
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        values = raw[name].values.copy()
+        early = time < time[0] + 0.099
+        values[early] = values[early].mean() + 1e-6 * noise.standard_normal(int(early.sum()))
+        raw[name] = raw[name].copy(data=values)
+    with pytest.raises(InputError, match="does not tell which is right"):
+        measured_drop(raw, machine())
+
+
+def test_hum_alone_contradicts_no_speed() -> None:
+    ds = assign(read(SHORT[1]), machine()).drop_vars("keyphasor")
+    time = ds[ds["NDE_A"].dims[0]].values
+    noise = np.random.default_rng(4)
+    hum = 5e-6 * np.sin(2 * np.pi * 50 * time) + 2e-6 * np.sin(2 * np.pi * 150 * time)
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        early = time < time[0] + 0.099
+        values = ds[name].values.copy()
+        values[early] = hum[early] + 1e-7 * noise.standard_normal(int(early.sum()))
+        ds[name] = ds[name].copy(data=values)
+    ds["speed"] = ds["speed"].copy(data=np.full(ds["speed"].size, 77.0))
+    assert _speed_check(ds).passed
+    lines = levitated_lines(ds, machine())
+    assert lines is not None
+    assert not lines.bears_out(77.0)
+
+
+def test_a_record_without_levitation_is_not_judged() -> None:
+    ds = assign(read(SHORT[1]), machine())
+    late = ds.isel(time=ds["time"].values > ds["time"].values[0] + 0.15)
+    assert refuted(late, machine()) == ""
+    short = ds.isel(time=slice(0, 400))
+    assert levitated_lines(short, machine()) is None
