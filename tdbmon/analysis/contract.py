@@ -93,11 +93,10 @@ def _speed(rundown: RunDown) -> dict[str, Any]:
 
 
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
-    um, unsettled = "um", "the shaft does not settle on the ring within the record"
-    gap = end.gap
-    missing = Estimate.missing(um, unsettled)
+    um, gap = "um", end.gap
+    missing = Estimate.missing(um, end.unsettled)
     first: FirstContact | None = end.contacts.first if end.contacts else None
-    untouched = "no first contact was found"
+    untouched = end.no_contact
     swings = analysis.swing.frequencies if analysis.swing else ()
     return {
         "plane": end.plane,

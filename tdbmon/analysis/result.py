@@ -62,6 +62,16 @@ class EndResult:
     stiffness: Estimate
     deepest: Estimate
 
+    @property
+    def unsettled(self) -> str:
+        """Why there is no clearance circle, where there is none; no contact can be told then either."""
+        return self.air_gap.why or "the clearance circle is not known"
+
+    @property
+    def no_contact(self) -> str:
+        """Why there is no first contact."""
+        return self.unsettled if self.contacts is None else "no first contact was found"
+
 
 @dataclass(frozen=True)
 class Analysis:

@@ -27,9 +27,10 @@ from tdbmon.figures.trends import scale_of
 from tdbmon.history.feature import KINDS
 
 if TYPE_CHECKING:
-    from tdbmon.history.machine_history import MachineHistory
+    from tdbmon.history.machine_history import Course, MachineHistory
 
 _SHOWN = 8
+_MOST = 16  # of the flagged ones, for a page
 _FIRST = ("gap_um", "fall_time_ms", "rebound_um", "v_rms", "stress_max_mpa", "stiffness_n_per_m", "decay_time_s")
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 _MARKERS = "osD^vPX"
@@ -37,9 +38,10 @@ _MARKERS = "osD^vPX"
 
 @styled
 def machine_courses(history: MachineHistory) -> Figure:
-    """Draw the usual quantities over all drops of a machine."""
-    found = [c for c in history.courses if c.name in _FIRST]
-    shown = sorted(found, key=lambda c: _FIRST.index(c.name))[:_SHOWN]
+    """Draw what was flagged in any drop, and the usual quantities, over all drops of a machine."""
+    flagged = history.flagged
+    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
+    shown = sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
     rows = max(1, math.ceil(len(shown) / 2))
     figure = new_figure(28 + 42 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
     axes = subplots(figure, rows, 2, Margins(17, 3, 13, 17, across=18, down=13))
@@ -58,6 +60,11 @@ def machine_courses(history: MachineHistory) -> Figure:
                 [x for x, _, _ in own], [(s.value or 0) * factor for _, s, _ in own], marker, color=colour, markersize=3.5,
                 label=label, zorder=3,
             )  # fmt: skip
+            off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get((course.name, course.end), ())]
+            ax.plot(
+                [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
+                markerfacecolor="none", label="changed against those before" if off else "_", zorder=4,
+            )  # fmt: skip
             for x, s, _ in own:
                 if s.low is not None and s.high is not None:
                     ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
@@ -71,3 +78,9 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_xlabel("drop")
     legend_below(figure, 5)
     return figure
+
+
+def _rank(course: Course, flagged: dict[tuple[str, str], tuple[str, ...]]) -> tuple[int, int]:
+    """What was flagged comes first, the most often flagged at the top; then the usual quantities."""
+    times = len(flagged.get((course.name, course.end), ()))
+    return -times, _FIRST.index(course.name) if course.name in _FIRST else len(_FIRST)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tdbmon.figures.style import BLACK, BLUE, GREY, ORANGE, SKY, Margins, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, Margins, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
 
 _MPA = 1e-6
 _SHOWN = 20
+_NEAR = 1.6  # times the top of the boxes' scale: up to there a limit is drawn in it
 
 
 @styled
@@ -57,7 +60,22 @@ def stress_boxes(comparison: Comparison) -> Figure:
             rotation=30 if len(rows) > 6 else 0,
             ha="right" if len(rows) > 6 else "center",
         )
+    limit_line(list(axes), comparison.settings.inspect.stress)
     return figure
+
+
+def limit_line(axes: Sequence[Axes], limit: float) -> None:
+    """Draw the stress (Pa) that asks for an inspection; where it lies far above the boxes, say so in the corner."""
+    tops, level = [ax.get_ylim()[1] for ax in axes], limit * _MPA
+    for ax, top in zip(axes, tops, strict=True):
+        if level < _NEAR * top:
+            ax.set_ylim(top=max(top, 1.1 * level))
+            ax.axhline(level, color=VERMILION, linewidth=1.0)
+            words, height, up = f"limit {level:.0f} MPa", level / ax.get_ylim()[1], "bottom"
+        else:
+            ax.set_ylim(top=1.12 * top)
+            words, height, up = f"limit {level:.0f} MPa: above this scale", 0.97, "top"
+        ax.annotate(words, (0.99, height), xycoords="axes fraction", ha="right", va=up, color=VERMILION, fontsize=6.5)
 
 
 def short_name(name: str) -> str:

@@ -65,6 +65,19 @@ class Change:
         """Name and end, as a report says it."""
         return f"{self.kind.title}, {self.end}" if self.end else self.kind.title
 
+    @property
+    def since(self) -> str:
+        """Identifier of the first of the drops just before this one that were off in the same way; "" where none was."""
+        first = ""
+        if self.difference is None:
+            return first
+        for drop, estimate in reversed(self.earlier):
+            off = (estimate.value or 0.0) - self.difference.before.centre
+            if drop not in self.left_out or off * self.difference.value <= 0:
+                break
+            first = drop
+        return first
+
     @cached_property
     def trend(self) -> Trend | None:
         """Its course over the matching drops and this one, the latest sixty; None below four."""
@@ -110,6 +123,10 @@ class Comparison:
     likeness: Likeness
     remarks: tuple[str, ...]
     settings: Settings
+
+    def record(self, drop: str) -> str:
+        """Return the record's name of a matching drop, given its identifier."""
+        return next((e.raw_name for e in (*self.matched, self.entry) if e.id == drop), drop)
 
     @property
     def flagged(self) -> tuple[Change, ...]:

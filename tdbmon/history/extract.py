@@ -66,8 +66,7 @@ def _of_rotor(analysis: Analysis) -> list[Feature]:
 def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
     gap, contacts = end.gap, end.contacts
     first = None if contacts is None else contacts.first
-    unsettled = "the shaft does not settle on the ring within the record"
-    untouched = "no first contact was found"
+    unsettled, untouched = end.unsettled, end.no_contact
     release = release_time(analysis)
     whirl = analysis.whirl.get(end.name)
     count = Estimate.missing("1", untouched)

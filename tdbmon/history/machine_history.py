@@ -67,6 +67,16 @@ class MachineHistory:
     courses: tuple[Course, ...]
 
     @property
+    def flagged(self) -> dict[tuple[str, str], tuple[str, ...]]:
+        """By feature and end, the identifiers of the drops in which it was flagged."""
+        found: dict[tuple[str, str], tuple[str, ...]] = {}
+        for judged in self.judged:
+            for change in judged.comparison.flagged:
+                key = (change.kind.name, change.end)
+                found[key] = (*found.get(key, ()), judged.comparison.entry.id)
+        return found
+
+    @property
     def last(self) -> Judged:
         """The latest drop."""
         return self.judged[-1]

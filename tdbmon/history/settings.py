@@ -11,6 +11,7 @@ from tdbsim.errors import InputError, did_you_mean
 from tdbsim.units import to_si
 
 from tdbmon.atomic import write_text
+from tdbmon.identify.stress import DENTING
 
 SETTINGS = "archive.toml"
 FORMAT = 1
@@ -67,7 +68,7 @@ class Inspect(_Part):
     """Limits of the verdict "inspect"."""
 
     gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0)
-    stress: Annotated[float, _si("Pa")] = Field(4200e6, gt=0)
+    stress: Annotated[float, _si("Pa")] = Field(DENTING, gt=0)
     backward_whirl: Annotated[float, _si("s")] = Field(0.1, ge=0)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.verdict import Verdict
@@ -38,8 +40,17 @@ def difference_of(change: Change) -> Estimate:
     return Estimate(found.value, found.low, found.high, change.kind.unit, why=why)
 
 
-def _line(change: Change) -> str:
+def values_of(change: Change) -> tuple[str, str]:
+    """Return this drop's value and that of those before, with digits that subtract to the difference."""
     found = change.difference
-    before = "–" if found is None else short(Estimate(found.before.median, unit=change.kind.unit))
+    if found is None:
+        return short(change.estimate), "–"
+    width = None if found.low is None or found.high is None else found.high - found.low
+    before = replace(change.estimate, value=found.before.centre, low=None, high=None)
+    return short(change.estimate, width=width), short(before, width=width)
+
+
+def _line(change: Change) -> str:
+    this, before = values_of(change)
     mark = "*" if change.flag else " "
-    return f"{mark} {change.title[:47]:<48}{short(change.estimate):>14}{before:>14}   {words(difference_of(change))}"
+    return f"{mark} {change.title[:47]:<48}{this:>14}{before:>14}   {words(difference_of(change))}"

@@ -38,7 +38,7 @@ class Verdict:
 def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
     inspect = [*_limits(comparison), *_life(comparison)]
-    changed = [_sentence(change) for change in comparison.flagged]
+    changed = [_sentence(change, comparison) for change in comparison.flagged]
     if comparison.likeness.strange:
         changed.insert(0, comparison.likeness.sentence)
     elif len(changed) > _SUSPICIOUS * comparison.tested:
@@ -103,7 +103,7 @@ def _life(comparison: Comparison) -> list[str]:
     ]
 
 
-def _sentence(change: Change) -> str:
+def _sentence(change: Change, comparison: Comparison) -> str:
     difference = change.difference
     if difference is None or change.p_adjusted is None:
         raise ValueError(f"{change.title}: flagged without a difference")
@@ -113,7 +113,11 @@ def _sentence(change: Change) -> str:
         low, high = (low, high) if difference.value > 0 else (-high, -low)
     value = words(Estimate(size, low, high, change.kind.unit))
     way = "above" if difference.value > 0 else "below"
+    n = difference.before.n
+    since = comparison.record(change.since)
+    some = f"{n} of the {len(change.earlier)}" if change.left_out and not since else f"the {n}"
+    began = f" {since}, where the change began" if since else ""
     return (
-        f"{change.title}: {value} {way} the {difference.before.n} matching drops before"
+        f"{change.title}: {value} {way} {some} matching drops before{began}"
         f" (p = {change.p_adjusted:.2g}, corrected); may come from: {change.kind.meaning}"
     )

@@ -12,6 +12,7 @@ from tdbmon.estimate import Estimate
 
 Array = NDArray[np.float64]
 
+DENTING = 4200e6  # Pa: ISO 76, ball bearings: ball and race together keep a dent of 1e-4 of the ball's diameter
 _SIGMAS = 3.0  # from the mean: outliers as in N. Neisi's dissertation
 _TUKEY = 1.5  # interquartile ranges from the box: J. W. Tukey, Exploratory Data Analysis
 

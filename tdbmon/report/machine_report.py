@@ -68,8 +68,8 @@ def _courses(history: MachineHistory) -> Section:
     blocks: list[Block] = [
         Figure(
             "machine-courses",
-            "The main quantities over all drops in their order, with 95 % intervals as far as they are known; a colour for"
-            " each class of speed.",
+            "What was flagged in any drop, and the main quantities, over all drops in their order, with 95 % intervals as far"
+            " as they are known; a colour for each class of speed. Rings: changed against the drops before.",
             "For each quantity, its value against the number of the drop.",
             partial(machine_courses, history),
         )

@@ -34,14 +34,18 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
 
 
-def short(estimate: Estimate, unit: str | None = None) -> str:
-    """Return an estimate without its interval; the dash where it is missing."""
+def short(estimate: Estimate, unit: str | None = None, width: float | None = None) -> str:
+    """Return an estimate without its interval; the dash where it is missing.
+
+    `width` is that of the interval whose digits it is told with, SI; without it the estimate's own counts, or a hundredth.
+    """
     if estimate.value is None:
         return "–"
     factor, name = _unit(estimate, unit)
-    width = abs(estimate.value) * 1e-2
-    if estimate.low is not None and estimate.high is not None:
-        width = max(width, estimate.high - estimate.low)
+    if width is None:
+        width = abs(estimate.value) * 1e-2
+        if estimate.low is not None and estimate.high is not None:
+            width = max(width, estimate.high - estimate.low)
     kind = f" {estimate.kind}" if estimate.kind else ""
     return f"{number(estimate.value * factor, width * factor)} {name}{kind}".strip()
 

@@ -115,6 +115,31 @@ def test_a_gross_change_is_flagged_with_its_size_and_only_it(empty, tmp_path):
     assert any("Radius at rest, NDE" in reason and "wear" in reason for reason in verdict.reasons)
 
 
+def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    for i in (6, 7, 8):
+        add(empty, tmp_path, i, dropped=f"2021-01-0{i}", values={("gap_um", "DE"): 1.15})
+    found, verdict = judged(empty, empty.entries()[-1].id)
+    change = next(c for c in found.flagged if (c.kind.name, c.end) == ("gap_um", "DE"))
+    first = empty.entries()[6]
+    assert change.since == first.id
+    assert change.left_out == (first.id, empty.entries()[7].id)
+    assert f"the 6 matching drops before {first.raw_name}, where the change began" in verdict.reasons[0]
+    new, verdict = judged(empty, first.id)
+    assert next(c for c in new.flagged if c.kind.name == "gap_um").since == ""
+    assert "the 6 matching drops before (p =" in verdict.reasons[0]
+
+
+def test_a_drop_that_was_off_the_other_way_is_no_beginning(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 6, dropped="2021-01-06", values={("gap_um", "DE"): 0.85})
+    add(empty, tmp_path, 7, dropped="2021-01-07", values={("gap_um", "DE"): 1.15})
+    found, verdict = judged(empty, empty.entries()[-1].id)
+    change = next(c for c in found.flagged if c.kind.name == "gap_um")
+    assert change.left_out and change.since == ""
+    assert "6 of the 7 matching drops before (p =" in verdict.reasons[0]
+
+
 def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_path):
     fill(empty, tmp_path, 8)
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})

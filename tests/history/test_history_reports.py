@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+from dataclasses import replace
 
 import pypdf
 import pytest
@@ -16,14 +17,17 @@ from tdbmon.figures.stress_boxes import stress_boxes
 from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.feature import KINDS
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
+from tdbmon.history.summary import difference_of, values_of
 from tdbmon.history.verdict import verdict_of
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
+from tdbmon.report.quantity import words
 from tdbmon.report.sections.trends import chosen
 from tests.history.made import files, filing, fill
 
@@ -96,6 +100,63 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
     assert "stress-boxes" not in html
     assert "Changed against the drops before" in html
     assert "synthetic" in html
+
+
+def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_limit(stressed):
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    first = render_html(build_compare_report(found, verdict_of(found))).split("What was compared")[0]
+    value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
+    assert "How hard the bearings were hit" in first
+    assert f"{value / 4.2e9:.0%} of the limit, 4200 MPa" in first
+
+
+def test_the_first_page_says_what_could_not_be_compared(comparison):
+    lost = [
+        replace(c, difference=None, flag=False, why="no two usable probes see it") if c.end == "NDE" else c
+        for c in comparison.changes
+    ]
+    blind = replace(comparison, changes=tuple(lost))
+    first = render_html(build_compare_report(blind, verdict_of(blind))).split("What was compared")[0]
+    assert "Not compared at NDE: radius at rest" in first
+    assert "no two usable probes see it" in first
+    assert "Not compared" not in render_html(build_compare_report(comparison, verdict_of(comparison))).split(
+        "What was compared"
+    )[0] or any(c.difference is None and c.earlier for c in comparison.changes)
+
+
+def test_before_and_difference_subtract_as_they_are_written(comparison):
+    told = [c for c in comparison.changes if c.difference is not None and c.kind.unit == "um"]
+    assert len(told) > 6
+    for change in told:
+        this, before = (float(text.split()[0].replace("−", "-")) for text in values_of(change))
+        difference = words(difference_of(change)).split()[0].replace("−", "-")
+        step = 10.0 ** -len(difference.partition(".")[2])
+        assert abs(this - before - float(difference)) < 1.6 * step, change.title
+
+
+def test_a_machine_report_draws_what_it_flags(years):
+    history = machine_history(years, years.machines()[0])
+    assert history.flagged
+    figure = machine_courses(history)
+    titles = [ax.get_title(loc="left") for ax in figure.axes if ax.get_visible()]
+    for (name, end), drops in history.flagged.items():
+        assert f"{KINDS[name].title}{', ' + end if end else ''}" in titles
+        assert set(drops) <= {e.id for e in history.entries}
+    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against those before"]
+    assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
+
+
+@pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
+def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
+    for i in range(4):
+        raw, machine = files(tmp_path, i)
+        empty.add(filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", stress=stress), raw, machine)
+    figure = stress_boxes(compare(empty, filed_drop(empty, empty.entries()[-1].id)))
+    for ax in figure.axes:
+        lines = [line for line in ax.lines if len(line.get_ydata()) == 2 and list(line.get_ydata()) == [4200.0, 4200.0]]
+        assert bool(lines) == drawn
+        assert any("limit 4200 MPa" in text.get_text() for text in ax.texts)
+    assert_readable(figure)
 
 
 @pytest.mark.slow

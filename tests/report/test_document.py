@@ -17,6 +17,7 @@ from tdbmon.record.finding import Check
 from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
 from tdbmon.report.quantity import words
+from tdbmon.report.sections.findings import end_findings
 
 
 def _words(document: Document) -> str:
@@ -155,9 +156,14 @@ def test_what_is_missing_is_said_with_its_reason(short: Analysis) -> None:
     bare = replace(
         short, rundown=None, swing=None, release=None, lines=(), tracks=None, angle=None, whirl={}, phases=()
     )
-    bare = replace(bare, ends={k: replace(e, gap=None, contacts=None) for k, e in short.ends.items()})
+    unsettled = Estimate.missing("um", "the shaft does not settle long enough")
+    ends = {k: replace(e, gap=None, contacts=None, air_gap=unsettled) for k, e in short.ends.items()}
+    bare = replace(bare, ends=ends)
+    found = {finding.name: finding.estimate.why for finding in end_findings(bare, ends["DE"])}
+    for name in ("Radius at rest", "First touch, after the release", "First contact, duration", "Rebound"):
+        assert found[name] == unsettled.why
     said = _words(build_report(bare))
-    for phrase in ("holds no speed", "no first contact was found", "does not settle", "The release was not found"):
+    for phrase in ("holds no speed", "does not settle long enough", "The release was not found"):
         assert phrase in said
 
 

@@ -6,7 +6,7 @@ from functools import partial
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
-from tdbmon.history.summary import difference_of
+from tdbmon.history.summary import difference_of, values_of
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import short, words
 
@@ -32,12 +32,14 @@ def section(comparison: Comparison) -> Section | None:
                 partial(differences, comparison),
             )
         )
-    header = ("Quantity", "This drop", "Before (median)", "n", "Difference (95 %)", "Seen from", "p, corrected")
+    header = ("Quantity", "This drop", "Before", "n", "Difference (95 %)", "Seen from", "p, corrected")
     blocks.append(Table("Every quantity against the drops before", header, rows))
     blocks.append(
         Paragraph(
-            "“Seen from” is the smallest difference that would have been flagged with so many drops and so much scatter: a"
-            " smaller change may be there and is not seen. An interval that leaves out zero is no flag by itself: of"
+            "“Before” is the mean of the n drops before that are a measure for this one, from fifteen on Tukey's biweight,"
+            " which odd ones among them do not move. “Seen from” is the smallest difference that would have been flagged with"
+            " so many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
+            " zero is no flag by itself: of"
             f" {comparison.tested} quantities one in twenty does so by chance."
         )
     )
@@ -54,8 +56,8 @@ def _cells(change: Change, level: float) -> tuple[str, ...]:
         raise ValueError(f"{change.title} was not compared")
     unit = change.kind.unit
     smallest = found.detectable(level)
-    seen = "–" if smallest is None else short(Estimate(smallest, unit=unit))
+    seen = "–" if smallest is None else short(Estimate(smallest, unit=unit), width=0.1 * smallest)
     p = "–" if change.p_adjusted is None else f"{change.p_adjusted:.2g}"
-    before = short(Estimate(found.before.median, unit=unit))
-    difference = words(difference_of(change))
-    return change.title, short(change.estimate), before, f"{found.before.n}", difference, seen, p
+    difference = difference_of(change)
+    this, before = values_of(change)
+    return change.title, this, before, f"{found.before.n}", words(difference), seen, p

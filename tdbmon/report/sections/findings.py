@@ -8,8 +8,6 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.quantity import since
 
-_UNSETTLED = "the shaft does not settle on the ring within the record"
-_NO_CONTACT = "no first contact was found"
 _NO_SPEED = "the record holds no speed"
 
 
@@ -77,8 +75,8 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
     first = end.contacts.first if end.contacts is not None else None
     release = release_time(analysis)
     gap = end.gap
-    missing = Estimate.missing("um", _UNSETTLED)
-    touch = first.touch if first else Estimate.missing("s", _NO_CONTACT)
+    missing = Estimate.missing("um", end.unsettled)
+    touch = first.touch if first else Estimate.missing("s", end.no_contact)
     rows: list[tuple[str, Estimate, str | None]] = [
         ("Air gap", end.air_gap, None),
         ("Radius at rest", gap.radius if gap else missing, None),
@@ -87,11 +85,11 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("Radius at rest from the swing", end.gap_from_swing, None),
         ("Out-of-roundness of the settled arc", gap.oval if gap else missing, None),
         ("First touch, after the release", since(touch, release), None),
-        ("First contact, duration", first.duration if first else Estimate.missing("ms", _NO_CONTACT), "ms"),
-        ("Rebound", first.rebound if first else Estimate.missing("um", _NO_CONTACT), None),
+        ("First contact, duration", first.duration if first else Estimate.missing("ms", end.no_contact), "ms"),
+        ("Rebound", first.rebound if first else Estimate.missing("um", end.no_contact), None),
         (
             "Velocity after over before the contact",
-            first.restitution if first else Estimate.missing("1", _NO_CONTACT),
+            first.restitution if first else Estimate.missing("1", end.no_contact),
             None,
         ),
         ("Deepest excursion", end.deepest, None),

@@ -28,7 +28,7 @@ def section(comparison: Comparison) -> Section:
             box = dict(boxes).get(drop)
             cells.append("–" if box is None else f"{box.greatest * 1e-6:.0f} / {box.mean * 1e-6:.0f} MPa")
         if drop in with_forces:
-            rows.append(Row((drop, *cells)))
+            rows.append(Row((comparison.record(drop), *cells)))
     blocks: list[Block] = [
         Figure(
             "stress-boxes",
@@ -41,5 +41,7 @@ def section(comparison: Comparison) -> Section:
         Table("Greatest / mean stress", ("Drop", *comparison.stress), tuple(rows)),
     ]
     if without:
-        blocks.append(Paragraph(f"Filed without forces, so that they have no box: {', '.join(without)}."))
+        blocks.append(
+            Paragraph(f"Filed without forces, so that they have no box: {', '.join(map(comparison.record, without))}.")
+        )
     return Section("Hertz stress", tuple(blocks))

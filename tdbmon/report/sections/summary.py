@@ -24,7 +24,7 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
     blocks += _whirl_verdicts(analysis)
     if fitted is not None:
-        blocks += _hardest(fitted)
+        blocks += _hardest(fitted, analysis)
     blocks += [_rotor_table(analysis)]
     if analysis.rundown is not None:
         blocks.append(
@@ -105,16 +105,52 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
     return [Verdict("The shaft did not whirl around the clearance: it made no whole turn in either sense.", "good")]
 
 
-def _hardest(fitted: FittedDrop) -> list[Block]:
-    """How hard the bearings were hit, which no sensor measured."""
-    header = ("Quantity", *fitted.forces.ends)
+def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
+    """How hard the bearings were hit, which no sensor measured: against their static load, and against a dent."""
+    from tdbmon.identify.stress import DENTING
+
+    ends = fitted.forces.ends
+    loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
+    dented = [end.stress.greatest.high or 0.0 for end in ends.values()]
+    rows = (
+        *hardest(fitted.forces),
+        Row(
+            (
+                "Greatest force over the load at rest",
+                *(_over(end.peak, load) for end, load in zip(ends.values(), loads, strict=True)),
+            )
+        ),
+        Row(
+            (
+                f"Greatest stress against {DENTING * 1e-6:.0f} MPa, where a ball dents its race (ISO 76)",
+                *(_against_denting(end.stress.greatest) for end in ends.values()),
+            ),
+            "attention" if max(dented) > DENTING else "plain",
+        ),
+    )
     return [
-        Table("How hard the bearings were hit: the fitted model, with 95 % intervals", header, hardest(fitted.forces)),
+        Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {fitted.calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {fitted.calibration.misfit:.2f} times the probes' noise."
         ),
     ]
+
+
+def _over(force: Estimate, load: float) -> str:
+    if force.value is None or not load > 0:
+        return "–"
+    low, high = (None if x is None else x / load for x in (force.low, force.high))
+    return words(Estimate(force.value / load, low, high, "1"))
+
+
+def _against_denting(stress: Estimate) -> str:
+    from tdbmon.identify.stress import DENTING
+
+    if stress.value is None or stress.low is None or stress.high is None:
+        return words(stress)
+    side = "below" if stress.high < DENTING else "above" if stress.low > DENTING else "not decided"
+    return f"{side}: {stress.value / DENTING:.0%} ({stress.low / DENTING:.0%} to {stress.high / DENTING:.0%})"
 
 
 def _rotor_table(analysis: Analysis) -> Table:

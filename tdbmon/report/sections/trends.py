@@ -37,7 +37,7 @@ def section(comparison: Comparison) -> Section | None:
         point = "–"
         if trend.change is not None and trend.change.p <= comparison.settings.compare.significance:
             drop = change.trend_drops(comparison.entry.id)[trend.change.index]
-            point = f"from {drop} on, p = {trend.change.p:.2g}"
+            point = f"from {comparison.record(drop)} on, p = {trend.change.p:.2g}"
         rows.append(Row((change.title, words(trend.slope), f"{trend.p:.2g}", point)))
     return Section(
         "Trends",
