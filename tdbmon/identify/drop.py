@@ -139,6 +139,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     name = str(record.attrs.get("source_file", "record"))
     laid = assign(record, machine)
     checks = check(laid, machine)
+    still = next((c.detail for c in checks if c.check == "drop" and not c.passed), "")
+    if still:
+        raise InputError(f"{name}: {still}")
     fit = usable(laid, machine, checks)
     laid = without_refuted(repair_gaps(laid), machine)
     require_one_speed(laid, machine, name)

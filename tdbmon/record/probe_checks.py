@@ -14,6 +14,7 @@ from tdbmon.record.finding import Check, span, um
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
 _STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
+_FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
 _JUMP = 0.1  # of the radial gap from one sample to the next
 
@@ -50,6 +51,24 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     if unit.passed:  # else these would say the same once more
         found += [_range(name, time, signal, probe, gap), _jumps(name, time, signal, gap)]
     return found
+
+
+def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
+    """A failed check where no probe moves as in a drop; None where one does, or where no probe holds a value."""
+    travel = []
+    for probe in probes:
+        values = ds[probe.name].values
+        values = values[np.isfinite(values)]
+        if values.size > 1:
+            travel.append((float(np.ptp(values)), machine.bearing(probe.end).radial_gap.nominal))
+    if len(travel) < 2 or any(moved > _FALLS * gap for moved, gap in travel):
+        return None
+    most, gap = max(travel, key=lambda each: each[0] / each[1])
+    detail = (
+        f"no probe moves by more than {um(most)} pk-pk, in a gap of {um(gap)}: the shaft does not fall in this record. Was it"
+        " cut before the release, or did the magnets hold? Otherwise check the unit of all displacements and their cables"
+    )
+    return Check("drop", "", False, detail)
 
 
 def _unit(name: str, swing: float, gap: float, unit: str) -> Check:

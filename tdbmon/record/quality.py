@@ -10,7 +10,7 @@ from tdbmon.record import faults
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
-from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, probe_checks, twins
+from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.speed_checks import first_speed, speed_check
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
@@ -38,8 +38,11 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     found += [_sampling(ds, str(dimension)) for dimension in ds.sizes]
     probes = [probe for probe in machine.probes if probe.name in ds]
+    still = no_drop(ds, machine, probes)
     for probe in probes:
-        found += probe_checks(ds, machine, probe)
+        of_probe = probe_checks(ds, machine, probe)
+        found += [each for each in of_probe if still is None or each.check not in ("dead", "unit")]
+    found += [still] if still is not None else []
     for name in ("speed", "keyphasor"):
         if name in ds:
             found += _signal_checks(ds, name)
@@ -57,9 +60,12 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
 def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple[str, ...]:
     """Return the names of the probes that are fit for analysis.
 
-    Left out are probes that are missing, dead, identical with another one (one of the two is not what its name says),
-    a factor of ten or more off the gap, or without a value in half of their samples or more.
+    Left out are all where the shaft never falls, and probes that are missing, dead, identical with another one (one of
+    the two is not what its name says), a factor of ten or more off the gap, or without a value in half of their samples
+    or more.
     """
+    if any(entry.check == "drop" and not entry.passed for entry in checks):
+        return ()
     out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
     names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
     return tuple(name for name in names if np.isfinite(ds[name].values).mean() > 0.5)

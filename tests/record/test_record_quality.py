@@ -129,6 +129,22 @@ def test_the_range_of_the_probe(sound: xr.Dataset) -> None:
     assert "3 radial gaps" in _failed(far)["range", "NDE_A"]
 
 
+def test_a_record_of_levitation_alone_is_told_as_such(sound: xr.Dataset) -> None:
+    before = sound.isel(time=slice(0, 1900))
+    failed = _failed(before)
+    assert list(failed) == [("drop", "")]
+    assert "the shaft does not fall in this record" in failed["drop", ""]
+    assert usable(before, machine(), check(before, machine())) == ()
+
+
+def test_all_displacements_in_a_wrong_unit_are_told_once(sound: xr.Dataset) -> None:
+    ds = sound.copy()
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        ds[name] = ds[name].copy(data=ds[name].values * 1e-3)
+    assert "check the unit of all displacements" in _failed(ds)["drop", ""]
+    assert ("unit", "NDE_A") not in _failed(ds)
+
+
 def test_identical_channels(sound: xr.Dataset) -> None:
     ds = _changed(sound, "DE_B", sound["DE_A"].values)
     failed = _failed(ds)
