@@ -99,6 +99,16 @@ class Contender:
         """Its causes, or that it has none."""
         return " + ".join(cause.name for cause in self.causes) or "plain model"
 
+    @property
+    def words(self) -> str:
+        """Its causes and their places in words, or that it has none."""
+        return " and ".join(cause.words for cause in self.causes) or "plain model"
+
+    @property
+    def times_noise(self) -> str:
+        """Its misfit a residual, as people write it."""
+        return f"{self.ratio:.2f}" if self.ratio < 10 else f"{self.ratio:.0f}"
+
     def at_home(self, like: Contender, causes: tuple[Suspect, ...]) -> Contender:
         """Return it, come back from another process, with drops, crew and causes that it was sent off with."""
         known = like.problem

@@ -12,7 +12,7 @@ from tdbsim.effect import Effect, EffectDeclaration, Place, catalogue, places
 from tdbsim.effect import Parameter as Declared
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.identify.free_effect import FreeEffect, goes_round
+from tdbmon.identify.free_effect import FreeEffect, goes_round, place_in_words
 
 # of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
 _LOWEST_ORDER, _HIGHEST_ORDER = 2, 6
@@ -41,6 +41,11 @@ class Suspect:
     def name(self) -> str:
         """Identifier and place, as in results."""
         return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def words(self) -> str:
+        """Its effect and place in words."""
+        return f"{self.declared.title.lower()} at {place_in_words(self.where)}"
 
     @property
     def counted(self) -> Declared | None:

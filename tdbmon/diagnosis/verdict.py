@@ -65,30 +65,32 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
     probabilities = _probabilities(contenders)
     best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
     if not best.causes and best.ratio <= EXPLAINED:
-        return Verdict(Kind.NONE, (), probabilities, f"the plain model leaves {best.ratio:.2f} times what noise would")
+        return Verdict(
+            Kind.NONE, (), probabilities, f"the plain model leaves {best.times_noise} times what noise would"
+        )
     if not _explains(best, plain):
         left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
-        why = f"the best model, {best.name}, still leaves {left}"
+        why = f"the best model, with {best.words}, still leaves {left}"
         if best.horizon > FOLLOWED_S:
             why += f", most of it later than {FOLLOWED_S * 1e3:g} ms"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     if plain.ratio <= EXPLAINED and best.fails and best.excess > _MOST * plain.excess:
-        why = f"{best.name} fits better, but leaves most of the little that the plain model leaves beyond noise"
+        why = f"{best.words} fits better, but leaves most of the little that the plain model leaves beyond noise"
         return Verdict(Kind.NONE, (), probabilities, why)
     if proof is not None and not _proved(best, proof):
         if plain.ratio <= EXPLAINED:
-            why = f"{best.name} fits better, but not on {proof.drop}, which was held out"
+            why = f"{best.words} fits better, but not on {proof.drop}, which was held out"
             return Verdict(Kind.NONE, (), probabilities, why)
         gains = "too little" if proof.holds else "nothing"
-        why = f"{best.name} fits better, but on {proof.drop}, which was held out, it gains {gains}"
+        why = f"{best.words} fits better, but on {proof.drop}, which was held out, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if proof is not None and not proof.seen and not plain.fails and any(each.in_contacts for each in best.causes):
-        why = f"the plain model leaves noise alone; {best.name} fits a little better, too little to be proved on {proof.drop}"
+        why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)
     if plain.ratio <= EXPLAINED and without > _HALF * likeliest:
-        why = f"the plain model explains the drops nearly as well as {best.name}"
+        why = f"the plain model explains the drops nearly as well as {best.words}"
         return Verdict(Kind.NONE, (), probabilities, why)
     total = 0.0
     accused: list[Contender] = []
@@ -99,9 +101,11 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
             break
     guilty = tuple(each for each in accused if each.causes)
     if len({each.name for each in accused}) == 1:
-        why = f"{best.name} leaves {best.ratio:.2f} times what noise would, the plain model {plain.ratio:.2f} times"
+        why = (
+            f"{best.words} leaves {best.times_noise} times what noise would, the plain model {plain.times_noise} times"
+        )
         return Verdict(Kind.NAMED, (best,), probabilities, why)
-    why = " or ".join(each.name for each in accused) + " explain the drops almost equally well"
+    why = " or ".join(each.words for each in accused) + " explain the drops almost equally well"
     return Verdict(Kind.AMBIGUOUS, guilty, probabilities, why)
 
 
@@ -127,7 +131,7 @@ def doubted(
     (named,) = judged.accused
     for cause in named.causes:
         if not any(_clear(sizes[cause.name].get(size.name), size.off) for size, _ in cause.sizes):
-            why = f"{cause.name} fits better, but its size may as well be none"
+            why = f"{cause.words} fits better, but its size may as well be none"
             return Verdict(Kind.NONE, (), judged.probabilities, why)
     return judged
 

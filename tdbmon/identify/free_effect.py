@@ -14,6 +14,11 @@ from tdbmon.identify.parameters import Parameter
 _ANGLE_SPAN = 0.5  # rad
 
 
+def place_in_words(where: str) -> str:
+    """Return the place of an effect as people say it."""
+    return {"both": "both ends", "rotor": "the rotor"}.get(where, where)
+
+
 @dataclass(frozen=True, eq=False)
 class FreeEffect:
     """An effect at a place: some parameters held, the others free, for all drops or for each.
@@ -47,6 +52,11 @@ class FreeEffect:
     def name(self) -> str:
         """Identifier and place."""
         return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def words(self) -> str:
+        """Effect and place in words."""
+        return f"{self.declared.title.lower()} at {place_in_words(self.where)}"
 
     @property
     def shared(self) -> tuple[Parameter, ...]:

@@ -121,7 +121,7 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
     assert "Named: residual magnetic force at the rotor (probability 97 %, 2 drops)" in words
     assert "3.00 ms (2.90 to 3.10)" in words
     assert "takes away 97%" in words
-    assert "probe 'DE_B' was noisy" in words
+    assert "Probe 'DE_B' was noisy" in words
     assert "Another drop." in words
     assert "The records are synthetic." in words
 
@@ -203,7 +203,7 @@ def test_none_says_how_well_the_plain_model_fits(named: Diagnosis) -> None:
     words = _words(document)
     titles = [section.title for section in document.sections]
     assert "None: the plain model lacks nothing that these 2 drops show." in words
-    assert f"leaves {plain.ratio:.2f} times" in words
+    assert f"leaves {plain.times_noise} times" in words
     assert f"{len(catalogue())} kinds of effects were looked for" in words
     assert not any("extended" in title or "Gain" in title or "Sizes" in title for title in titles)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
-from tdbmon.report.sections.diagnosis_verdict import titles
 
 
 def section(since: Reference) -> Section:
     """Return what the reference drops showed already, and the values that moved since."""
     before = since.before
     drops = ", ".join(drop.name for drop in before.plain.problem.drops)
-    shown = " or ".join(titles(each) for each in before.verdict.accused)
+    shown = " or ".join(each.words for each in before.verdict.accused)
     known = (
         f"They show {shown} already; the model of the later drops has it."
         if shown

@@ -7,7 +7,6 @@ from functools import partial
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Figure, Paragraph, Section
-from tdbmon.report.sections.diagnosis_verdict import titles
 
 
 def plain(evidence: Evidence) -> Section:
@@ -21,7 +20,7 @@ def plain(evidence: Evidence) -> Section:
     blocks: list[Block] = [
         Paragraph(
             "The plain model was fitted to all drops at once, within the tolerances of the machine file, to"
-            f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. It leaves {diagnosis.plain.ratio:.2f} times what noise"
+            f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. It leaves {diagnosis.plain.times_noise} times what noise"
             " would (mean square of the whitened residuals, great ones counted less, with an allowance for how simulations"
             " with impacts grow apart). A fit spreads what a model lacks over all it may move: what is left before the first"
             " contact, too, may come from an effect that acts only later."
@@ -47,8 +46,8 @@ def extended(evidence: Evidence) -> Section | None:
     what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
     blocks: list[Block] = [
         Paragraph(
-            f"{what} adds {titles(model)}. Fitted to the same drops to {model.horizon * 1e3:.0f} ms, it leaves"
-            f" {model.ratio:.2f} times what noise would."
+            f"{what} adds {model.words}. Fitted to the same drops to {model.horizon * 1e3:.0f} ms, it leaves"
+            f" {model.times_noise} times what noise would."
         ),
         Figure(
             "measured-against-extended",

@@ -6,7 +6,7 @@ from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.verdict import WRONG, Kind
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.sections.diagnosis_verdict import percent, titles
+from tdbmon.report.sections.diagnosis_verdict import percent
 
 
 def section(evidence: Evidence) -> Section:
@@ -25,10 +25,10 @@ def section(evidence: Evidence) -> Section:
         rows.append(
             Row(
                 (
-                    titles(contender) + (f" ({words})" if words else ""),
+                    contender.words + (f" ({words})" if words else ""),
                     percent(probability),
                     f"{contender.bic - best:.0f}" if comparable else "–",
-                    f"{contender.ratio:.2f}",
+                    contender.times_noise,
                     f"{contender.freedom:.0f}",
                     f"{contender.horizon * 1e3:.0f} ms",
                 ),

@@ -10,7 +10,6 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
-from tdbmon.report.sections.diagnosis_verdict import place, titles
 
 _PARTNER = 0.5  # correlation from which another value is named
 _PARTNERS = 3
@@ -43,7 +42,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
     rows = []
     for free in model.problem.free:
         found = known.get(free.name, {})
-        owner = f"{free.declared.title.lower()} at {place(free.where)}"
+        owner = free.words
         for parameter in free.shared:
             name = parameter.name.rpartition(".")[2]
             diagnosed = name in found
@@ -55,7 +54,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
             rows.append(Row((f"{owner}: {names}", "fitted to each drop by itself", "–")))
-    caption = f"{titles(model).capitalize()}: values with 95 % intervals" if many else "Values with 95 % intervals"
+    caption = f"{model.words.capitalize()}: values with 95 % intervals" if many else "Values with 95 % intervals"
     return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
 
 

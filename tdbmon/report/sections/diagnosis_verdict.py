@@ -26,7 +26,7 @@ def section(evidence: Evidence) -> Section:
         Paragraph(f"Why: {diagnosis.verdict.why}."),
     ]
     for cause in {cause.name: cause for each in diagnosis.verdict.accused for cause in each.causes}.values():
-        blocks.append(Paragraph(f"{cause.declared.title} at {place(cause.where)}: {cause.declared.what}"))
+        blocks.append(Paragraph(f"{cause.words[:1].upper()}{cause.words[1:]}: {cause.declared.what}"))
     if diagnosis.verdict.kind is Kind.NONE:
         blocks.append(
             Paragraph(
@@ -44,7 +44,7 @@ def section(evidence: Evidence) -> Section:
                 " directions and frequencies."
             )
         )
-    blocks += [Verdict(f"{remark}.", "attention") for remark in diagnosis.remarks]
+    blocks += [Verdict(f"{remark[:1].upper()}{remark[1:]}.", "attention") for remark in diagnosis.remarks]
     return Section("Verdict", tuple(blocks))
 
 
@@ -53,23 +53,13 @@ def _sentence(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.plain.problem.drops)
     drops = "one drop" if count == 1 else f"{count} drops"
     if verdict.kind is Kind.NAMED:
-        return f"Named: {titles(verdict.accused[0])} (probability {_share(diagnosis, verdict.accused[0])}, {drops})."
+        return f"Named: {verdict.accused[0].words} (probability {_share(diagnosis, verdict.accused[0])}, {drops})."
     if verdict.kind is Kind.AMBIGUOUS:
-        either = "; or ".join(f"{titles(each)} ({_share(diagnosis, each)})" for each in verdict.accused)
+        either = "; or ".join(f"{each.words} ({_share(diagnosis, each)})" for each in verdict.accused)
         return f"Ambiguous: {either}. These {drops} cannot decide between them."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     return f"None: the plain model lacks nothing that these {drops} show."
-
-
-def titles(contender: Contender, empty: str = "plain model") -> str:
-    """Return the causes of a model in words, with their places."""
-    return " and ".join(f"{each.declared.title.lower()} at {place(each.where)}" for each in contender.causes) or empty
-
-
-def place(where: str) -> str:
-    """Return a place in words."""
-    return {"both": "both ends", "rotor": "the rotor"}.get(where, where)
 
 
 def probability_of(diagnosis: Diagnosis, contender: Contender) -> float:
