@@ -176,7 +176,7 @@ class _Contest:
         best, horizon = self.best, self.horizon
         if horizon == TOUCHED_S:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        elif STRAYED_S <= horizon <= FOLLOWED_S and best.name not in self.vain and _nearly_holds(best):
+        elif self._may_be_led(best) and _nearly_holds(best):
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.vain.append(best.name)
@@ -190,6 +190,10 @@ class _Contest:
             self.compared += [cause, *near]
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         self._replaced(best, deeper)
+
+    def _may_be_led(self, best: Contender) -> bool:
+        """True where leading the best model along the valley of the clearances may still decide something."""
+        return STRAYED_S <= self.horizon <= FOLLOWED_S and best.name not in self.vain and not self.decided
 
     def _replaced(self, old: Contender, new: Contender) -> Contender:
         self.plain, self.others, new = replaced(self.plain, self.others, old, new)

@@ -114,7 +114,8 @@ def doubted(
 ) -> Verdict:
     """Return the verdict, or none where no size of a named cause is clear of nothing and the plain model explains the drops.
 
-    A cause that is much better on a drop held out is there, however badly its size is known.
+    A cause that is much better on a drop held out is there, however badly its size is known; but not one with angles or a
+    number of its own in every drop, which even a drop held out lets it fit.
 
     Parameters
     ----------
@@ -126,9 +127,9 @@ def doubted(
     """
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
         return judged
-    if proof is not None and proof.seen:
-        return judged
     (named,) = judged.accused
+    if proof is not None and proof.seen and not named.of_each_drop:
+        return judged
     for cause in named.causes:
         if not any(_clear(sizes[cause.name].get(size.name), size.off) for size, _ in cause.sizes):
             why = f"{cause.words} fits better, but its size may as well be none"

@@ -102,3 +102,20 @@ def test_a_size_that_may_as_well_be_none_is_not_named(competed):
     assert doubted(named, plain, sized(0.98, 1.06), little).kind is Kind.NONE
     assert doubted(named, plain, sized(0.98, 1.06), much).kind is Kind.NAMED
     assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06), None).kind is Kind.NAMED
+
+
+def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_none(competed):
+    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
+    ball = contender(plain, ("off_sized_ball@DE",), 900, 0.9)
+    assert ball.of_each_drop
+    much = HeldOut(("drop_80.nc",), 4e-7, 3.1e-7, 3e-7, 4000.0, 2000.0)
+    assert much.seen
+    named = verdict([ball, plain], much)
+    assert named.kind is Kind.NAMED
+    size = ball.causes[0].sizes[0][0].name
+
+    def sized(low, high):
+        return {"off_sized_ball@DE": {size: Estimate((low + high) / 2, low, high, "um")}}
+
+    assert doubted(named, plain, sized(-0.4e-6, 2.5e-6), much).kind is Kind.NONE
+    assert doubted(named, plain, sized(0.4e-6, 2.5e-6), much).kind is Kind.NAMED
