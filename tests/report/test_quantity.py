@@ -24,6 +24,12 @@ def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
     assert words(Estimate(3e-6, 2e-6, 4e-6, "um", kind="0-pk")) == "3.0 µm 0-pk (2.0 to 4.0)"
 
 
+def test_a_long_number_of_a_unit_without_prefixes_has_a_power_of_ten() -> None:
+    assert words(Estimate(1302123761.0, 1.2e9, 1.4e9, "N/m^(10/9)")) == "1.30 ×10⁹ N/m^(10/9) (1.20 to 1.40)"
+    assert words(Estimate(2.5e6, 2e6, 3e6)) == "2.5 ×10⁶ (2.0 to 3.0)"
+    assert words(Estimate(2500.0, 2400.0, 2600.0, "MPa")) == "0.00250 MPa (0.00240 to 0.00260)"
+
+
 def test_a_missing_value_says_why() -> None:
     assert words(Estimate.missing("um", "no swing")) == "not estimated: no swing"
     assert short(Estimate.missing("um", "no swing")) == "–"

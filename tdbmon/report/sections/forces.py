@@ -156,7 +156,8 @@ def _contacts(end: EndForces) -> Table:
     more = len(end.contacts) - _LISTED
     caption = (
         f"{end.end}: force of each contact until the simulations part, {end.history.parted * 1e3:.0f} ms after the release"
-        " (95 % intervals)" + (f"; {more} more are left out" if more > 0 else "")
+        " (95 % intervals); as the simulated force begins and ends: a contact told from the displacement may hold several"
+        + (f"; {more} more are left out" if more > 0 else "")
     )
     return Table(caption, ("Contact", "Touch", "Length", "Peak normal force", "Impulse"), rows)
 
