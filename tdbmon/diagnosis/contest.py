@@ -54,6 +54,7 @@ _LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, wh
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
+_MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
@@ -104,7 +105,9 @@ class _Contest:
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
     freed : bool
-        Whether what the machine file states without tolerance was tried free.
+        Whether what the machine file states without tolerance is free, or was tried for the last time.
+    asked : bool
+        Whether it was tried beside a plain model that leaves a little more than noise.
     vain : list of str
         Models that leading along the valley of the clearances did not help.
     decided : bool
@@ -120,6 +123,7 @@ class _Contest:
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
     freed: bool = False
+    asked: bool = False
     vain: list[str] = field(default_factory=list)
     decided: bool = False
     lost: int = 0
@@ -203,21 +207,34 @@ class _Contest:
         best = self.best
         if self.freed or not best.fails_beside(self.plain) or only_parts(best):
             return
-        # what acts in contacts from the first on has shown by then; laws that are a little off show late, and more than a
-        # fit tells that has made up for them
-        late = not best.causes and self.horizon >= _LATE_S
-        if not (late or explained_by_stated_values(best)):
+        seen = explained_by_stated_values(best)
+        if not seen and not self._may_have_made_up(best):
             return
         self.search.progress("fitting what the machine file states without tolerance too")
-        self.freed = True
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
+        self.freed = seen or self.horizon >= _LATE_S  # asked for the last time
         if found is None:
             return
         fallen, (plain, *others) = found
-        if late and not explained(best, plain.misfit):
+        if not seen and not explained(best, plain.misfit):
             return
+        self.freed = True
         self.search.fallen, self.search.weak = fallen, False
         self.plain, self.others, self.sound = plain, others, ()
+
+    def _may_have_made_up(self, best: Contender) -> bool:
+        """True where a plain model may hide that stated values are off, so that these are worth a fit from the fall on.
+
+        What acts in contacts from the first on has shown by the late horizons.  Laws that are a little off begin to show
+        little by little, and more than a fit tells from where its values have made up for them: asked once before that.
+        """
+        if best.causes:
+            return False
+        if self.horizon >= _LATE_S:
+            return True
+        mild = self.horizon >= SOUND_S and best.ratio < _MILD * best.floor and not self.asked
+        self.asked = self.asked or mild
+        return mild
 
     def _earlier_witness(self) -> bool:
         """Go back to where models held that fail now, if the plain one had failed there already; True if so.

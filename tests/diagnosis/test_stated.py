@@ -3,18 +3,25 @@
 from dataclasses import replace
 
 import pytest
+from tdbsim.machine import load_machine
 
 from tdbmon.diagnosis.contender import Contender, settled
+from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
+from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
+from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.record.read import read
+from tests.blind.case import draw_case, simulate, write_drops
 from tests.diagnosis.simulated import record
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.010, 0.014, 0.018, 0.022)
 EXPONENT = 1.35
+STRANGE = 99  # seed
 
 
 def plain_model(crew, truth, *effects):
@@ -64,3 +71,22 @@ def test_a_cause_is_not_taken_for_stated_values(crew):
     assert plain.fails
     assert not explained_by_stated_values(plain)
     assert stated_remarks(plain.problem, plain.fit.point) == []
+
+
+@pytest.mark.slow
+def test_laws_that_are_a_little_off_are_freed_where_the_plain_model_begins_to_fail(tmp_path, crew):
+    """Drops of the blind generator with laws of its own and nothing hidden, which ended as unknown."""
+    case = draw_case(STRANGE)
+    assert case.strangeness == 1.0
+    assert not case.hidden
+    machine_file, records = write_drops(case, simulate(case), tmp_path)
+    machine = load_machine(machine_file)
+    problem = with_divergence(
+        build_problem(machine, tuple(measured_drop(read(path), machine) for path in records), crew)
+    )
+    stated = {p.name for p in stated_parameters(machine)}
+    horizons = (*HORIZONS, 0.027)
+    (plain,) = contest(problem, (), horizons, str)
+    assert plain.horizon == horizons[-1]
+    assert stated <= {p.name for p in plain.problem.shared}
+    assert not plain.fails
