@@ -11,20 +11,12 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, speed
+from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 _SAME = 0.03  # relative: of speeds that are one
-_FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more
-_START_S = 10e-3  # that shows where the shaft levitates
-_LEAST_S = 40e-3  # of levitation, for a line to be told from its neighbours
-_STANDS_OUT = 16.0  # times the median power around it: chance lets one line in 65 000 do so
-_STRONG = 100.0  # the same, for a line that contradicts the speed
 _STRONGER = 25.0  # times the power at a speed that no second channel doubts
 _LIKELIER = 4.0  # times the power at the one of two speeds that differ: twice the amplitude, as 1X has over 2X
-_AROUND = (3.0, 25.0)  # cells of the spectrum to either side that tell what is usual there
-_WIDTH = 1.5  # cells: half of a line's width under the window
-_NEAR = 0.75  # cells: within which a line is at a frequency
-_MAINS = 12  # harmonics
 _UNITS = {
     60.0: "rpm written as Hz",
     1 / 60: "Hz written as rpm",
@@ -32,96 +24,6 @@ _UNITS = {
     1 / (2 * np.pi): "Hz written as rad/s",
 }
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
-
-
-@dataclass(frozen=True)
-class LevitatedLines:
-    """Spectrum of the displacements before the shaft falls, all probes together.
-
-    Attributes
-    ----------
-    hz, power : numpy.ndarray, shape (n,)
-    cell : float
-        Resolution, Hz.
-    """
-
-    hz: np.ndarray
-    power: np.ndarray
-    cell: float
-
-    def at(self, hz: float) -> float:
-        """Greatest power within a line's width, and nought outside what the spectrum resolves."""
-        near = np.abs(self.hz - hz) < _NEAR * self.cell
-        return float(self.power[near].max()) if near.any() and hz > 2 * self.cell else 0.0
-
-    def contrast(self, hz: float) -> float:
-        """Power of a line over the median of what lies around it; nought where the spectrum does not resolve it."""
-        far = np.abs(self.hz - hz) / self.cell
-        around = self.power[(far > _AROUND[0]) & (far < _AROUND[1])]
-        usual = float(np.median(around)) if around.size else 0.0
-        return self.at(hz) / usual if usual > 0 else 0.0
-
-    def bears_out(self, hz: float) -> bool:
-        """Whether a line stands at this frequency: a peak, and no flank of a neighbour."""
-        off = np.abs(self.hz - hz) / self.cell
-        flank = self.power[(off >= _NEAR) & (off < _WIDTH)]
-        return self.contrast(hz) > _STANDS_OUT and bool(self.at(hz) >= flank.max(initial=0.0))
-
-    def outdoes(self, hz: float, other: float, times: float) -> bool:
-        """Whether a strong line stands at `hz`, of more than so many times the power at `other`."""
-        return self.contrast(hz) > _STRONG and self.at(hz) > times * self.at(other)
-
-    def strongest(self, mains_hz: float) -> float:
-        """Frequency of the strongest line that is not of the mains, Hz."""
-        kept = np.where(self.hum(self.hz, mains_hz) | (self.hz < 3 * self.cell), 0.0, self.power)
-        return float(self.hz[int(np.argmax(kept))])
-
-    def hum(self, hz: np.ndarray, mains_hz: float) -> np.ndarray:
-        """Which frequencies (n,), Hz, cannot be told from the mains and its harmonics."""
-        order = np.rint(hz / mains_hz)
-        return (order >= 1) & (order <= _MAINS) & (np.abs(hz - order * mains_hz) < _WIDTH * self.cell)
-
-
-def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
-    """Return the spectrum of the levitated shaft; None where the record holds too little of it.
-
-    A window of Hann over the stretch from the first sample until a probe has moved by a third of the gap.
-    """
-    rows: list[np.ndarray] = []
-    dimension, time, until = "", np.empty(0), 0
-    for probe in machine.probes:
-        if probe.name not in ds or (rows and str(ds[probe.name].dims[0]) != dimension):
-            continue
-        if not rows:
-            dimension = str(ds[probe.name].dims[0])
-            time = ds[dimension].values
-            if len(time) < 64 or time[-1] - time[0] < _LEAST_S:
-                return None
-            until = len(time)
-        row = ds[probe.name].values
-        start = time < time[0] + _START_S
-        if not np.isfinite(row[start]).any():
-            continue
-        low, high = np.nanmin(row[start]), np.nanmax(row[start])
-        reach = _FALLEN * machine.bearing(probe.end).radial_gap.nominal
-        away = np.flatnonzero((row < low - reach) | (row > high + reach))
-        if away.size:
-            falling = 1.2 * np.sqrt(2 * reach / max(machine.gravity, 1.0))  # what the fall to there took, and some more
-            until = min(until, int(np.searchsorted(time, time[away[0]] - falling)))
-        rows.append(row)
-    if not rows or time[max(until - 1, 0)] - time[0] < _LEAST_S:
-        return None
-    whole = [row[:until] for row in rows if np.isfinite(row[:until]).all()]
-    if not whole:
-        return None
-    seconds = float(time[until - 1] - time[0]) * until / (until - 1)
-    since = np.linspace(-1.0, 1.0, until)
-    size = 4 * until
-    power = np.zeros(size // 2 + 1)
-    for row in whole:
-        level = row - np.polyval(np.polyfit(since, row, 1), since)
-        power += np.abs(np.fft.rfft(level * np.hanning(until), size)) ** 2
-    return LevitatedLines(np.fft.rfftfreq(size, seconds / until), power, 1 / seconds)
 
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
@@ -172,7 +74,7 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     if lines.bears_out(stated):
         return Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
     other = lines.strongest(machine.mains)
-    if abs(other - stated) < _WIDTH * lines.cell or not lines.outdoes(other, stated, _STRONGER):
+    if abs(other - stated) < WIDTH * lines.cell or not lines.outdoes(other, stated, _STRONGER):
         return None
     detail = (
         f"{stated:.4g} Hz at the start, but the levitated shaft draws no line there, and a strong one at {other:.4g} Hz"

@@ -13,9 +13,10 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
+from tdbmon.record.levitated_lines import levitated_lines
 from tdbmon.record.quality import Check, check
 from tdbmon.record.read import read
-from tdbmon.record.speed_checks import levitated_lines, refuted
+from tdbmon.record.speed_checks import refuted
 
 SHORT = sorted((Path(__file__).parents[2] / "datasets" / "short").glob("*.nc"))
 LABELS = [(60.0, "rpm written as Hz"), (1 / 60, "Hz written as rpm"), (2 * np.pi, "rad/s written as Hz")]
