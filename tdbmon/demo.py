@@ -59,7 +59,7 @@ def _coastdown(name: str, out: Path, progress: Progress) -> list[str]:
     tell("simulating on to the end of the record")
     fitted = fitted.with_coast_down(result)
     tell("drawing the figures and writing the reports")
-    document = build_report(result, note=synthetic_note(1), fitted=fitted)
+    document = build_report(result, fitted=fitted)
     write_html(document, out / f"{name}.html")
     write_pdf(document, out / f"{name}.pdf")
     content = with_fitted(analysis_json(result), fitted)

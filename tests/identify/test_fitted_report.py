@@ -12,6 +12,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
 from matplotlib.text import Text
+from tdbsim.rotor import build_rotor, static_loads
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
@@ -155,11 +156,16 @@ def test_the_first_page_says_how_hard_the_bearings_were_hit(report: Document, fi
     table = next(b for b in summary.blocks if isinstance(b, Table) and b.caption.startswith("How hard"))
     assert table.header == ("Quantity", *fitted.forces.ends)
     told = []
-    for row in table.rows:
+    for row in table.rows[:2]:
         value, prefix = re.search(r"^([\d.]+).*?\b([kMG]?)(?:N|Pa)\b", row.cells[1]).groups()
         told.append(float(value) * {"": 1, "k": 1e3, "M": 1e6, "G": 1e9}[prefix])
     end = fitted.forces.ends["NDE"]
     assert told == pytest.approx([end.peak.value, end.stress.greatest.value], rel=0.01)
+    machine = drops.machine()
+    load = static_loads(machine, build_rotor(machine))["NDE"]
+    over, against = (row.cells[1] for row in table.rows[2:])
+    assert float(over.split()[0]) == pytest.approx(end.peak.value / load, rel=0.02)
+    assert f"{end.stress.greatest.value / 4.2e9:.0%}" in against and against.startswith("below")
 
 
 def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> None:

@@ -182,7 +182,25 @@ def test_synthetic_records_are_called_so(short: Analysis) -> None:
     record = short.record.copy()
     record.attrs = {**record.attrs, "synthetic": 1}
     assert "synthetic" in build_report(replace(short, record=record)).note
-    assert build_report(short).note == ""
+    assert "synthetic" in build_report(short).note  # it ships
+    record.attrs = {**record.attrs, "synthetic": 0, "sha256": "0" * 64}
+    assert build_report(replace(short, record=record)).note == ""
+
+
+def test_what_is_missing_of_an_end_is_said_once_on_the_first_page(short: Analysis) -> None:
+    unsettled = Estimate.missing("um", "the shaft does not settle long enough")
+    lost = replace(short.ends["NDE"], gap=None, contacts=None, air_gap=unsettled, stiffness=unsettled)
+    page = replace(short, ends={**short.ends, "NDE": lost})
+    summary = build_report(page).sections[0]
+    said = [block.text for block in summary.blocks if isinstance(block, Paragraph)]
+    assert sum(unsettled.why in text for text in said) == 1
+    (told,) = [text for text in said if unsettled.why in text]
+    assert told.startswith("Not estimated of NDE:")
+    assert "rebound" in told
+    table = next(b for b in summary.blocks if isinstance(b, Table) and b.caption.startswith("The touchdown bearings"))
+    column = table.header.index("NDE")
+    assert [row.cells[column] for row in table.rows if row.cells[0] == "Rebound"] == ["–"]
+    assert all("not estimated" not in cell for row in table.rows for cell in row.cells)
 
 
 def test_provenance_is_complete(short: Analysis) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tdbsim.machine import Tolerant
@@ -10,7 +11,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.quantity import moment, number, rpm, words
-from tdbmon.report.sections.findings import end_findings, release_time, rotor_findings, settle_time
+from tdbmon.report.sections.findings import Finding, end_findings, release_time, rotor_findings, settle_time
 from tdbmon.report.sections.forces import hardest
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     blocks += _whirl_verdicts(analysis)
     if fitted is not None:
         blocks += _hardest(fitted, analysis)
-    blocks += [_rotor_table(analysis)]
-    if analysis.rundown is not None:
+    blocks += _rotor_table(analysis)
+    if analysis.rundown is not None and (analysis.rundown.decay_time.known or analysis.rundown.drag_torque.known):
         blocks.append(
             Paragraph(
                 "Decay time and drag: the interval holds the noise of the speed signal, not what the law of drag leaves"
@@ -34,7 +35,7 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
             )
         )
     if analysis.ends:
-        blocks.append(_ends_table(analysis))
+        blocks += _ends_table(analysis)
     if against:
         header = ("Quantity", "The record says", "The drawing says", "Verdict")
         blocks.append(Table("The record against the drawing", header, tuple(against)))
@@ -153,22 +154,41 @@ def _against_denting(stress: Estimate) -> str:
     return f"{side}: {stress.value / DENTING:.0%} ({stress.low / DENTING:.0%} to {stress.high / DENTING:.0%})"
 
 
-def _rotor_table(analysis: Analysis) -> Table:
-    rows = tuple(Row((f.name, words(f.estimate, f.unit))) for f in rotor_findings(analysis))
-    return Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)
+def _rotor_table(analysis: Analysis) -> list[Block]:
+    findings = rotor_findings(analysis)
+    rows = tuple(Row((f.name, words(f.estimate, f.unit))) for f in findings if f.estimate.known)
+    blocks: list[Block] = [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
+    return blocks + _missing("the rotor", findings)
 
 
-def _ends_table(analysis: Analysis) -> Table:
-    columns = [end_findings(analysis, end) for end in analysis.ends.values()]
+def _ends_table(analysis: Analysis) -> list[Block]:
+    columns = {name: end_findings(analysis, end) for name, end in analysis.ends.items()}
     rows = []
-    for findings in zip(*columns, strict=True):
+    for findings in zip(*columns.values(), strict=True):
         if any(f.estimate.known for f in findings):
-            rows.append(Row((findings[0].name, *(words(f.estimate, f.unit) for f in findings))))
+            cells = (words(f.estimate, f.unit) if f.estimate.known else "–" for f in findings)
+            rows.append(Row((findings[0].name, *cells)))
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
-    return Table(
-        f"The touchdown bearings: values with 95 % intervals, {where}", ("Quantity", *analysis.ends), tuple(rows)
-    )
+    header = ("Quantity", *analysis.ends)
+    caption = f"The touchdown bearings: values with 95 % intervals, {where}"
+    blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
+    for name, found in columns.items():
+        blocks += _missing(name, found)
+    return blocks
+
+
+def _missing(owner: str, findings: Sequence[Finding]) -> list[Block]:
+    """Say in one sentence what is not estimated and for which reasons."""
+    reasons: dict[str, list[str]] = {}
+    for finding in findings:
+        if not finding.estimate.known:
+            name = finding.name[:1].lower() + finding.name[1:]
+            reasons.setdefault(finding.estimate.why, []).append(name)
+    if not reasons:
+        return []
+    said = "; ".join(f"{', '.join(names)} ({why})" for why, names in reasons.items())
+    return [Paragraph(f"Not estimated of {owner}: {said}.")]
 
 
 def _against_drawing(analysis: Analysis) -> list[Row]:
