@@ -30,7 +30,7 @@ from tdbmon.diagnosis.contender import (
     without_each,
 )
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
-from tdbmon.diagnosis.search import SOUND_S, Progress, Search, only_parts
+from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import twins
@@ -56,6 +56,7 @@ _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
 _MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
+_MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
 _NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
@@ -277,7 +278,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         for freed in without_each(best, best.horizon):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
-            if not near.fails_beside(plain) and near.bic < best.bic + SIMPLER:
+            if (not near.fails_beside(plain) and near.bic < best.bic + SIMPLER) or only_accompanies(best, near, plain):
                 simpler.append(near)
         if not simpler:
             break
@@ -288,6 +289,17 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
             break
         field.append(kept)
     return plain, field
+
+
+def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool:
+    """True where the cause that a model has beyond a nearer one only fits what laws that are a little off leave of it.
+
+    With angles or a number of its own in every drop it fits much that is not there.
+    """
+    stay = {cause.name for cause in near.causes}
+    gone = [cause for cause in best.causes if cause.name not in stay]
+    hardly_fails = near.ratio < HARDLY * near.floor and near.excess < _MOST_OF_IT * plain.excess
+    return bool(near.causes) and all(cause.of_each_drop for cause in gone) and hardly_fails
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

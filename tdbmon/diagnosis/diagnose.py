@@ -113,7 +113,8 @@ def diagnose(
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
-        suspected = suspects(machine, _common(drops), problem.standing)
+        moved = moved_mark(drops)  # then nobody is asked: what depends on the shaft's angle fits whatever is not there
+        suspected = suspects(machine, _common(drops), problem.standing) if moved is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
         field, slowed = with_slowing(field, suspected)
@@ -134,7 +135,6 @@ def diagnose(
         slowed_otherwise = slowing_remarks(likeliest)
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0].name].causes, proof)
-        moved = moved_mark(drops)
         if moved is not None:
             judged = Verdict(Kind.UNKNOWN, (), judged.probabilities, moved)
     return Diagnosis(

@@ -37,7 +37,7 @@ _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-_HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
+HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -87,7 +87,7 @@ class Search:
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
-            hardly = horizon == last and not best.causes and best.ratio < _HARDLY * best.floor
+            hardly = horizon == last and not best.causes and best.ratio < HARDLY * best.floor
             found = self._invited(best, horizon, field, best.fails and not hardly)
             if best.causes:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
@@ -155,7 +155,7 @@ class Search:
 
 def only_parts(best: Contender) -> bool:
     """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
-    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < _HARDLY * best.floor
+    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
 
 
 def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:

@@ -7,7 +7,7 @@ import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
-from tdbmon.diagnosis.contest import contest, decided
+from tdbmon.diagnosis.contest import contest, decided, only_accompanies
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
@@ -40,6 +40,22 @@ def test_contest_is_won_by_the_hidden_effect(competed):
     plain = next(each for each in competed if not each.causes)
     assert plain.fails
     assert verdict(competed, None).kind is Kind.NAMED
+
+
+def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(competed):
+    like = next(each for each in competed if not each.causes)
+    plain = contender(like, (), 0, 6.0)
+
+    def judged(companion, left):
+        near = contender(like, ("probe_gain@DE_A",), 0, left * like.floor)
+        both = contender(like, ("probe_gain@DE_A", companion), 900, 1.0)
+        return only_accompanies(both, near, plain)
+
+    assert judged("off_sized_ball@NDE", 1.27)
+    assert not judged("off_sized_ball@NDE", 1.5)  # more is left than inexact laws leave
+    assert not judged("probe_angle@DE_B", 1.27)  # has no number of its own in every drop
+    alone = contender(like, ("off_sized_ball@NDE",), 900, 1.0)
+    assert not only_accompanies(alone, contender(like, (), 0, 1.2 * like.floor), plain)
 
 
 def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
