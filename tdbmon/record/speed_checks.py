@@ -23,6 +23,7 @@ _UNITS = {
     2 * np.pi: "rad/s written as Hz",
     1 / (2 * np.pi): "Hz written as rad/s",
 }
+_UNUSED = ". It is left out: nothing is said about the speed"
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
 
 
@@ -51,14 +52,14 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         )
         cure = "check unit and sensitivity of the speed signal, and the mark"
         return Check("speed", "speed", False, f"{compared.ratio:.4g} times the keyphasor's speed{why}: {cure}{judged}")
+    of_shaft = _against_the_shaft(ds, machine)
+    if of_shaft is not None:
+        return of_shaft
     largest = float(np.max(np.abs(values[good])))
     if largest > _SPEED_LIMIT:
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
-        return Check("speed", "speed", False, detail + (_UNUSED if refuted(ds, machine) else ""))
-    return _against_the_shaft(ds, machine) or Check("speed", "speed", True, f"up to {largest:.4g} Hz")
-
-
-_UNUSED = ". It is left out: nothing is said about the speed"
+        return Check("speed", "speed", False, detail)
+    return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
 
 
 def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:

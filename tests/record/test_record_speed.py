@@ -131,3 +131,10 @@ def test_a_record_without_levitation_is_not_judged() -> None:
     assert refuted(late, machine()) == ""
     short = ds.isel(time=slice(0, 400))
     assert levitated_lines(short, machine()) is None
+
+
+def test_a_speed_that_no_machine_has_is_flagged_without_levitation() -> None:
+    ds = assign(_record(SHORT[1], 60.0, False), machine()).isel(time=slice(2500, None))
+    found = _speed_check(ds)
+    assert not found.passed
+    assert "rpm written as Hz? Check its unit" in found.detail
