@@ -299,7 +299,7 @@ def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool
     stay = {cause.name for cause in near.causes}
     gone = [cause for cause in best.causes if cause.name not in stay]
     hardly_fails = near.ratio < HARDLY * near.floor and near.excess < _MOST_OF_IT * plain.excess
-    return bool(near.causes) and all(cause.of_each_drop for cause in gone) and hardly_fails
+    return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

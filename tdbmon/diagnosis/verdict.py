@@ -70,7 +70,8 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         )
     if not _explains(best, plain):
         left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
-        why = f"the best model, with {best.words}, still leaves {left}"
+        model = f"the model with {best.words}" if best.causes else "the plain model"
+        why = f"the best, {model}, still leaves {left}"
         if best.horizon > FOLLOWED_S:
             why += f", most of it later than {FOLLOWED_S * 1e3:g} ms"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
