@@ -218,12 +218,12 @@ def identifiability(
     from tdbsim.machine import load_machine
 
     from tdbmon.diagnosis.identifiability import identifiability as run
-    from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines, read_noise
-    from tdbmon.simulation import read_speed
+    from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
+    from tdbmon.option_quantity import noise_of, speed_of
 
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
-        found = run(load_machine(machine), [read_speed(text) for text in speed], read_noise(noise), tell)
+        found = run(load_machine(machine), [speed_of(text) for text in speed], noise_of(noise), tell)
     for line in identifiability_lines(found):
         typer.echo(line)
     write_json(json_file, identifiability_json(found))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -13,22 +12,15 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
-from tdbsim.units import to_si
 
 from tdbmon.estimate import Estimate
+from tdbmon.option_quantity import seconds_of, speed_of
 
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _LEVITATED_S = 0.1
 _AT_SPEED = 0.98
 _EXACT = "a simulated value, without an interval"
-
-
-def read_speed(text: str) -> float:
-    """Return a speed, Hz (raises InputError where it is none, or has no unit)."""
-    if re.fullmatch(r"[-+.\deE\s]+", text):
-        raise InputError(f'speed \'{text.strip()}\' has no unit; write e.g. "100 Hz" or "6000 rpm"')
-    return to_si(text, "Hz")
 
 
 def simulate_drop(
@@ -42,8 +34,8 @@ def simulate_drop(
         If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
     """
     plan = DropPlan(
-        speed=read_speed(speed),
-        seconds=to_si(seconds, "s"),
+        speed=speed_of(speed),
+        seconds=seconds_of(seconds),
         levitated=_LEVITATED_S,
         sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05),
         seed=seed,

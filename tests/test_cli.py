@@ -52,6 +52,7 @@ def test_help_imports_nothing_heavy():
         (["simulate", MACHINE, "--speed", "-10 Hz", "--out", "x.nc"], "-10 Hz"),
         (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.csv"], "x.nc"),
         (["simulate", MACHINE, "--speed", "6000", "--out", "x.nc"], "has no unit"),
+        (["simulate", MACHINE, "--speed", "6000 rpm", "--seconds", "3 kg", "--out", "x.nc"], "--seconds 3 kg"),
         (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.nc", "--effect", "ring_drag:end=DE"], "does nothing"),
         (["simulate", MACHINE, "--speed", "10 Hz", "--out", "x.nc", "--effect", "ring_drag:end=XX"], "ring_drag"),
     ],

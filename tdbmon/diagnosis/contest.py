@@ -33,7 +33,7 @@ from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbo
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.diagnosis.twins import twins
+from tdbmon.diagnosis.twins import with_twins
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
@@ -83,10 +83,7 @@ def contest(
         held.simplify()
         if held.plain.ratio < _ACTS_LATER * floor and held.best.fails:
             held = early  # paths with impacts part
-    best, plain, field = held.best, held.plain, held.others
-    seen = {frozenset(cause.name for cause in each.causes) for each in field}
-    field += [each for each in twins(best, suspects) if frozenset(cause.name for cause in each.causes) not in seen]
-    return sorted([plain, *field], key=lambda each: each.bic)
+    return sorted(with_twins([held.plain, *held.others], held.best, suspects), key=lambda each: each.bic)
 
 
 @dataclass

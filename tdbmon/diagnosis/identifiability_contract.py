@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
-
-from tdbsim.errors import InputError
-from tdbsim.units import to_si
 
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Identifiability
 from tdbmon.diagnosis.suspects import Suspect
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
-
-
-def read_noise(text: str) -> float:
-    """Return a probe's noise, m rms (raises InputError where it is no length, has no unit, or is not positive)."""
-    if re.fullmatch(r"[-+.\deE\s]+", text):
-        raise InputError(f"noise '{text.strip()}' has no unit; write e.g. \"0.3 um\"")
-    noise = to_si(text, "m")
-    if noise <= 0:
-        raise InputError(f"noise '{text.strip()}' must be positive; without noise everything shows")
-    return noise
 
 
 def identifiability_json(found: Identifiability) -> dict[str, Any]:

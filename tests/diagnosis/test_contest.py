@@ -11,9 +11,9 @@ from tdbmon.diagnosis.contest import contest, decided, only_accompanies
 from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import twins
+from tdbmon.diagnosis.twins import with_twins
 from tdbmon.diagnosis.verdict import Kind, verdict
-from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.cages import turn_cages, turning
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
@@ -143,7 +143,7 @@ def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     turned = next(s for s in everyone if s.name == "probe_angle@DE_B")
     angle = settled(with_cause(fallen, turned, Start({"error": 0.04})), 0.006, 4)
-    leak = next(each for each in twins(angle, everyone) if each.name == "probe_crosstalk@DE")
+    leak = next(each for each in with_twins([angle], angle, everyone) if each.name == "probe_crosstalk@DE")
     assert leak.horizon == angle.horizon
     values, _ = leak.problem.values(leak.fit.point, 0)
     assert values["probe_crosstalk@DE.factor"] == pytest.approx(-0.04, abs=0.005)
@@ -151,6 +151,22 @@ def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
     assert {each.name for each in verdict(sorted([angle, leak, bare], key=lambda each: each.bic), None).accused} >= {
         "probe_crosstalk@DE"
     }
+
+
+def test_twins_are_compared_with_the_paths_of_their_drops_sought(crew):
+    """The angle of a cage that is wrong costs more than a turned probe and a leak differ by."""
+    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
+    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
+    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    point = leak.fit.point.copy()
+    point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
+    lost = replace(leak, fit=linearised(leak.problem, point, 0.014))
+    assert lost.bic > leak.bic + 100
+    found = {each.name: each for each in with_twins([lost], lost, everyone)}
+    assert found["probe_crosstalk@DE"].bic < leak.bic + 10
+    assert {"probe_angle@DE_A", "probe_angle@DE_B"} & set(found)
 
 
 def test_values_of_causes_lead_to_the_same_model(gained):

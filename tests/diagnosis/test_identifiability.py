@@ -79,11 +79,12 @@ def test_json_and_lines_hold_every_size(found):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--speed", "100 parsec"], "parsec"),
+        (["--speed", "100 parsec"], "--speed 100 parsec"),
         (["--speed", "100"], "has no unit"),
         (["--speed", "-5 Hz"], "positive"),
         (["--speed", "100 Hz", "--noise", "0.3"], "has no unit"),
         (["--speed", "100 Hz", "--noise", "0 um"], "positive"),
+        (["--speed", "100 Hz", "--noise", "0.3 kg"], "--noise 0.3 kg: 'kg'"),
         ([], "--speed"),
     ],
 )
