@@ -29,11 +29,11 @@ from tdbmon.diagnosis.contender import (
     settled,
     without_each,
 )
-from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
+from tdbmon.diagnosis.other_orders import in_any_order, in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.diagnosis.twins import with_twins
+from tdbmon.diagnosis.twins import twins, with_paths_sought
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
@@ -83,7 +83,8 @@ def contest(
         held.simplify()
         if held.plain.ratio < _ACTS_LATER * floor and held.best.fails:
             held = early  # paths with impacts part
-    return sorted(with_twins([held.plain, *held.others], held.best, suspects), key=lambda each: each.bic)
+    field = [held.plain, *held.others, *twins(held.best, suspects)]
+    return sorted(with_paths_sought(field, held.best), key=lambda each: each.bic)
 
 
 @dataclass
@@ -102,6 +103,8 @@ class _Contest:
         Those of the other models that left noise alone there, where it was late enough to tell.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
+    reordered : list of str
+        Waves and lobes of which all orders were tried.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
     asked : bool
@@ -120,6 +123,7 @@ class _Contest:
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
+    reordered: list[str] = field(default_factory=list)
     freed: bool = False
     asked: bool = False
     vain: list[str] = field(default_factory=list)
@@ -191,6 +195,9 @@ class _Contest:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
+        if deeper.ratio > _LOST and cause.name not in self.reordered:
+            self.reordered.append(cause.name)
+            deeper = in_any_order(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
         self._replaced(best, deeper)
 
     def _may_be_led(self, best: Contender) -> bool:

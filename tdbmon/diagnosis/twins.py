@@ -1,7 +1,8 @@
-"""Causes at the sensors that look alike: a probe that stands at another angle, one into which the other leaks.
+"""Causes that look alike: a probe that stands at another angle, one into which the other leaks; an end, and both of them.
 
-They differ by little more than the square of their size, so each is fitted in the place of the other before one is named,
-with every drop's path sought anew: a path that is lost costs more than they differ by.
+The sensors' differ by little more than the square of their size.  An effect that acts at both ends alike differs by nothing
+from one at the end that shows it, where the other end's values make up for it.  So each is fitted in the place of the other
+before one is named, and their drops' paths are sought: one that is lost costs more than they differ by.
 """
 
 from __future__ import annotations
@@ -19,42 +20,22 @@ from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
 
 _LIKE = 0.9  # of what a cause promises, that another must promise in its place
+_NEAR = 1.5  # times what the best leaves: who leaves more does not look like it
 
 
-def with_twins(field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
-    """Return contenders with the twins of the best one; of the same causes the one that fits best.
+def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
+    """Return the best model with another cause in the place of one that looks like it, where that promises about as much.
 
     Parameters
     ----------
-    field : sequence of Contender
     best : Contender
-        One of them.
     suspects : sequence of Suspect
     """
-    alike = _twins(best, suspects)
-    if not alike:
-        return list(field)
-    sought = [_paths_sought(each) for each in (best, *alike)]
-    found: dict[frozenset[Suspect], Contender] = {}
-    for each in sorted((*field, *sought), key=lambda each: each.bic):
-        found.setdefault(frozenset(each.causes), each)
-    return list(found.values())
-
-
-def _paths_sought(contender: Contender) -> Contender:
-    problem, horizon = contender.problem, contender.horizon
-    if horizon < CONTACT_S:
-        return contender
-    return replace(contender, fit=better_paths(problem, contender.fit, horizon, range(len(problem.drops))))
-
-
-def _twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
-    """Return the best model with another cause in the place of one at the sensors, where that promises about as much."""
     found = []
     known = {cause.name for cause in best.causes}
-    others = [each for each in suspects if acts_on_sensors(each.declared) and each.name not in known]
     for index, cause in enumerate(best.causes):
-        if not acts_on_sensors(cause.declared):
+        others = [each for each in suspects if each.name not in known and _alike(each, cause)]
+        if not others:
             continue
         try:
             bare = without_cause(best, index)
@@ -62,8 +43,40 @@ def _twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             own = max(score.gain for score in ranked if score.suspect is cause)
             for score in ranked:
                 if score.suspect is not cause and score.gain > _LIKE * own:
-                    other = with_cause(bare, score.suspect, score.start)
+                    start = score.start if acts_on_sensors(cause.declared) else best.starts()[index]
+                    other = with_cause(bare, score.suspect, start)
                     found.append(settled(replace(other, horizon=best.horizon), best.horizon, FEW_SLOPES))
         except InputError:
             continue
     return found
+
+
+def _alike(one: Suspect, other: Suspect) -> bool:
+    if acts_on_sensors(other.declared):
+        return acts_on_sensors(one.declared)
+    same = one.declared.identifier == other.declared.identifier and one.held == other.held
+    return same and "both" in (one.where, other.where)
+
+
+def with_paths_sought(field: Sequence[Contender], best: Contender) -> list[Contender]:
+    """Return contenders, of those with the same causes the one that fits best.
+
+    Where others come near to the best, all of them have the paths of their drops sought anew.
+
+    Parameters
+    ----------
+    field : sequence of Contender
+    best : Contender
+        One of them.
+    """
+    kept: dict[frozenset[Suspect], Contender] = {}
+    for each in sorted(field, key=lambda each: each.bic):
+        kept.setdefault(frozenset(each.causes), each)
+    near = [c for c in kept.values() if c.causes and c.horizon == best.horizon and c.ratio < _NEAR * best.ratio]
+    if len(near) < 2 or best.horizon < CONTACT_S:
+        return list(kept.values())
+    every = range(len(best.problem.drops))
+    return [
+        replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) if each in near else each
+        for each in kept.values()
+    ]

@@ -8,10 +8,10 @@ import pytest
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest, decided, only_accompanies
-from tdbmon.diagnosis.neighbouring_orders import in_neighbouring_orders, neighbours
+from tdbmon.diagnosis.other_orders import in_any_order, in_neighbouring_orders, neighbours
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import with_twins
+from tdbmon.diagnosis.twins import twins, with_paths_sought
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages, turning
 from tdbmon.identify.drop import measured_drop
@@ -143,7 +143,7 @@ def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     turned = next(s for s in everyone if s.name == "probe_angle@DE_B")
     angle = settled(with_cause(fallen, turned, Start({"error": 0.04})), 0.006, 4)
-    leak = next(each for each in with_twins([angle], angle, everyone) if each.name == "probe_crosstalk@DE")
+    leak = next(each for each in twins(angle, everyone) if each.name == "probe_crosstalk@DE")
     assert leak.horizon == angle.horizon
     values, _ = leak.problem.values(leak.fit.point, 0)
     assert values["probe_crosstalk@DE.factor"] == pytest.approx(-0.04, abs=0.005)
@@ -164,9 +164,33 @@ def test_twins_are_compared_with_the_paths_of_their_drops_sought(crew):
     point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
     lost = replace(leak, fit=linearised(leak.problem, point, 0.014))
     assert lost.bic > leak.bic + 100
-    found = {each.name: each for each in with_twins([lost], lost, everyone)}
+    found = {each.name: each for each in with_paths_sought([lost, *twins(lost, everyone)], lost)}
     assert found["probe_crosstalk@DE"].bic < leak.bic + 10
     assert {"probe_angle@DE_A", "probe_angle@DE_B"} & set(found)
+
+
+def test_an_effect_at_one_end_is_fitted_in_the_place_of_one_at_both(crew):
+    problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
+    at_both = next(s for s in everyone if s.name == "support_anisotropy@both")
+    both = settled(with_cause(bare, at_both, Start({"ratio": 0.6, "direction": math.radians(30)})), 0.014, 3)
+    found = {each.name: each for each in twins(both, everyone)}
+    assert found["support_anisotropy@DE"].bic < both.bic
+
+
+def test_lobes_of_a_wrong_order_are_found_in_any_order(crew):
+    """Begun two orders off, with the sizes and phases that make up for it at the first contact."""
+    problem = problem_of(crew, "ring_out_of_round:end=DE,amplitude=19 um,order=2")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
+    drops = len(problem.drops)
+    wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
+    found = in_any_order(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    assert found.causes[-1].held["order"] == 2
+    assert found.bic < wrong.bic
+    assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
 
 
 def test_values_of_causes_lead_to_the_same_model(gained):
