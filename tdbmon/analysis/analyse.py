@@ -14,6 +14,7 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.contacts import find_contacts
+from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.gap import Gap, fit_gap, settled_from
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.order import track
@@ -77,6 +78,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
+    checks += check_free_fall(release, machine) if release is not None else []
     checks += check_orientation(planes, record, machine, released)
     ends, swing = _ends(planes, machine, rotor, released, checks)
 

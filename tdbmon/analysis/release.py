@@ -23,6 +23,10 @@ _TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit'
 _TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
 _FASTEST_HZ = 500.0
 _FALL_SHARE = 0.6  # of the way from levitation to the first turning point: surely free of contact
+_HEAD_S = 0.02  # at the start, that shows where the shaft levitates
+_START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
+_LEAST_HEAD_S = 5e-3
+_FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more (zone A of ISO 14839-2 ends there)
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ def find_release(
     Returns
     -------
     Release or None
-        None where the record starts after the release (no levitated stretch of 20 ms).
+        None where the record starts after the release or less than 5 ms before it.
 
     Raises
     ------
@@ -92,7 +96,8 @@ def find_release(
     ends = [str(end) for end in planes.end.values if str(planes.plane.sel(end=end).item()) != "none"]
     z = planes.displacement.sel(end=ends).to_numpy().reshape(2 * len(ends), -1)
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
-    rough = _rough(z, rate)
+    gaps = np.repeat([machine.bearing(end).radial_gap.nominal for end in ends], 2)
+    rough = _rough(z, rate, _levitated(z, rate, gaps, machine.gravity))
     if rough is None:
         return None
     start, stop = rough
@@ -165,11 +170,30 @@ def _turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, main
     return float(found.x) if better > (_TELLS if speed_hz else _TELLS_ALONE) else speed_hz
 
 
-def _rough(z: np.ndarray, rate: float) -> tuple[int, int] | None:
-    """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall."""
-    lead = max(int(0.02 * rate), 8)
-    if z.shape[1] < 3 * lead:
+def _levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:
+    """Return how many of the first samples, up to 20 ms of them, surely lie before the fall, seen by how far it goes."""
+    most, lasting, reach = int(_HEAD_S * rate), max(int(_START_S * rate), 1), _FALLEN * gaps
+    fall = np.sqrt(2 * reach.max() / max(gravity, 1.0))
+    falling = int(1.2 * fall * rate)  # and some more
+    start = np.nanmedian(z[:, :lasting], axis=1)
+    away = np.abs(z[:, : most + falling + lasting] - start[:, None]) > reach[:, None]
+    if away.shape[1] < lasting:
+        return 0
+    fallen = np.lib.stride_tricks.sliding_window_view(away, lasting, axis=1).all(axis=2).any(axis=0)
+    return max(int(np.argmax(fallen)) - falling, 0) if fallen.any() else most
+
+
+def _rough(z: np.ndarray, rate: float, levitated: int) -> tuple[int, int] | None:
+    """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall.
+
+    `levitated` of the first samples show the orbit.
+    """
+    shortest = max(int(_LEAST_HEAD_S * rate), 8)
+    if z.shape[1] < 3 * shortest:
         raise InputError(f"the displacement record has {z.shape[1]} samples; too short to hold a drop")
+    if levitated < shortest:
+        return None
+    lead = levitated
     head = z[:, :lead]
     middle = np.nanmedian(head, axis=1)
     away = np.abs(z - middle[:, None])

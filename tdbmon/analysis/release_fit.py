@@ -28,6 +28,7 @@ _DOUBT = 12.0  # from which on it is held possible
 _AGAINST = 10.0  # by which an end alone, released suddenly at an instant of its own, may be better explained
 _STEP_S = 2.5e-4  # of the first search
 _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
+_ANEW_S = 8e-3  # the same where gravity is left free
 _LEAST_DECAY_S = 1e-4
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
@@ -220,11 +221,27 @@ class ReleaseFit:
         return np.asarray(at @ coefficients), np.asarray(np.outer(sigma, noise))
 
     def acceleration(self, t0: float) -> Array:
-        """Acceleration a channel after the instant when it is left free, m/s^2."""
-        after = np.maximum(self.t - t0, 0.0)
-        design = np.column_stack([*self._levitated(t0, 0.0), 0.5 * after**2])
-        coefficients, *_ = np.linalg.lstsq(design, self.data.T, rcond=None)
-        return np.asarray(coefficients[-1])
+        """Acceleration a channel in the fall when it is left free, with an instant of its own near `t0`, m/s^2.
+
+        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.
+        """
+        from scipy.optimize import minimize_scalar
+
+        variance = self.noise(t0) ** 2
+
+        def fitted(instant: float) -> tuple[Array, float]:
+            after = np.maximum(self.t - instant, 0.0)
+            design = np.column_stack([*self._levitated(instant, 0.0), 0.5 * after**2])
+            coefficients, *_ = np.linalg.lstsq(design, self.data.T, rcond=None)
+            left = np.sum((self.data - (design @ coefficients).T) ** 2, axis=1)
+            return coefficients[-1], float(np.sum(left / variance))
+
+        grid = np.arange(max(t0 - _ANEW_S, self.t[0] + _STEP_S), min(t0 + _ANEW_S, self.t[-1] - 2 * _STEP_S), _STEP_S)
+        near = min(grid, key=lambda instant: fitted(instant)[1])
+        best = minimize_scalar(
+            lambda instant: fitted(instant)[1], bounds=(near - _STEP_S, near + _STEP_S), method="bounded"
+        )
+        return np.asarray(fitted(float(best.x))[0])
 
     def _solve(self, t0: float, decay: float = 0.0) -> tuple[Array, Array, Array]:
         design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))

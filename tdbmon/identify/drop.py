@@ -131,6 +131,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbsim.rotor import build_rotor
 
     from tdbmon.analysis.axes import to_planes
+    from tdbmon.analysis.free_fall import check_free_fall
     from tdbmon.analysis.release import find_release
     from tdbmon.record.assign import assign
     from tdbmon.record.quality import check, repair_gaps, usable
@@ -163,8 +164,10 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     found = find_release(planes, machine, rough, bending)
     if found is None or found.time.value is None:
         raise InputError(
-            f"{name}: the record starts after the release; calibration needs 50 ms of levitation before it"
+            f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
+            " Record 50 ms of levitation or more"
         )
+    remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]
     release = float(found.time.value)
     if time[-1] - release < _LEAST_S:
         raise InputError(

@@ -1,0 +1,47 @@
+"""The free fall as a check: gravity is known, and so tells whether time base and sensitivity of the record are right."""
+
+from __future__ import annotations
+
+import math
+
+from tdbsim.machine import Machine
+
+from tdbmon.analysis.release import Release
+from tdbmon.record.finding import Check
+
+_LEAST = 1 / math.sqrt(2)  # of gravity: nearer to it than to half of it
+_LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
+
+
+def check_free_fall(release: Release, machine: Machine) -> list[Check]:
+    """Check that each end falls with gravity.
+
+    A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  Unbalance and a
+    field that dies away slowly change it as well, though rarely by so much.
+    """
+    if machine.gravity < _LEAST_GRAVITY:
+        return []
+    found = []
+    for end, (_, y) in release.fall.items():
+        share = -y / machine.gravity
+        detail = f"falls with {-y:.3g} m/s2, {share:.2f} of gravity, before it touches"
+        passed = _LEAST < share < 1 / _LEAST
+        cure = "" if passed else f": {_suspects(share, machine, end)}"
+        found.append(Check("free fall", end, passed, detail + cure))
+    return found
+
+
+def _suspects(share: float, machine: Machine, end: str) -> str:
+    """Return what would make an end fall with this share of gravity, and so what to look at."""
+    names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
+    if share <= 0:
+        return f"check sign of the sensitivity and angle of {names}"
+    times = f"times {_stretch(math.sqrt(1 / share))} would do that (check sampling rate and unit of the time)"
+    lengths = f"or displacements {_stretch(share)} (check the sensitivity of {names})"
+    field = ", or a magnetic field that holds on for milliseconds" if share < 1 else ", or a great unbalance"
+    return f"{times}, {lengths}{field}"
+
+
+def _stretch(factor: float) -> str:
+    """Return a wrong scale in words."""
+    return f"read about {factor:.2g} times too long" if factor > 1 else f"read about {1 / factor:.2g} times too short"

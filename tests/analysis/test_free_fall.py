@@ -1,0 +1,68 @@
+"""Gravity as a scale: records whose times or lengths are wrong fall too fast or too slowly, and are told so."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.release import find_release
+from tdbmon.record.assign import assign
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+from tests.analysis.test_release import drop
+
+NAMES = ("coastdown/drop_100", "short/drop_060", "short/drop_100", "short/drop_150", "short/drop_210", "loose/drop_060")
+
+
+def fallen(name, machine, *, longer=1.0, larger=1.0):
+    """Checks of a shipped record with times and lengths read so many times too long."""
+    planes = to_planes(assign(read(shipped(f"{name}.nc")), machine), machine).sel(time=slice(0, 0.3))
+    changed = planes.assign_coords(time=planes.time.values * longer)
+    changed["displacement"] = changed.displacement * larger
+    changed.attrs["sampling_hz"] = planes.attrs["sampling_hz"] / longer
+    return check_free_fall(find_release(changed, machine, float(name[-3:]) * 0.95, 305.4), machine)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_true_record_falls_with_gravity(name, machine):
+    checks = fallen(name, machine)
+    assert [check.channel for check in checks] == ["NDE", "DE"]
+    assert all(check.passed for check in checks)
+    shares = [float(check.detail.split(", ")[1].split()[0]) for check in checks]
+    assert shares == pytest.approx([1.0, 1.0], abs=0.1)  # unbalance and bending have a share in it
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("longer", "larger"), [(2.0, 1.0), (0.5, 1.0), (1.0, 2.0), (1.0, 0.5)])
+def test_a_wrong_time_base_or_sensitivity_is_seen_in_the_fall(name, longer, larger, machine):
+    for check in fallen(name, machine, longer=longer, larger=larger):
+        assert not check.passed
+        share = float(check.detail.split(", ")[1].split()[0])
+        assert share == pytest.approx(larger / longer**2, rel=0.35)
+        assert "sampling rate" in check.detail
+        assert "sensitivity" in check.detail
+
+
+def test_the_suspects_are_told_by_how_much(machine):
+    slow = fallen("short/drop_100", machine, longer=2.0)[0].detail
+    times, lengths = (float(number) for number in re.findall(r"read about ([\d.]+) times too", slow))
+    assert times == pytest.approx(2.0, rel=0.15)
+    assert lengths == pytest.approx(4.0, rel=0.3)
+    assert "'NDE_A', 'NDE_B'" in slow
+
+
+def test_a_machine_on_end_does_not_fall_across_its_bearings(machine):
+    release = find_release(drop(3)[0], machine, 97.0)
+    assert len(check_free_fall(release, machine)) == 2
+    assert check_free_fall(release, machine.model_copy(update={"gravity": 0.0})) == []
+
+
+def test_an_analysis_carries_the_check(machine):
+    record = read(shipped("short/drop_100.nc"))
+    found = [check for check in analyse(record, machine).checks if check.check == "free fall"]
+    assert len(found) == 2
+    assert all(check.passed for check in found)
