@@ -143,8 +143,9 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
     for bearing in machine.touchdown_bearings:
         for field, (_, unit, share) in _STATED.items():
             found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), share))
-        exponent, name = bearing.contact_exponent, f"{bearing.name}.contact_exponent"
-        found.append(Parameter(name, "1", exponent, min(1.0, exponent), max(1.5, exponent), _EXPONENT_SIGMA))
+        exponent, reach = bearing.contact_exponent, _WIDTH * _EXPONENT_SIGMA
+        low, high = min(max(1.0, exponent - reach), exponent), exponent + reach
+        found.append(Parameter(f"{bearing.name}.contact_exponent", "1", exponent, low, high, _EXPONENT_SIGMA))
         falls, reach = bearing.friction_load_exponent, _WIDTH * _LOAD_SIGMA
         name = f"{bearing.name}.friction_load_exponent"
         found.append(Parameter(name, "1", falls, falls - reach, falls + reach, _LOAD_SIGMA))

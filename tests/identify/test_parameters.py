@@ -122,3 +122,13 @@ def test_stated_values_are_written_and_read_again(full, tmp_path):
         assert getattr(back.touchdown_bearings[1], name) == pytest.approx(getattr(moved.touchdown_bearings[1], name))
         assert getattr(back.touchdown_bearings[1], name) != getattr(full.touchdown_bearings[1], name)
     assert back.rotor.elastic_modulus == pytest.approx(1.004 * full.rotor.elastic_modulus)
+
+
+def test_stated_values_go_no_further_than_is_known_of_them(full):
+    """An exponent free up to that of a point contact (1.5) took up the waves of a race."""
+    for p in stated_parameters(full):
+        assert p.low <= p.nominal <= p.high
+        assert max(p.nominal - p.low, p.high - p.nominal) <= 3.0 * p.sigma * (1 + 1e-9)
+        assert p.high > p.nominal + 2.0 * p.sigma
+    exponent = next(p for p in stated_parameters(full) if p.name.endswith("contact_exponent"))
+    assert exponent.low >= 1.0  # flat on flat
