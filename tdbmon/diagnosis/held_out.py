@@ -26,6 +26,9 @@ _CLEAR = 0.05  # of the plain model's misfit
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
+_FAILS = (
+    2.0  # times the noise, that shows a lack: of a drop that it was not fitted to a right model leaves up to 1.4 times
+)
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,11 @@ class HeldOut:
     def drop(self) -> str:
         """The file or files in words."""
         return " and ".join(self.drops)
+
+    @property
+    def named(self) -> str:
+        """The file or files, and that they took no part in the fit, in words."""
+        return f"{self.drop}, {'which was held out' if len(self.drops) == 1 else 'each held out by itself'}"
 
     @property
     def holds(self) -> bool:
@@ -124,7 +132,7 @@ def held_out(plain: Contender, extended: Contender, index: int, horizon: float) 
 
 
 def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop that tells most, no further than to where one of the models clearly does better.
+    """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
     is no proof, two are to be one: a ball of another size may hardly be met in one of them.
@@ -132,7 +140,7 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     first, *further = telling_drops(plain)
     for horizon in (*(h for h in _PROOF_S if h < extended.horizon), extended.horizon):
         proof = held_out(plain, extended, first, horizon)
-        if proof.gain is not None and proof.clear:
+        if proof.plain > _FAILS * proof.noise and proof.clear:
             break
     suffices = proof.seen if extended.of_each_drop else proof.holds
     if suffices or not further:

@@ -80,10 +80,10 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         return Verdict(Kind.NONE, (), probabilities, why)
     if proof is not None and not _proved(best, proof):
         if plain.ratio <= EXPLAINED:
-            why = f"{best.words} fits better, but not on {proof.drop}, which was held out"
+            why = f"{best.words} fits better, but not on {proof.named}"
             return Verdict(Kind.NONE, (), probabilities, why)
         gains = "too little" if proof.holds else "nothing"
-        why = f"{best.words} fits better, but on {proof.drop}, which was held out, it gains {gains}"
+        why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if proof is not None and not proof.seen and not plain.fails and any(each.in_contacts for each in best.causes):
