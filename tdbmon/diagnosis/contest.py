@@ -29,7 +29,7 @@ from tdbmon.diagnosis.contender import (
     settled,
     without_each,
 )
-from tdbmon.diagnosis.other_orders import in_any_order, in_neighbouring_orders, neighbours
+from tdbmon.diagnosis.met_alike import in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
@@ -103,8 +103,8 @@ class _Contest:
         Those of the other models that left noise alone there, where it was late enough to tell.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
-    reordered : list of str
-        Waves and lobes of which all orders were tried.
+    reordered : list of tuple
+        Balls, waves and lobes, by name, in whose place all others were tried, and whether that was early.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
     asked : bool
@@ -123,7 +123,7 @@ class _Contest:
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
-    reordered: list[str] = field(default_factory=list)
+    reordered: list[tuple[str, bool]] = field(default_factory=list)
     freed: bool = False
     asked: bool = False
     vain: list[str] = field(default_factory=list)
@@ -190,14 +190,15 @@ class _Contest:
         if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
             return
         deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
-        cause = deeper.causes[-1]
-        if deeper.fails_beside(self.plain) and cause not in self.compared:
+        cause, early = deeper.causes[-1], horizon <= SOUND_S
+        if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
-        if deeper.ratio > _LOST and cause.name not in self.reordered:
-            self.reordered.append(cause.name)
-            deeper = in_any_order(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
+        hopeless = deeper.ratio > _GIVEN_UP or (early and deeper.fails_beside(self.plain))
+        if hopeless and (cause.name, early) not in self.reordered:
+            self.reordered.append((cause.name, early))
+            deeper = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
         self._replaced(best, deeper)
 
     def _may_be_led(self, best: Contender) -> bool:

@@ -8,7 +8,7 @@ import pytest
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
 from tdbmon.diagnosis.contest import contest, decided, only_accompanies
-from tdbmon.diagnosis.other_orders import in_any_order, in_neighbouring_orders, neighbours
+from tdbmon.diagnosis.met_alike import in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins, with_paths_sought
@@ -179,7 +179,7 @@ def test_an_effect_at_one_end_is_fitted_in_the_place_of_one_at_both(crew):
     assert found["support_anisotropy@DE"].bic < both.bic
 
 
-def test_lobes_of_a_wrong_order_are_found_in_any_order(crew):
+def test_lobes_of_a_wrong_order_are_found_anew(crew):
     """Begun two orders off, with the sizes and phases that make up for it at the first contact."""
     problem = problem_of(crew, "ring_out_of_round:end=DE,amplitude=19 um,order=2")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
@@ -187,10 +187,23 @@ def test_lobes_of_a_wrong_order_are_found_in_any_order(crew):
     lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
     drops = len(problem.drops)
     wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
-    found = in_any_order(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
     assert found.causes[-1].held["order"] == 2
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
+
+
+def test_a_ball_is_found_in_the_place_of_waves(crew):
+    """At the first contact waves of an outer race do what a ball too large does."""
+    problem = problem_of(crew, "off_sized_ball:end=DE,ball=3,deviation=25 um")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    waves = next(s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 5)
+    wrong = settled(with_cause(fallen, waves, Start({"amplitude": 8e-6, "phase": -2.6})), 0.014, 3)
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    assert found.causes[-1].name == "off_sized_ball@DE"
+    assert found.bic < wrong.bic
+    assert found.starts()[-1].shared["deviation"] == pytest.approx(25e-6, rel=0.2)
 
 
 def test_values_of_causes_lead_to_the_same_model(gained):

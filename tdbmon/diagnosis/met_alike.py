@@ -1,7 +1,7 @@
-"""Waves and lobes of another order, tried in the place of those that fail.
+"""What contacts meet alike: waves and lobes of another order, and a ball of another size, tried in the place of what fails.
 
 Contacts happen where the weight presses, and there waves of one order look much like those of the next.  At the first contact
-lobes of any order do, each with a size and phases of its own; which is right shows at the next one.
+lobes of any order do, and a ball as well, each with a size and angles of its own; which is right shows at the next one.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import SLOPES, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
@@ -51,12 +52,12 @@ def in_neighbouring_orders(
     return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
 
 
-def in_any_order(
+def of_any_kind(
     fallen: Contender, best: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best of those whose last cause has another order, begun anew at the first contact.
+    """Return a contender, or the best of those that have other waves, lobes or a ball in the place of its last cause.
 
-    Its own size and phases are those that made up for the wrong order, so the others begin without them.
+    Its own size and phases are those that made up for what it is not, so the others begin without them, at the first contact.
 
     Parameters
     ----------
@@ -70,7 +71,7 @@ def in_any_order(
         All; fits go along those up to the contender's own.
     """
     *stay, cause = best.causes
-    others = [each for each in suspects if _orders_apart(each, cause)]
+    others = [each for each in suspects if each is not cause and _met_alike(each, cause)]
     met = [horizon for horizon in horizons if horizon <= _MET_S]
     told = [horizon for horizon in horizons if _MET_S < horizon <= min(_TOLD_S, best.horizon)]
     later = [horizon for horizon in horizons if _TOLD_S < horizon <= best.horizon]
@@ -82,7 +83,12 @@ def in_any_order(
             bare = with_cause(bare, each, start)
         for horizon in met:
             bare = settled(bare, horizon, SLOPES)
-        begun = [with_cause(bare, each, _usual(each, len(bare.problem.drops))) for each in others]
+        drops = len(bare.problem.drops)
+        starts = [(each, _usual(each, drops)) for each in others if each.counted is None]
+        # which ball it may be is for a score to say
+        balls = [each for each in others if each.counted is not None]
+        starts += [(each.suspect, each.start) for each in scores(bare.problem, bare.fit, bare.horizon, balls)]
+        begun = [with_cause(bare, *each) for each in starts]
     except InputError:
         return best
     found = _along(with_own_slopes(begun, bare.horizon), [bare.horizon, *told])
@@ -105,6 +111,11 @@ def _settled_along(contender: Contender, horizons: Sequence[float]) -> Contender
     except InputError:
         return None
     return contender
+
+
+def _met_alike(one: Suspect, other: Suspect) -> bool:
+    """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
+    return one.where == other.where and all(each.of_each_drop or each.standing_waves for each in (one, other))
 
 
 def _usual(suspect: Suspect, drops: int) -> Start:
