@@ -195,8 +195,9 @@ class _Contest:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
-        hopeless = deeper.ratio > _GIVEN_UP or (early and deeper.fails_beside(self.plain))
-        if hopeless and (cause.name, early) not in self.reordered:
+        # a wrong order holds for a while; that it did is no witness before the others were asked
+        doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
+        if (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
             self.reordered.append((cause.name, early))
             deeper = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
         self._replaced(best, deeper)
