@@ -59,6 +59,7 @@ def test_a_number_is_already_si():
         ('name = "DE_A"', 'name = "DE_B"', "given twice"),
         ("nominal = 0.12", "nominal = 12", "friction 12 (up to"),
         ('"45 deg"', "45", 'more than a turn; where degrees are meant write "45 deg"'),
+        ('"45 deg"', '"45"', 'more than a turn; where degrees are meant write "45 deg"'),
         ('elastic_modulus = "200 GPa"', 'elastic_modulus = "200 MPa"', "greater than or equal to 1000000000"),
         ('rotation = "ccw"', 'rotation = "left"', "ccw"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),

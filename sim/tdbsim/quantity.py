@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 from tdbsim.errors import InputError, did_you_mean
-from tdbsim.units import to_si
+from tdbsim.units import is_bare, to_si
 
 
 class Tolerant(BaseModel):
@@ -29,7 +29,7 @@ class Tolerant(BaseModel):
 def _si(value: Any, si: str) -> float:
     """Return a value in SI; a bare angle of more than a turn is one in degrees whose unit was forgotten."""
     number = to_si(value, si)
-    if si == "rad" and not isinstance(value, str) and abs(number) > 2 * math.pi:
+    if si == "rad" and is_bare(value) and abs(number) > 2 * math.pi:
         raise InputError(
             f'{number:g} rad is {math.degrees(number):.0f} deg, more than a turn; where degrees are meant write "{number:g} deg"'
         )

@@ -116,6 +116,12 @@ def to_si(value: Any, si: str) -> float:
     return number
 
 
+def is_bare(value: Any) -> bool:
+    """Tell whether a quantity is stated without a unit, as a number or as a text (``"135"``)."""
+    found = _NUMBER.match(value) if isinstance(value, str) else None
+    return not isinstance(value, str) or (found is not None and not found.group(2))
+
+
 def si_unit_of(unit: str) -> tuple[str, float] | None:
     """Return the SI unit and factor of a channel's unit, or None where the unit is unknown.
 
