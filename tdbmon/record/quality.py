@@ -14,6 +14,7 @@ from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, prob
 from tdbmon.record.speed_checks import first_speed, speed_check
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
+_ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
 _UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
 
 
@@ -147,7 +148,7 @@ def _sampling(ds: xr.Dataset, dimension: str) -> Check:
         )
     if jitter > _UNEVEN * interval:
         faulty.append(f"intervals vary by {jitter / interval:.1%}: spectra are blurred; use the logger's own clock")
-    if rate < _SLOWEST:
+    if rate < (1 - _ROUNDING) * _SLOWEST:
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
     detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"
     return Check("sampling", dimension, not faulty, "; ".join([detail, *faulty]))

@@ -184,6 +184,12 @@ def test_gaps_jitter_and_a_slow_clock(sound: xr.Dataset) -> None:
     assert ("sampling", "time") in _failed(sound.isel(time=slice(0, 1)))
 
 
+def test_two_kilohertz_with_rounded_times_are_two_kilohertz(sound: xr.Dataset) -> None:
+    slow = sound.isel(time=slice(None, None, 10))
+    time = np.arange(slow.sizes["time"]) * 0.5e-3 * (1 + 1e-6)
+    assert ("sampling", "time") not in _failed(slow.assign_coords(time=time))
+
+
 def test_pulses_that_are_missed_or_absent(sound: xr.Dataset) -> None:
     values = sound["keyphasor"].values.copy()
     values[3000:3200] = 0.0
