@@ -79,7 +79,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     release = _release(planes, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     checks += check_free_fall(release, machine) if release is not None else []
-    checks += check_orientation(planes, record, machine, released)
+    checks += check_orientation(planes, record, machine, released, checks)
     ends, swing = _ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")

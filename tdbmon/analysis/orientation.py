@@ -6,11 +6,12 @@ levitated orbit goes with the rotation is checked at the door, in `tdbmon.record
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 import xarray as xr
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, Probe
 
 from tdbmon.record.finding import Check
 
@@ -19,7 +20,9 @@ _TAIL_S = 0.07  # at least two swings, whose mean is the bottom
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 
 
-def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
+def check_orientation(
+    planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None, checks: Sequence[Check] = ()
+) -> list[Check]:
     """Check the rest position of each end.
 
     Parameters
@@ -31,6 +34,8 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, 
     machine : Machine
     release_s : float or None
         The release; the record's start where it is not known.
+    checks : sequence of Check
+        Of the channels: an end with a probe out of its range is not accused, for that says where to look first.
 
     Returns
     -------
@@ -41,24 +46,29 @@ def check_orientation(planes: xr.Dataset, record: xr.Dataset, machine: Machine, 
     time = planes.time.to_numpy()
     if time[-1] - (time[0] if release_s is None else release_s) < _BOUNCING_S:
         return rows
+    out_of_range = {check.channel for check in checks if check.check == "range" and not check.passed}
     for end in machine.ends:
         xy = planes.displacement.sel(end=end).to_numpy()
         if not np.isfinite(xy).any():
             continue
         tail = xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - time[0]))]
         rest = np.nanmean(tail, axis=1)
-        rows.append(_rest_row(end, rest, record, machine, len(tail[0])))
+        row = _rest_row(end, rest, record, machine, release_s, len(tail[0]))
+        if row.passed or not out_of_range.intersection(probe.name for probe in machine.probes_at(end)):
+            rows.append(row)
     return rows
 
 
-def _rest_row(end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, samples: int) -> Check:
+def _rest_row(
+    end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int
+) -> Check:
     angle = _from_bottom(rest)
     where = (
         f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {angle:+.0f} deg from the bottom"
     )
     if abs(angle) <= _BOTTOM_DEG:
         return Check("rest at the bottom", end, True, where)
-    cause = _likely_cause(end, record, machine, samples)
+    cause = _likely_cause(end, record, machine, release_s, samples)
     return Check("rest at the bottom", end, False, f"{where}; {cause}")
 
 
@@ -67,14 +77,18 @@ def _from_bottom(rest: np.ndarray) -> float:
     return float(np.rad2deg(np.arctan2(rest[0], -rest[1])))
 
 
-def _likely_cause(end: str, record: xr.Dataset, machine: Machine, samples: int) -> str:
-    """Try inverted, swapped and turned probes; name what would put the shaft at the bottom."""
+def _likely_cause(end: str, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int) -> str:
+    """Try a zero that is off, then inverted, swapped and turned probes; name what would put the shaft at the bottom."""
     probes = [p for p in machine.probes_at(end) if p.name in record]
     if len(probes) != 2:
         return "check the probes' angles and signs"
     readings = np.array([float(np.nanmean(record[p.name].to_numpy()[-samples:])) for p in probes])
     angles = np.array([p.angle for p in probes])
     directions = np.column_stack([np.cos(angles), np.sin(angles)])
+    levitated = _levitated(probes, record, release_s)
+    if levitated is not None and abs(_from_bottom(np.linalg.solve(directions, readings - levitated))) <= _BOTTOM_DEG:
+        before = " and ".join(f"{p.name} {v * 1e6:+.0f} um" for p, v in zip(probes, levitated, strict=True))
+        return f"yet it fell straight down: a probe's zero is off ({before} while it levitated), check its offset"
     found = []
     for swap, signs in product((False, True), product((1, -1), repeat=2)):
         tried = (readings[::-1] if swap else readings) * np.array(signs)
@@ -88,3 +102,13 @@ def _likely_cause(end: str, record: xr.Dataset, machine: Machine, samples: int) 
         return "likely " + min(found, key=len) + ": check the cabling, or set a negative sensitivity"
     turn = -_from_bottom(np.linalg.solve(directions, readings))
     return f"the probes' angles look {turn:+.0f} deg off: check them against the drawing"
+
+
+def _levitated(probes: list[Probe], record: xr.Dataset, release_s: float | None) -> np.ndarray | None:
+    """Return what the probes read before the release, m; None where the record does not show it."""
+    if release_s is None:
+        return None
+    before = [record[p.name].to_numpy()[record[str(record[p.name].dims[0])].to_numpy() < release_s] for p in probes]
+    if not all(np.isfinite(values).any() for values in before):
+        return None
+    return np.array([float(np.nanmean(values)) for values in before])

@@ -8,6 +8,7 @@ import pytest
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.record.assign import assign
+from tdbmon.record.quality import check
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -33,6 +34,25 @@ def test_an_inverted_probe_is_named(record, machine, probe):
     row = rows(faulty, machine)[probe.split("_")[0]]
     assert not row.passed
     assert f"'{probe}' is inverted" in row.detail
+
+
+@pytest.mark.parametrize("offset", [-300e-6, 300e-6, 600e-6])
+def test_an_offset_is_no_inverted_probe(record, machine, offset):
+    faulty = record.copy()
+    faulty["NDE_A"] = record["NDE_A"] + offset
+    row = rows(faulty, machine)["NDE"]
+    assert not row.passed
+    assert "a probe's zero is off" in row.detail
+    assert "inverted" not in row.detail
+
+
+def test_an_end_with_a_probe_out_of_range_is_not_accused(record, machine):
+    faulty = record.copy()
+    faulty["NDE_A"] = record["NDE_A"] + 2e-3
+    checks = check(faulty, machine)
+    assert any(found.check == "range" and not found.passed for found in checks)
+    found = check_orientation(to_planes(faulty, machine), faulty, machine, 0.1, checks)
+    assert {row.channel for row in found} == {"DE"}
 
 
 def test_probes_turned_by_ninety_degrees_are_seen(record, machine):
