@@ -23,8 +23,11 @@ _UNITS = {
     2 * np.pi: "rad/s written as Hz",
     1 / (2 * np.pi): "Hz written as rad/s",
 }
-_UNUSED = ". It is left out: nothing is said about the speed"
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
+_CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
+_CHECK = "check unit and sensitivity of the speed signal"
+_CLOCK = "sampling rate and unit of time"
+_UNUSED = ". It is left out: nothing is said about the speed"
 
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
@@ -44,14 +47,7 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     if compared is not None:
         if compared.agree:
             return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(compared.ratio - 1):.2%}")
-        kind = _named(compared.ratio)
-        why = f", {kind}" if kind else ""
-        wrong = refuted(ds, machine)
-        judged = (
-            f". The levitated shaft bears out the {_other(wrong)}: the {_called(wrong)} is left out" if wrong else ""
-        )
-        cure = "check unit and sensitivity of the speed signal, and the mark"
-        return Check("speed", "speed", False, f"{compared.ratio:.4g} times the keyphasor's speed{why}: {cure}{judged}")
+        return Check("speed", "speed", False, _differ(compared.ratio, refuted(ds, machine)))
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
         return of_shaft
@@ -62,16 +58,36 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
 
 
+def _differ(ratio: float, wrong: str) -> str:
+    """Say what may make the speed signal read `ratio` times the keyphasor's speed, and which of the two is left out.
+
+    Keyphasor and levitated shaft are both timed by the record's clock, so that they agree with each other where it is wrong.
+    """
+    times = f"{ratio:.4g} times the keyphasor's speed"
+    signal = _named(ratio, _UNITS | _COUNTS)
+    if wrong == "keyphasor" or ratio <= 0:
+        judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
+        return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"
+    off = f"{ratio:.3g} times too low" if ratio > 1 else f"{1 / ratio:.3g} times too high"
+    clock = _named(ratio, _CLOCKS)
+    causes = f"{signal or 'a wrong unit'}, or a sampling rate stated {off}{clock and f' ({clock})'}"
+    judged = (
+        ". The levitated shaft bears out the keyphasor, by the same clock: the speed signal is left out"
+        if wrong
+        else ""
+    )
+    return f"{times}: {causes}? {_CHECK.capitalize()}, the mark, and {_CLOCK}{judged}"
+
+
 def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     """A speed signal alone must stand among the levitated shaft's lines; None where that cannot be told."""
     lines, stated = levitated_lines(ds, machine), _signal_at_start(ds)
     if lines is None or stated is None or stated <= 0:
         return None
-    cure = "check unit and sensitivity of the speed signal"
     factor = _unit_factor(lines, stated, machine.mains)
     if factor is not None:
         detail = f"{stated:.4g} Hz at the start, but the levitated shaft turns at {stated / factor:.4g} Hz"
-        return Check("speed", "speed", False, f"{detail}: {_UNITS[factor]}? {cure.capitalize()}{_UNUSED}")
+        return Check("speed", "speed", False, f"{detail}: {_UNITS[factor]}? {_CHECK.capitalize()}{_UNUSED}")
     if lines.bears_out(stated):
         return Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
     other = lines.strongest(machine.mains)
@@ -80,7 +96,7 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     detail = (
         f"{stated:.4g} Hz at the start, but the levitated shaft draws no line there, and a strong one at {other:.4g} Hz"
     )
-    return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {cure}")
+    return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {_CHECK}, and {_CLOCK}")
 
 
 def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
@@ -136,8 +152,8 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
     if compared is not None and not compared.agree:
         raise InputError(
             f"{name}: the speed signal reads {compared.ratio:.4g} times the keyphasor's speed, and the levitated shaft does"
-            " not tell which is right: correct unit or sensitivity of the speed signal, or take the wrong one of the two"
-            " out of the machine file"
+            " not tell which is right: correct unit or sensitivity of the speed signal, or the sampling rate, or take the"
+            " wrong one of the two out of the machine file"
         )
 
 
@@ -172,16 +188,7 @@ def _signal_at_start(ds: xr.Dataset) -> float | None:
     return float(np.nanmedian(start)) if np.isfinite(start).any() else None
 
 
-def _named(ratio: float) -> str:
-    """Return the fault that makes a speed read about `ratio` times too much, or nothing."""
-    kinds = _UNITS | _COUNTS
+def _named(ratio: float, kinds: dict[float, str]) -> str:
+    """Return the fault of a kind that makes a speed read about `ratio` times too much, or nothing."""
     nearest = min(kinds, key=lambda each: abs(np.log(max(abs(ratio), 1e-9) / each)))
     return kinds[nearest] if 0.9 < abs(ratio) / nearest < 1.1 else ""
-
-
-def _called(channel: str) -> str:
-    return "speed signal" if channel == "speed" else channel
-
-
-def _other(channel: str) -> str:
-    return "keyphasor" if channel == "speed" else "speed signal"

@@ -87,6 +87,33 @@ def test_two_marks_on_the_shaft_leave_the_keyphasor_out() -> None:
     assert analyse(raw, machine()).angle is None
 
 
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    ("stretch", "words"),
+    [
+        (2.0, ["two pulses a revolution", "stated 2 times too low"]),
+        (0.5, ["two marks a revolution", "stated 2 times too high"]),
+        (10.0, ["a wrong unit", "stated 10 times too low"]),
+        (60.0, ["rpm written as Hz", "time in s read as min"]),
+        (1000.0, ["a wrong unit", "time in ms read as s"]),
+    ],
+)
+def test_a_wrong_clock_is_suspected_beside_the_speed_signal(path: Path, stretch: float, words: list[str]) -> None:
+    raw = read(path)
+    ds = assign(raw.assign_coords(time=raw["time"].values * stretch), machine())
+    found = _speed_check(ds)
+    assert not found.passed
+    assert all(word in found.detail for word in [*words, "unit and sensitivity of the speed signal", "sampling rate"])
+
+
+def test_a_clock_that_the_shaft_bears_out_is_not_suspected() -> None:
+    raw = read(SHORT[1])
+    time = raw[raw["keyphasor"].dims[0]].values
+    hz = float(raw["speed"].values[:50].mean())
+    raw["keyphasor"] = raw["keyphasor"].copy(data=((2 * hz * (time - time[0])) % 1 < 0.1).astype(float))
+    assert "sampling rate" not in _speed_check(assign(raw, machine())).detail
+
+
 def test_a_speed_that_no_unit_explains_is_flagged_and_kept() -> None:
     ds = assign(_record(SHORT[1], 1.37, False), machine())
     found = _speed_check(ds)
