@@ -58,10 +58,18 @@ class Estimate:
 
     @classmethod
     def from_sigma(
-        cls, value: float, sigma: float, unit: str, method: str, kind: str = "", quantile: float = 1.96
+        cls,
+        value: float,
+        sigma: float,
+        unit: str,
+        method: str,
+        kind: str = "",
+        quantile: float = 1.96,
+        least: float = -math.inf,
     ) -> Estimate:
-        """A value with the interval ``value ± quantile * sigma`` (SI)."""
-        return cls(value, value - quantile * sigma, value + quantile * sigma, unit, method, "", kind)
+        """A value with the interval ``value ± quantile * sigma`` (SI), cut at the least that the quantity can be."""
+        low = max(value - quantile * sigma, min(least, value))
+        return cls(value, low, value + quantile * sigma, unit, method, "", kind)
 
     @property
     def known(self) -> bool:

@@ -58,10 +58,12 @@ def _numbers(drop: xr.Dataset) -> dict[str, dict[str, Estimate]]:
     release = float(drop.attrs["release_time_s"])
     for i, end in enumerate(drop["end"].values):
         ring, shaft = drop["ring_speed"].values[i], drop["rotor_speed"].values
-        caught = np.flatnonzero(np.abs(ring) >= _AT_SPEED * np.abs(shaft))
+        caught = np.flatnonzero((np.abs(ring) >= _AT_SPEED * np.abs(shaft)) & (drop["time"].values >= release))
         peak = Estimate(float(drop["peak_normal_force"].values[i]), unit="N", why=_EXACT, kind="0-pk")
         ball = Estimate(float(drop["ball_load"].values[i].max()), unit="N", why=_EXACT, kind="0-pk")
-        if caught.size:
+        if shaft[0] == 0.0:
+            when = Estimate.missing("s", "the shaft does not turn")
+        elif caught.size:
             when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
         else:
             when = Estimate.missing("s", "the ring does not reach 98 % of the shaft's speed in the time simulated")

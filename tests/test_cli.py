@@ -181,6 +181,14 @@ def test_a_simulated_drop_is_a_record_that_analyse_takes(capsys, tmp_path):
     assert found["release_time_s"]["value"] == pytest.approx(0.1, abs=2e-4)
 
 
+def test_a_ring_follows_no_shaft_that_stands(capsys, tmp_path):
+    code, out, _ = run(
+        capsys, "simulate", MACHINE, "--speed", "0 Hz", "--seconds", "0.02", "--out", str(tmp_path / "d.nc")
+    )
+    assert code == 0
+    assert out.count("the shaft does not turn") == 2
+
+
 def test_effects_lists_the_catalogue(capsys):
     code, out, _ = run(capsys, "effects")
     assert code == 0

@@ -35,6 +35,13 @@ def test_text_shows_the_interval_with_two_figures(estimate, text):
     assert str(estimate) == text
 
 
+def test_an_interval_ends_at_what_is_possible():
+    cut = Estimate.from_sigma(3.5e-6, 3.9e-6, "um", "test", least=0.0)
+    assert (cut.low, cut.high) == (0.0, pytest.approx(3.5e-6 + 1.96 * 3.9e-6))
+    assert Estimate.from_sigma(3.5e-6, 1e-6, "um", "test", least=0.0).low == pytest.approx(1.54e-6)
+    assert Estimate.from_sigma(-1.0, 1.0, "1", "test", least=0.0).low == -1.0  # holds its own value
+
+
 def test_what_is_missing_says_why_and_nothing_is_infinite():
     assert Estimate.missing("um", "no probe").to_json()["why"] == "no probe"
     with pytest.raises(ValueError, match="say why"):

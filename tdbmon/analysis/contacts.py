@@ -186,11 +186,11 @@ def _first(
         return FirstContact(touch, s, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
     # a level set too deep makes the touch late and the lift-off early: the errors add
     duration_sigma = touch_sigma + _crossing_sigma(t, depth, contact.end, sigma)
-    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "s", rule)
+    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "s", rule, least=0.0)
     following = events[1].start if len(events) > 1 else t[-1]
     flight = (t >= contact.end) & (t <= following)
     rise = touching - float(np.min(depth[flight])) if flight.any() else 0.0
-    rebound = Estimate.from_sigma(max(rise, 0.0), sigma, "um", "highest point before the next contact")
+    rebound = Estimate.from_sigma(max(rise, 0.0), sigma, "um", "highest point before the next contact", least=0.0)
     before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
     after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
     if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
@@ -201,7 +201,7 @@ def _first(
         rule = (
             "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
         )
-        restitution = Estimate.from_sigma(ratio, spread, "1", rule)
+        restitution = Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
     t1, t2 = _static(t, depth, contact, static, sigma)
     return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
 

@@ -69,6 +69,6 @@ def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | N
     return Levitation(
         Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
         Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
-        Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk"),
+        Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
         Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
     )

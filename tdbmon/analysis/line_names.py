@@ -83,7 +83,7 @@ def _median(height: np.ndarray) -> Estimate:
     middle = float(np.median(height))
     spread = 1.4826 * float(np.median(np.abs(height - middle)))
     return Estimate.from_sigma(
-        middle, 1.2533 * spread / np.sqrt(len(height)), "um", "median half-axis over its windows", "0-pk"
+        middle, 1.2533 * spread / np.sqrt(len(height)), "um", "median half-axis over its windows", "0-pk", least=0.0
     )
 
 

@@ -278,7 +278,9 @@ def _trace(
         ),
         direction=_direction(*np.sqrt(np.sum((circles[:, end, used] / sigma[end, used]) ** 2, axis=1))),
         end=_end_name(group, ends),
-        amplitude=Estimate.from_sigma(float(height[peak]), float(sigma[end, peak]), "um", _AMPLITUDE, "0-pk"),
+        amplitude=Estimate.from_sigma(
+            float(height[peak]), float(sigma[end, peak]), "um", _AMPLITUDE, "0-pk", least=0.0
+        ),
         first_s=float(spectra.time[min(r.first for r, _, _ in group)]),
         last_s=float(spectra.time[max(r.last for r, _, _ in group)]),
         name="" if order is None else order_name(order),

@@ -77,7 +77,9 @@ def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) 
             each[p.name.rpartition(".")[2]] = known
         out[free.name] = each
     own = machine_parameters(problem.model.machine)
-    return Sizes(out, {p.name: Estimate.from_sigma(values[p.name], sigmas[p.name], p.unit, _RULE) for p in own})
+    return Sizes(
+        out, {p.name: Estimate.from_sigma(values[p.name], sigmas[p.name], p.unit, _RULE, least=p.least) for p in own}
+    )
 
 
 def _sigmas(contender: Contender) -> dict[str, float]:

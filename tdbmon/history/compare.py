@@ -276,4 +276,6 @@ def sigma_of(estimate: Estimate) -> float:
     """Return the standard error that a 95 % interval implies; 0 where there is none."""
     if estimate.low is None or estimate.high is None:
         return 0.0
+    if estimate.low == 0.0 and estimate.value is not None:  # cut at what is possible: the upper half is whole
+        return (estimate.high - estimate.value) / 1.96
     return (estimate.high - estimate.low) / 2 / 1.96

@@ -188,11 +188,12 @@ def _estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, E
             out_ = np.array([along, across]) / max(amount, 1e-12)
             turned = np.array([-out_[1], out_[0]])
             spread_ = math.sqrt(float(out_ @ block @ out_)), math.sqrt(float(turned @ block @ turned))
-            out[f"{owner}.amount"] = Estimate.from_sigma(amount, spread_[0], "g mm", rule)
+            out[f"{owner}.amount"] = Estimate.from_sigma(amount, spread_[0], "g mm", rule, least=0.0)
             phase_sigma = min(spread_[1] / max(amount, 1e-12), math.pi)
             out[f"{owner}.phase"] = Estimate.from_sigma(phase, phase_sigma, "deg", rule)
         elif field != "across":
-            out[p.name] = Estimate.from_sigma(values[p.name], p.scale * math.sqrt(covariance[i, i]), p.unit, rule)
+            sigma = p.scale * math.sqrt(covariance[i, i])
+            out[p.name] = Estimate.from_sigma(values[p.name], sigma, p.unit, rule, least=p.least)
     return out
 
 

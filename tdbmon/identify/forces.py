@@ -282,7 +282,7 @@ def _peak(peaks: Array) -> Estimate:
     rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
     return Estimate(
         middle,
-        middle - math.hypot(middle - low, model),
+        max(middle - math.hypot(middle - low, model), 0.0),
         middle + math.hypot(high - middle, model),
         "N",
         rule,

@@ -120,6 +120,11 @@ class Parameter:
         """Size by which it is counted."""
         return self.sigma if math.isfinite(self.sigma) else self.span or (self.high - self.low) / 4
 
+    @property
+    def least(self) -> float:
+        """Where its interval ends: nought for what is never negative, as its limits tell."""
+        return 0.0 if self.low >= 0 else -math.inf
+
 
 def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """Return the values of a machine that have a tolerance."""

@@ -82,7 +82,7 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
 
 
 def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
-    """Return the time from an origin (the release) to an instant; both errors count."""
+    """Return the time from an origin (the release) to an instant that follows it; both errors count."""
     if instant.value is None:
         return Estimate.missing(unit, instant.why)
     if origin is None or origin.value is None:
@@ -92,7 +92,7 @@ def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estim
         return Estimate(span, unit=unit, method=instant.method, why=instant.why or origin.why)
     low = span - math.hypot(instant.value - instant.low, origin.high - origin.value)
     high = span + math.hypot(instant.high - instant.value, origin.value - origin.low)
-    return Estimate(span, low, high, unit, instant.method)
+    return Estimate(span, max(low, min(span, 0.0)), high, unit, instant.method)
 
 
 def rpm(speed: Estimate) -> str:

@@ -62,6 +62,13 @@ def test_touch_liftoff_and_rebound_are_the_closed_forms():
     assert first.direction == pytest.approx(-np.pi / 2, abs=0.01)
 
 
+def test_nothing_lasts_or_rises_less_than_nothing():
+    planes, *_ = fall_on_a_spring()
+    first = find_contacts(planes, "NDE", circle(300e-6), TRAVEL, 0.0, 0.01, G).first
+    assert first.duration.low == first.rebound.low == 0.0
+    assert first.restitution.low >= 0.0
+
+
 def test_half_a_period_about_rest_gives_the_stiffness():
     planes, *_, half = fall_on_a_spring()
     first = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first

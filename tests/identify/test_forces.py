@@ -55,6 +55,10 @@ def test_impulses_of_the_contacts_add_up(forces):
             assert all(c.impulse_low <= c.impulse_high and c.peak.value > 0 for c in each.contacts)
 
 
+def test_no_force_pulls(forces):
+    assert all(contact.peak.low >= 0 for found in forces for end in found.ends.values() for contact in end.contacts)
+
+
 def test_impulse_carries_the_weight(forces, calibration, rotor):
     """Over 50 ms the normal forces take the momentum of weight, some more while the rotor bounces upwards."""
     for found in forces:

@@ -55,6 +55,11 @@ def test_a_time_since_the_release_carries_both_errors() -> None:
     assert (span.high - span.value) / 1.96 == pytest.approx(5e-4)
 
 
+def test_what_follows_the_release_does_not_come_before_it() -> None:
+    span = since(Estimate.from_sigma(0.1002, 3e-4, "s", "touch"), Estimate.from_sigma(0.1, 4e-4, "s", "release"))
+    assert span.low == 0.0
+
+
 def test_a_time_since_an_unknown_release_is_missing() -> None:
     touch = Estimate.from_sigma(0.108, 3e-4, "s", "touch")
     assert not since(touch, None).known
