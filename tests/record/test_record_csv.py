@@ -107,6 +107,14 @@ BAD = {
     "header only": ("time,A,B\n", "without a table of numbers"),
     "blank lines": ("\n\n  \n", "empty lines only"),
     "prose": ("The rotor fell.\nNobody measured it.\n", "without a table of numbers"),
+    "hours of the morning": (
+        "time,A,B\n10/03/2026 09:00:00.000 AM,1.5,-2\n10/03/2026 09:00:00.001 AM,2.5,-3\n",
+        r"Line 2 comes nearest \('10/03/2026 09:00:00.000 AM,1.5,-2'\), but '10/03/2026 09:00:00.000 AM' is no number",
+    ),
+    "thousands": (
+        "Serial 17\ntime;A;B\n0;1,234.5;2\n1;1,235.5;3\n",
+        "Line 3 comes nearest .* but '1,234.5' is no number",
+    ),
     "text in a number": ("time,A\n0,1\n0.1,abc\n0.2,3\n", "line 3, column 'A': 'abc' is no number"),
     "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is no number"),
     "short row": ("time,A,B\n0,1,2\n0.1,1\n0.2,1,2\n", "line 3 has 2 columns instead of 3"),

@@ -70,6 +70,7 @@ def layout_of(lines: list[str], path: Path) -> Layout:
     if any(line.strip() for line in lines):
         raise InputError(
             f"{path}: is text without a table of numbers; a record needs a row of names, and rows of numbers under it"
+            f"{_nearest_to_a_row(lines)}"
         )
     raise InputError(f"{path}: holds empty lines only; export it again")
 
@@ -102,6 +103,24 @@ def _is_row(cells: list[str], decimal: str) -> bool:
         number.fullmatch(cell) or MOMENT.fullmatch(cell) or CLOCK.fullmatch(cell) or DATE.fullmatch(cell)
         for cell in filled
     )
+
+
+def _nearest_to_a_row(lines: list[str]) -> str:
+    """Quote the line of a text with the most numbers, and what in it is none; "" where none holds a number."""
+    most, told = 0, ""
+    for k, line in enumerate(lines[:_LONGEST_PREAMBLE]):
+        if not re.search(r"\d", line) or _COMMENT.match(line):
+            continue
+        separator, decimal = _signs(line)
+        cells = [cell for cell in split(line, separator) if cell.lower() not in _WORDS_FOR_NONE]
+        wrong = [cell for cell in cells if not _is_row([cell], decimal)]
+        if len(cells) - len(wrong) > most and wrong:
+            most = len(cells) - len(wrong)
+            told = (
+                f". Line {k + 1} comes nearest ('{line.strip()[:60]}'), but '{wrong[0][:40]}' is no number, date or time:"
+                " numbers need a plain form, without thousands separators, and times one of 24 hours, or seconds"
+            )
+    return told
 
 
 def _goes_on(lines: list[str], start: int, width: int, separator: str, decimal: str) -> bool:
