@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from tdbsim.errors import InputError
-from tdbsim.units import scale, to_si
+from tdbsim.units import is_bare, scale, si_unit_of, to_si
 
 _TIME_NAMES = {"time", "t", "zeit", "temps", "tiempo", "tempo", "timestamp", "timestamps", "times", "zeitstempel",
                "abszeit", "elapsed", "elapsedtime", "relativetime", "timestep", "timevector", "timevec", "tvec",
@@ -19,9 +19,12 @@ _INTERVAL_NAMES = {"dt", "deltat", "deltatime", "ts", "sampleinterval", "samplin
                    "samplingtime", "timestep", "abtastintervall"}  # fmt: skip
 _RATE_NAMES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "fsamp", "fsample", "sr",
                "rate", "samplingfreq", "samplespersecond", "samplingratehz", "samplerateinhz", "fshz", "abtastrate",
-               "samplingrateinhz", "frequencysampling"}  # fmt: skip
+               "samplingrateinhz", "frequencysampling", "sampless", "samplessec", "samplespersec", "sps", "scanrate",
+               "abtastfrequenz", "messrate"}  # fmt: skip
 _START_NAMES = {"t0", "tstart", "starttime", "timestart", "wfstartoffset", "xstart", "offsettime"}
 
+_PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
+_THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
@@ -86,12 +89,23 @@ def start_of(entries: Mapping[str, Any]) -> float:
     return 0.0
 
 
+def _stated(text: str, si: str, unit: str | None) -> float:
+    """Return an interval or a rate in SI from a text, with the unit that its name has where it has none of its own."""
+    in_name = unit or ""
+    if si == "Hz":
+        text, in_name = (_PER_SECOND.sub(r"\1Hz", each.strip()) for each in (text, in_name))
+        if in_name.lower() in ("", "hz"):  # no drop is recorded at 20.000 Hz
+            text = _THOUSANDS.sub(lambda found: re.sub("[.,]", "", found[0]), text)
+    known = si_unit_of(in_name) if in_name and is_bare(text) else None
+    return to_si(text, si) * (known[1] if known is not None and known[0] == si else 1.0)
+
+
 def _number(entry: Any, si: str, unit: str | None) -> float | None:
     try:
         if isinstance(entry, bytes):
             entry = entry.decode("utf-8", "replace")
         if isinstance(entry, str):
-            return to_si(entry, si)
+            return _stated(entry, si, unit)
         array = np.asarray(entry)
         if array.size != 1 or array.dtype.kind not in "iuf":
             return None

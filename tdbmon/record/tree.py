@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from tdbsim.errors import InputError
+from tdbsim.units import si_unit_of
 
 from tdbmon.record.channel import Channel
 from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
@@ -57,8 +58,8 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
     if not found and timeless:
         shown = ", ".join(f"'{name}'" for name in timeless[:10])
         raise InputError(
-            f"{path}: nothing tells when the samples of {shown} were taken; add a channel 'time' in s,"
-            " or an entry 'dt' in s or 'fs' in Hz"
+            f"{path}: nothing tells when the samples of {shown} were taken; name the time 'time', or give it its unit"
+            " ('[s]'), or add an entry 'dt' in s or 'fs' in Hz"
         )
     count = Counter(channel.name for _, channel in found)
     return tuple(
@@ -99,6 +100,8 @@ def _collect(
     leaves = [column for leaf in branch.leaves for column in _columns(leaf, branch.entries)]
     clocks = [(i, _time(leaf)) for i, leaf in enumerate(leaves)]
     own = {i: time for i, time in clocks if time is not None}
+    if not own and not times and all(interval_of(each) is None for each in (entries, *(x.attributes for x in leaves))):
+        own = _by_its_unit(leaves)
     data = [(i, leaf) for i, leaf in enumerate(leaves) if i not in own]
     longest = max((leaf.values.size for _, leaf in data), default=0)
     for i, leaf in data:
@@ -161,6 +164,15 @@ def _time(leaf: Leaf) -> np.ndarray | None:
         unit = split_unit(leaf.name)[1] or ""
     factor = time_factor(unit)
     return None if factor is None else np.asarray(leaf.values, dtype=np.float64) * factor
+
+
+def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
+    """Return the first array in a stated unit of time that increases throughout: a time by another name."""
+    for i, leaf in enumerate(leaves):
+        unit = si_unit_of(first_text(leaf.attributes, _UNIT_KEYS) or split_unit(leaf.name)[1] or "")
+        if unit is not None and unit[0] == "s" and leaf.values.size > 1 and np.all(np.diff(leaf.values) > 0):
+            return {i: np.asarray(leaf.values, dtype=np.float64) * unit[1]}
+    return {}
 
 
 def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: list[np.ndarray]) -> np.ndarray | None:

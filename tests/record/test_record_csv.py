@@ -44,6 +44,24 @@ SAME = {
 }
 
 
+@pytest.mark.parametrize(
+    "rate",
+    ["Samples/s: 20000", "Samples/s;20000", "Samples/sec = 20000", "Sample rate: 20 kS/s", "Sample rate: 20000 Sa/s",
+     "Abtastrate: 20.000 Hz", "Abtastrate;20.000", "Abtastrate [kHz];20", "Abtastrate [kHz];20.000", "dt [us];50",
+     "Scan rate;20,000", "fs (S/s);20000"],
+)  # fmt: skip
+def test_a_rate_in_many_dresses(rate: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"{rate}\nA;B\n1,5;-2\n2,5;-3\n")
+    np.testing.assert_allclose(record["time"].values, [0.0, 50e-6])
+
+
+@pytest.mark.parametrize("name", ["Messzeit [ms]", "X (ms)"])
+def test_a_time_by_another_name_is_known_by_its_unit(name: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"{name};A [um]\n0,5;1,5\n1,5;2\n2,5;1\n")
+    assert set(record.data_vars) == {"A"}
+    np.testing.assert_allclose(record["time"].values, [0.0, 1e-3, 2e-3])
+
+
 @pytest.mark.parametrize("kind", SAME)
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
 def test_the_same_table_in_many_dresses(kind: str, encoding: str, tmp_path: Path) -> None:
