@@ -16,6 +16,8 @@ from tdbmon.analysis.rest import RestTravel
 from tdbmon.estimate import Estimate
 
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
+_NOISE_S = 2e-4  # shorter gaps and stretches are noise
+_LEVELS = 25  # tried over the interval of the touching radius
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def find_contacts(
     r = np.hypot(d[:, 0], d[:, 1])
     events = contact_events(t, d, r, touching)
     counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
-    first = _first(t, d, events, touching, radius, sigma_level, gravity) if events else None
+    first = _first(t, d, r, events, touching, radius, sigma_level, gravity) if events else None
     return Contacts(first, events, min(*counts, len(events)), max(*counts, len(events)))
 
 
@@ -143,13 +145,13 @@ def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) ->
         edges = np.concatenate([edges, [len(r)]])
     spans: list[list[int]] = []
     for start, stop in edges.reshape(-1, 2):
-        if spans and t[start] - t[spans[-1][1] - 1] < 2e-4:
+        if spans and t[start] - t[spans[-1][1] - 1] < _NOISE_S:
             spans[-1][1] = int(stop)
         else:
             spans.append([int(start), int(stop)])
     out = []
     for start, stop in spans:
-        if t[stop - 1] - t[start] < 2e-4:
+        if t[stop - 1] - t[start] < _NOISE_S:
             continue
         deep = start + int(np.argmax(r[start:stop]))
         angle = float(np.arctan2(d[deep, 1], d[deep, 0]))
@@ -168,6 +170,7 @@ def _crossing(t: np.ndarray, r: np.ndarray, index: int, level: float) -> float:
 def _first(
     t: np.ndarray,
     d: np.ndarray,
+    r: np.ndarray,
     events: tuple[Contact, ...],
     touching: float,
     static: float,
@@ -184,13 +187,8 @@ def _first(
         why = "the shaft does not leave the ring again before it settles"
         s, um, one = (Estimate.missing(u, why) for u in ("s", "um", "1"))
         return FirstContact(touch, s, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
-    # a level set too deep makes the touch late and the lift-off early: the errors add
-    duration_sigma = touch_sigma + _crossing_sigma(t, depth, contact.end, sigma)
-    duration = Estimate.from_sigma(contact.end - contact.start, duration_sigma, "s", rule, least=0.0)
+    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma)
     following = events[1].start if len(events) > 1 else t[-1]
-    flight = (t >= contact.end) & (t <= following)
-    rise = touching - float(np.min(depth[flight])) if flight.any() else 0.0
-    rebound = Estimate.from_sigma(max(rise, 0.0), sigma, "um", "highest point before the next contact", least=0.0)
     before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
     after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
     if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
@@ -204,6 +202,33 @@ def _first(
         restitution = Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
     t1, t2 = _static(t, depth, contact, static, sigma)
     return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+
+
+def _duration_and_rebound(
+    t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float
+) -> tuple[Estimate, Estimate]:
+    """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch.
+
+    Where the shaft hardly leaves the ring, a small shift of the level joins the contact to the next one.
+    """
+    depth = d @ np.array([np.cos(contact.angle), np.sin(contact.angle)])
+    lasted, risen = [], []
+    for shift in (0.0, *np.linspace(-1.96, 1.96, _LEVELS)):
+        at = level + shift * sigma
+        later = [each for each in contact_events(t, d, r, at) if each.end > contact.start]
+        if not later or later[0].start > contact.end:
+            continue
+        flight = (t >= later[0].end) & (t <= (later[1].start if len(later) > 1 else t[-1]))
+        lasted.append(later[0].end - later[0].start)
+        risen.append(max(at - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
+    half = float(1.96 * np.sqrt(2) * (t[1] - t[0]) / 4)
+    among = "for all touching radii within the interval"
+    return (
+        Estimate(
+            lasted[0], max(min(lasted) - half, 0.0), max(lasted) + half, "s", f"beyond the touching radius, {among}"
+        ),
+        Estimate(risen[0], min(risen), max(risen), "um", f"highest point before the next contact, {among}"),
+    )
 
 
 def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float) -> float:
@@ -234,6 +259,8 @@ def _static(
     """Instants at which the shaft passes its position at rest within the first contact."""
     inside = np.flatnonzero((t >= contact.start - 5e-4) & (t <= contact.end + 5e-4))
     beyond = inside[depth[inside] > static]
+    apart = np.flatnonzero(np.diff(beyond) > max(int(_NOISE_S / (t[1] - t[0])), 1))
+    beyond = beyond[: apart[0] + 1] if apart.size else beyond  # the first half swing, where the shaft dips in again
     rule = "radial displacement through its value at rest"
     if not beyond.size:
         missing = Estimate.missing("s", "the first contact does not reach the position at rest")
