@@ -12,6 +12,7 @@ import numpy as np
 _FLAT = 10  # samples of one value in a moving signal that are no coincidence
 _TOP = 3  # samples of one value at an extreme that are no turning point
 _CLIPPED = 5  # equal samples at the extreme below full scale: fewer are a rounded peak
+_SPIKE = 5  # samples at most
 _ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
 _AROUND = 50  # samples on either side of a run that tell whether the signal moves
 
@@ -127,10 +128,19 @@ def frozen_runs(signal: Signal) -> Runs:
 
 
 def spikes(signal: Signal, height: float) -> np.ndarray:
-    """Return the indices of single samples that stand out of both neighbours by at least `height`."""
-    rise, fall = signal.steps[:-1], signal.steps[1:]
-    out = np.minimum(np.abs(rise), np.abs(fall))
-    return np.flatnonzero((rise * fall < 0) & (out > height) & (np.abs(rise + fall) < 0.3 * out)) + 1
+    """Return the indices at which up to five samples together stand out of both neighbours by at least `height`."""
+    size = np.abs(signal.steps)
+    found = []
+    for width in range(1, _SPIKE + 1):
+        rise, fall = signal.steps[:-width], signal.steps[width:]
+        out = np.minimum(np.abs(rise), np.abs(fall))
+        alone = (rise * fall < 0) & (out > height) & (np.abs(rise + fall) < 0.3 * out)
+        for i in np.flatnonzero(alone):
+            # a rotor that bounces may do so within some samples of a slow record, but not from one velocity to three times it
+            beside = np.concatenate((size[max(i - 3, 0) : i], size[i + 1 : i + width], size[i + width + 1 : i + width + 4]))
+            if width == 1 or out[i] > 3 * np.nanmax(beside, initial=0.0):
+                found.append(int(i) + 1)
+    return np.unique(np.array(found, dtype=int))
 
 
 def level_steps(signal: Signal, height: float) -> np.ndarray:

@@ -120,6 +120,8 @@ def test_a_step_and_a_spike(size: float, sound: xr.Dataset) -> None:
     assert "0.35 s" in _failed(stepped)["jumps", "NDE_A"]
     spiked = _changed(sound, "NDE_A", sound["NDE_A"].values + size * (np.arange(n) == 7000))
     assert "1 spikes" in _failed(spiked)["jumps", "NDE_A"]
+    wide = _changed(sound, "NDE_A", sound["NDE_A"].values + size * ((np.arange(n) >= 7000) & (np.arange(n) < 7003)))
+    assert "1 spikes" in _failed(wide)["jumps", "NDE_A"]
 
 
 def test_the_range_of_the_probe(sound: xr.Dataset) -> None:
