@@ -225,18 +225,24 @@ def _circle(
     Neighbouring bins see the same vibration, so that the fit's own covariance is too small where the settled stretch
     is short; leaving out `parts` of it in turn (jackknife) tells.  The larger of both is taken.
     """
-    from scipy.special import stdtrit
-
     solution, covariance = _fit_circle(arc, per_load, known)
     solution[:2] += centre
     if len(parts) < 2:
         return solution, np.full(4, np.inf)
     left_out = np.array([_fit_circle(part, per_load, known)[0] for part in parts])
-    n = len(parts)
-    # few parts: Student's t instead of the normal quantile
+    return solution, np.sqrt(np.maximum(np.diag(covariance), _jackknife(left_out)))
+
+
+def _jackknife(left_out: np.ndarray) -> np.ndarray:
+    """Return the variance of each value (n, values) by what leaving out one part of n changes.
+
+    Few parts: widened to Student's quantile, so that 1.96 standard deviations are a 95 % interval.
+    """
+    from scipy.special import stdtrit
+
+    n = len(left_out)
     quantile = float(stdtrit(n - 1, 0.975)) / 1.96
-    jackknife = quantile**2 * (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
-    return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife))
+    return np.asarray(quantile**2 * (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
 
 
 def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -289,19 +295,32 @@ def _gap(
         made[2],
         from_arc,
         agrees,
-        _oval(cells.arc(), cells.halfwidth, p),
+        _oval(cells, p),
         settled,
         float(np.rad2deg(cells.halfwidth)),
         xy[:: max(1, len(xy) // 4000)],
     )
 
 
-def _oval(arc: _Arc, halfwidth: float, p: np.ndarray) -> Estimate:
-    """Second harmonic of the radius over the angle."""
-    if halfwidth < np.deg2rad(50):
+def _oval(cells: _Cells, p: np.ndarray) -> Estimate:
+    """Second harmonic of the radius over the angle; what differs from one part of the time to the next is its error."""
+    if cells.halfwidth < np.deg2rad(50):
         return Estimate.missing(
             "um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there"
         )
+    parts = cells.parts()
+    if len(parts) < 2:
+        return Estimate.missing("um", "the shaft settles too briefly to tell an ellipse from a vibration")
+    harmonic, variance = _second_harmonic(cells.arc(), p)
+    sigma = np.sqrt(np.maximum(variance, _jackknife(np.array([_second_harmonic(part, p)[0] for part in parts]))))
+    amplitude = float(np.hypot(*harmonic))
+    width = 1.96 * float(np.sqrt(np.mean(sigma**2)))
+    rule = "second harmonic of the settled radius over the angle"
+    return Estimate(amplitude, max(0.0, amplitude - width), amplitude + width, "um", rule, kind="0-pk")
+
+
+def _second_harmonic(arc: _Arc, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine of twice the angle in the radius, and their variances by the bins' own errors."""
     columns = [
         np.sin(arc.angle),
         -np.cos(arc.angle),
@@ -314,11 +333,8 @@ def _oval(arc: _Arc, halfwidth: float, p: np.ndarray) -> Estimate:
     solution, *_ = np.linalg.lstsq(jac / arc.sigma[:, None], y / arc.sigma, rcond=None)
     left = (y - jac @ solution) / arc.sigma
     chi = max(1.0, float(left @ left) / max(len(y) - 5, 1))
-    covariance = np.linalg.inv(jac.T @ (jac / arc.sigma[:, None] ** 2)) * chi
-    amplitude = float(np.hypot(solution[3], solution[4]))
-    width = 1.96 * float(np.sqrt(np.mean(np.diag(covariance)[3:])))
-    rule = "second harmonic of the settled radius over the angle"
-    return Estimate(amplitude, max(0.0, amplitude - width), amplitude + width, "um", rule, kind="0-pk")
+    covariance = np.linalg.pinv(jac.T @ (jac / arc.sigma[:, None] ** 2)) * chi
+    return solution[3:], np.diag(covariance)[3:]
 
 
 def _lowpass(data: np.ndarray, rate: float) -> np.ndarray:

@@ -137,7 +137,9 @@ def spikes(signal: Signal, height: float) -> np.ndarray:
         alone = (rise * fall < 0) & (out > height) & (np.abs(rise + fall) < 0.3 * out)
         for i in np.flatnonzero(alone):
             # a rotor that bounces may do so within some samples of a slow record, but not from one velocity to three times it
-            beside = np.concatenate((size[max(i - 3, 0) : i], size[i + 1 : i + width], size[i + width + 1 : i + width + 4]))
+            beside = np.concatenate(
+                (size[max(i - 3, 0) : i], size[i + 1 : i + width], size[i + width + 1 : i + width + 4])
+            )
             if width == 1 or out[i] > 3 * np.nanmax(beside, initial=0.0):
                 found.append(int(i) + 1)
     return np.unique(np.array(found, dtype=int))
