@@ -32,8 +32,14 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.low is None or estimate.high is None:
         return f"{number(value, abs(value) * 1e-2)}{tail}"
     low, high = estimate.low * factor, estimate.high * factor
-    width = high - low
+    width = _told_apart(value, low, high)
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
+
+
+def _told_apart(value: float, low: float, high: float) -> float:
+    """Return the width whose digits show an interval, and that the value stands within it and not at its end."""
+    nearest = min((away for away in (value - low, high - value) if away > 0), default=0.0)
+    return min(high - low, max(4 * nearest, (high - low) / 100)) if nearest else high - low
 
 
 def short(estimate: Estimate, unit: str | None = None, width: float | None = None) -> str:

@@ -18,6 +18,12 @@ def test_a_value_has_the_digits_that_its_interval_bears() -> None:
     assert words(Estimate(95.0095, 95.0081, 95.0109, "Hz")) == "95.0095 Hz (95.0081 to 95.0109)"
 
 
+def test_a_value_near_an_end_of_its_interval_does_not_stand_at_it() -> None:
+    assert words(Estimate(0.09998, 0.09956, 0.100006, "s")) == "0.09998 s (0.09956 to 0.10001)"
+    assert words(Estimate(3e-6, 0.0, 11e-6, "um")) == "3 µm (0 to 11)"
+    assert words(Estimate(0.0, 0.0, 11e-6, "um")) == "0 µm (0 to 11)"
+
+
 def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
     assert words(Estimate(4.2554e7, 3.8169e7, 4.7742e7, "N/m")) == "43 MN/m (38 to 48)"
     assert words(Estimate(0.0861, 0.0860, 0.0862, "N m")) == "86.10 mN m (86.00 to 86.20)"
