@@ -76,6 +76,16 @@ def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
     assert any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
 
 
+def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Document) -> None:
+    found = [b for s in coastdown_report.sections for b in s.blocks if isinstance(b, Figure)]
+    histories = [figure for figure in found if figure.name in ("first-contacts", "whole-record")]
+    assert len(histories) == 2
+    for figure in histories:
+        header = figure.draw().texts[0].get_text()
+        assert ("every sample drawn" in header) != ("least and largest of each bin drawn" in header)
+        assert "sample" not in figure.caption and "bin" not in figure.caption
+
+
 def test_the_summary_carries_the_numbers_of_the_analysis(coastdown: Analysis) -> None:
     said = _words(replace(build_report(coastdown), sections=(_summary(build_report(coastdown)),)))
     assert coastdown.rundown is not None

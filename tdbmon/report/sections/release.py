@@ -80,13 +80,13 @@ def _figures(analysis: Analysis) -> list[Block]:
     return [
         Figure(
             "first-contacts",
-            f"The first {end - begin:.2f} s of the drop, every sample. {reading}",
+            f"The first {end - begin:.2f} s of the drop. {reading}",
             f"x and y of each end from {begin:.2f} s to {end:.2f} s: the fall and the bounces on the touchdown bearings.",
             partial(time_history, analysis, begin, end),
         ),
         Figure(
             "whole-record",
-            f"The whole record; each stroke spans the least and the largest value of its bin, so that no peak is lost. {reading}",
+            f"The whole record. {reading}",
             "x and y of each end over the whole record.",
             partial(time_history, analysis),
         ),
