@@ -98,8 +98,33 @@ def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.n
     lower.axhline(0.0, color=BLACK, linewidth=0.7)
     lower.plot(at, rest, color=BLUE, linewidth=0.7)
     if fitted.any():
-        reach = 3.0 * float(np.quantile(np.abs(rest[fitted]), 0.99)) + 1e-9
-        lower.set_ylim(-reach, reach)
+        _reach(lower, 3.0 * float(np.quantile(np.abs(rest[fitted]), 0.99)) + 1e-9, rest)
+
+
+def _reach(ax: Axes, near: float, rest: np.ndarray) -> None:
+    """Scale for what is left where the law was fitted, and logarithmic beyond: elsewhere a law may be far off."""
+    near = _round(near)
+    least, most = float(np.nanmin(rest)), float(np.nanmax(rest))
+    if max(-least, most) <= near:
+        ax.set_ylim(-near, near)
+        return
+    ax.set_yscale("symlog", linthresh=near, linscale=1.0)
+    ax.set_ylim(min(-near, 1.3 * least), max(near, 1.3 * most))
+    powers = near * 10.0 ** np.arange(1, 9)
+    ticks = np.concatenate((-powers[powers <= -least][::-1], [-near, 0.0, near], powers[powers <= most]))
+    ax.set_yticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
+    ax.minorticks_off()
+    for edge in (-near, near):
+        ax.axhline(edge, color=GREY, linewidth=0.5, linestyle=":")
+    ax.annotate(
+        f"logarithmic beyond ±{near:g} mHz", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY
+    )
+
+
+def _round(size: float) -> float:
+    """Return the nearest of 1, 2, 5, 10, ..."""
+    power = 10.0 ** np.floor(np.log10(size))
+    return float(min((power * first for first in (1, 2, 5, 10)), key=lambda each: abs(np.log(each / size))))
 
 
 def _standstill(ax: Axes, rundown: RunDown) -> None:
@@ -109,6 +134,6 @@ def _standstill(ax: Axes, rundown: RunDown) -> None:
         why = "beyond the record" if still.value is not None else "not estimated"
         ax.annotate(f"standstill: {why}", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY)
         return
-    ax.axvline(still.value, color=PURPLE, label="standstill and its 95 % interval")
+    ax.axvline(still.value, color=PURPLE, label="standstill, and the range that it lies in")
     if still.low is not None and still.high is not None:
         ax.axvspan(max(still.low, left), min(still.high, right), color=PURPLE, alpha=0.2, linewidth=0)

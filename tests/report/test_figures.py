@@ -299,6 +299,22 @@ def test_a_speed_decay_without_speed_is_refused_in_words(short: Analysis) -> Non
         speed_decay(replace(short, rundown=None))
 
 
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+def test_what_the_law_leaves_stays_within_its_axes(which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(speed_decay(request.getfixturevalue(which)))
+    lower = figure.axes[1]
+    low, high = lower.get_ylim()
+    left = max(lower.lines, key=lambda line: len(line.get_xdata())).get_ydata()
+    assert low < np.min(left) and np.max(left) < high
+    assert "logarithmic beyond ±" in _texts(lower)
+
+
+def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis) -> None:
+    figure = speed_decay(coastdown)
+    assert "standstill, and the range that it lies in" in _texts(figure)
+    assert "95 % interval" not in _texts(figure)
+
+
 def test_a_dollar_sign_in_a_name_is_a_dollar_sign(hostile: Analysis) -> None:
     for end in hostile.ends:
         assert "$" in _texts(_rendered(orbit_sequence(hostile, end)))

@@ -34,7 +34,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
         Row(("Stretch that the laws are fitted to", _stretch(rundown))),
     ]
-    blocks: list[Block] = [Table("The run-down (95 % intervals)", ("Quantity", "Value"), tuple(rows))]
+    blocks: list[Block] = [Table(f"The run-down (95 % intervals{_REST})", ("Quantity", "Value"), tuple(rows))]
     if rundown.models:
         blocks += [Paragraph(_CHOICE), _laws(rundown)]
     if len(analysis.speed_time) >= 4:
@@ -49,6 +49,7 @@ def section(analysis: Analysis) -> Section:
     return Section(title, tuple(blocks))
 
 
+_REST = "; standstill: from the last sure turn to the first sure rest, or by the law"
 _CHOICE = (
     "The rotor slows by ω′ = −(a + ω/τ + q ω²): a is dry friction, 1/τ viscous drag and windage, q turbulent windage. Every"
     " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
