@@ -41,7 +41,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
     rows = [(end, axis) for end in found.ends.values() for axis in range(2)]
     figure = new_figure(32 + _ROW_MM * len(rows), note)
     axes = subplots(
-        figure, 2 * len(rows), 2, Margins(17, 3, 15, 18, across=13, down=2.5),
+        figure, 2 * len(rows), 2, Margins(20, 3, 15, 18, across=13, down=2.5),
         height_ratios=[1.7, 1.0] * len(rows), sharex=False,
     )  # fmt: skip
     last = float(found.time[-1])
@@ -60,7 +60,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
                 pair[1].set_ylabel("left\n[µm]")
         axes[-1, column].set_xlabel("time from the release [ms]")
     for ax in axes[:, 0]:
-        ax.yaxis.set_label_coords(-0.115, 0.5)
+        ax.yaxis.set_label_coords(-10.5 / 67, 0.5)
     legend_below(figure, 4)
     return figure
 

@@ -103,6 +103,17 @@ def test_figures_say_units_and_fit_their_page(report: Document) -> None:
             assert not a.overlaps(b), f"{figure.name}: {parts[i]} covers {parts[j]}"
 
 
+def test_no_label_covers_the_numbers_of_its_axis(report: Document) -> None:
+    for figure in of_model(report):
+        drawing = rendered(figure)
+        renderer = drawing.canvas.get_renderer()  # type: ignore[attr-defined]
+        for ax in (ax for ax in drawing.axes if ax.get_ylabel()):
+            label = ax.yaxis.label.get_window_extent(renderer)
+            for number in ax.get_yticklabels():
+                box = number.get_window_extent(renderer)
+                assert not label.overlaps(box), f"{figure.name}: '{ax.get_ylabel()}' covers {number.get_text()}"
+
+
 def test_orbits_have_equal_axes(report: Document) -> None:
     drawing = rendered(next(f for f in of_model(report) if f.name == "orbits-against-simulated"))
     for ax in drawing.axes:
