@@ -135,8 +135,9 @@ def slowing_remarks(contender: Contender) -> list[str]:
     if abs(factor - 1) < _PLAINLY or (factor - 1) ** 2 * power < _CERTAINLY**2:
         return []
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
+    where = ", in all drops" if len(slowings) > 1 else ""
     return [
-        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated, in all drops:"
+        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated{where}:"
         f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
         " small loads may not be as the file has it. The verdict does not rest on it"
     ]

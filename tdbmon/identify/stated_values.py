@@ -42,7 +42,8 @@ def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
             moved.append(f"{p.name} {factor * values[p.name]:.4g} instead of {factor * p.nominal:.4g}{unit}")
     if not moved:
         return []
+    followed, told = ("drop is", "It tells") if len(problem.drops) == 1 else ("drops are", "They tell")
     return [
-        "the drops are followed better with values that the machine file states without tolerance moved within what is"
-        f" usually known of them: {', '.join(moved)}. The drops tell such values one by one only roughly"
+        f"the {followed} followed better with values that the machine file states without tolerance moved within what is"
+        f" usually known of them: {', '.join(moved)}. {told} such values one by one only roughly"
     ]

@@ -104,6 +104,11 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     (said,) = slowing_remarks(settled_plain(replace(problem, model=lighter)))
     assert "by 1.6" in said or "by 1.5" in said
     assert "polar inertia" in said
+    assert "in all drops" in said
+    (said,) = slowing_remarks(
+        settled_plain(replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1]))
+    )
+    assert "drops" not in said
 
 
 def test_a_record_that_ends_early_tells_nothing(crew):
