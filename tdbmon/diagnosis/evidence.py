@@ -58,6 +58,14 @@ class Evidence:
         """Drops that figures show: the slowest, the fastest, and one between."""
         return chosen([abs(left.omega) for left in self.plain_left])
 
+    @property
+    def selection(self) -> str:
+        """Which drops figures show and why, as a sentence behind their captions; "" where they show all."""
+        if len(self.shown) == len(self.plain_left):
+            return ""
+        names = ", ".join(self.plain_left[k].name for k in self.shown)
+        return f" Of the {len(self.plain_left)} drops the slowest, one between and the fastest have room here: {names}."
+
 
 def evidence_of(diagnosis: Diagnosis) -> Evidence:
     """Simulate the fitted models once more and look at what they leave.

@@ -30,10 +30,11 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.problem import build_problem
 from tdbmon.report.diagnosis_report import build_diagnosis_report
-from tdbmon.report.document import Document, Paragraph, Table
+from tdbmon.report.document import Document, Figure, Paragraph, Table
 from tdbmon.report.document import Verdict as Tinted
 from tdbmon.report.html import render_html
 from tdbmon.report.pdf import render_pdf
+from tdbmon.report.sections import diagnosis_fit, diagnosis_force, diagnosis_remains
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.012)
@@ -162,6 +163,22 @@ def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Ev
     loud = [np.std(left.residual) for left in evidence.plain_left]
     quiet = [np.std(left.residual) for left in evidence.extended_left]
     assert np.mean(quiet) < 1.2 * drops.NOISE < np.mean(loud)
+
+
+def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> None:
+    assert evidence.selection == ""
+    four = replace(
+        evidence,
+        **{
+            name: getattr(evidence, name) * 2
+            for name in ("plain_left", "extended_left", "plain_force", "extended_force")
+        },
+    )
+    said = "Of the 4 drops the slowest, one between and the fastest have room here: drop_97.nc"
+    for section in (diagnosis_fit.plain(four), diagnosis_fit.extended(four), diagnosis_force.section(four)):
+        assert section is not None
+        assert said in next(block.caption for block in section.blocks if isinstance(block, Figure))
+    assert any(isinstance(b, Figure) and said in b.caption for b in diagnosis_remains.remains(four).blocks)
 
 
 def test_both_formats_are_made_and_light(report: Document) -> None:

@@ -14,12 +14,13 @@ def plain(evidence: Evidence) -> Section:
     from tdbmon.figures.measured_against_simulated import PLAIN, measured_against_simulated
 
     diagnosis = evidence.diagnosis
+    drops = "all drops at once" if len(evidence.plain_left) > 1 else "the drop"
     models = {PLAIN: evidence.plain_left}
     if evidence.extended is not None:
         models["extended model"] = evidence.extended_left
     blocks: list[Block] = [
         Paragraph(
-            "The plain model was fitted to all drops at once, within the tolerances of the machine file, to"
+            f"The plain model was fitted to {drops}, within the tolerances of the machine file, to"
             f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. It leaves {diagnosis.plain.times_noise} times what noise"
             " would (mean square of the whitened residuals, great ones counted less, with an allowance for how simulations"
             " with impacts grow apart). A fit spreads what a model lacks over all it may move: what is left before the first"
@@ -27,7 +28,8 @@ def plain(evidence: Evidence) -> Section:
         ),
         Figure(
             "measured-against-plain",
-            "Each probe's reading with the simulations over it, and below it what they leave, with twice the noise in grey.",
+            "Each probe's reading with the simulations over it, and below it what they leave, with twice the noise in grey."
+            + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
             partial(measured_against_simulated, models, evidence.shown),
         ),
@@ -51,7 +53,8 @@ def extended(evidence: Evidence) -> Section | None:
         ),
         Figure(
             "measured-against-extended",
-            "As above with the extended model alone, so that the scale of what is left is its own.",
+            "As above with the extended model alone, so that the scale of what is left is its own."
+            + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
             partial(measured_against_simulated, {"extended model": evidence.extended_left}, evidence.shown),
         ),

@@ -39,7 +39,8 @@ def section(evidence: Evidence) -> Section:
         Figure(
             "residual-force-time",
             "Missing force against time. Shaded: where the plain simulation is in contact. A force in the flight acts without"
-            " contact; one in a contact says that gap, stiffness, damping or friction act otherwise than in the model.",
+            " contact; one in a contact says that gap, stiffness, damping or friction act otherwise than in the model."
+            + evidence.selection,
             "For each end, x and y of the missing force against time, with band, for some drops side by side.",
             partial(force_against_time, [forces[k] for k in shown], ends, [speeds[k] for k in shown], "plain model"),
         ),

@@ -75,7 +75,7 @@ def _force(evidence: Evidence) -> Figure:
     return Figure(
         "remaining-force",
         "The force that is still missing with the extended model, found as above. Within its band there is nothing that"
-        " the probes could show.",
+        f" the probes could show.{evidence.selection}",
         "For each end, x and y of the force that is missing still, against time, for some drops side by side.",
         partial(force_against_time, forces, evidence.diagnosis.machine.ends, speeds, "extended model"),
     )

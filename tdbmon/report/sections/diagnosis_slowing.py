@@ -32,7 +32,8 @@ def section(evidence: Evidence) -> Section | None:
             ),
             Figure(
                 "slowing",
-                "Shaft angle, measured less simulated, from where paths have parted to the end of the record.",
+                "Shaft angle, measured less simulated, from where paths have parted to the end of the record."
+                + evidence.selection,
                 "For some drops, the angle by which the measured shaft is ahead of the simulated one, against time.",
                 partial(slowing, models, names, evidence.shown),
             ),
