@@ -198,7 +198,7 @@ def test_a_line_beyond_half_the_sampling_rate_is_not_found():
 
 
 def test_a_hum_makes_no_ellipse_of_a_round_clearance(machine):
-    """61 (42 to 80) um had been told of a round ring (synthetic): a hum of 5 um shifts the arc from one part of the time to the next."""
+    """It shifts the arc from one part of the time to the next; 61 (42 to 80) um had been told of a round ring (synthetic)."""
     record = read(shipped("short/drop_100.nc"))
     for k, probe in enumerate(machine.probes):
         record[probe.name] = record[probe.name] + 5e-6 * np.sin(2 * np.pi * 60 * record.time.values + k)
