@@ -125,10 +125,14 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
 
 @dataclass(frozen=True)
 class _Speed:
-    """Speed on its own samples, from the speed channel or else the keyphasor."""
+    """Speed on its own samples, from the speed channel or else revolution by revolution from the keyphasor.
+
+    `sampled` are the times of the keyphasor's samples in the latter case, None in the former.
+    """
 
     time: np.ndarray
     hz: np.ndarray
+    sampled: np.ndarray | None = None
 
     @property
     def known(self) -> bool:
@@ -152,7 +156,7 @@ def _speed(record: xr.Dataset, key: Pulses | None) -> _Speed:
         return _Speed(record[channel.dims[0]].to_numpy()[finite], hz[finite])
     if key is not None and len(key.times) > 3:
         time, hz, _ = pulse_speed(key)
-        return _Speed(time, hz)
+        return _Speed(time, hz, record[record["keyphasor"].dims[0]].to_numpy())
     return _Speed(np.empty(0), np.empty(0))
 
 
@@ -190,9 +194,11 @@ def _release(
 def _rundown(speed: _Speed, released: float | None, rotor: RotorModel, key: Pulses | None) -> RunDown | None:
     if not speed.known:
         return None
+    # revolutions are no samples of a signal: their means would be taken for its values, and confirm themselves
+    time, hz = (speed.time, speed.hz) if speed.sampled is None else (speed.sampled, None)
     return fit_rundown(
-        speed.time,
-        speed.hz,
+        time,
+        hz,
         release_time=float(speed.time[0]) if released is None else released,
         polar_inertia=rotor.polar_inertia,
         pulses=None if key is None else key.times,

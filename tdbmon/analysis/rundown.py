@@ -258,11 +258,11 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial = _initial(before, release, source, 1.96)
+    initial, decay = _initial(before, release, source, 1.96), _decay_time(chosen, levitated)
     return RunDown(
         initial,
-        _lost(initial, fit, release),
-        _decay_time(chosen, levitated),
+        _lost(initial, fit, release, decay, stretch),
+        decay,
         _torque(candidates, chosen, polar_inertia),
         stop_time(fit, rest, reached, last, release),
         models,
@@ -303,12 +303,25 @@ def _initial(before: LawFit | None, release: float, source: str, quantile: float
     return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
 
 
-def _lost(initial: Estimate, fit: LawFit, release: float) -> Estimate:
+def _lost(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast) -> Estimate:
+    """Return the speed lost beyond the law.
+
+    As far as the decay time is less sure than the fit says, the law may turn about the middle of its stretch.
+    """
     if initial.value is None or initial.high is None:
         return Estimate.missing("Hz", initial.why)
     lost = initial.value - float(fit.law.speed_at(release))
-    sigma = float(np.hypot((initial.high - initial.value) / 1.96, fit.speed_sigma(release)))
-    return Estimate.from_sigma(lost, sigma, "Hz", "speed at the release less the fitted law carried back to it")
+    half = 1.96 * float(np.hypot((initial.high - initial.value) / 1.96, fit.speed_sigma(release)))
+    down = up = 0.0
+    if decay.value is not None and decay.low and decay.high:
+        arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value
+        own = 1.96 * fit.sigma("linear")
+        down, up = (
+            arm * float(np.sqrt(max(turned**2 - own**2, 0.0)))
+            for turned in (1 / decay.low - 1 / decay.value, 1 / decay.value - 1 / decay.high)
+        )
+    method = "speed at the release less the fitted law carried back to it"
+    return Estimate(lost, lost - float(np.hypot(half, down)), lost + float(np.hypot(half, up)), "Hz", method)
 
 
 def _coasting(stretch: Coast, before: LawFit | None) -> LawFit | None:

@@ -133,6 +133,21 @@ def test_a_record_with_displacement_alone_gets_the_rest(machine):
 def test_keyphasor_alone_gives_the_speed(coastdown_record, machine):
     alone = analyse(coastdown_record.drop_vars("speed"), machine)
     assert alone.rundown.decay_time.value == pytest.approx(11.74, rel=0.01)
+    assert alone.rundown.source == "keyphasor pulses"
+    both = analyse(coastdown_record, machine).rundown
+    for quantity in ("initial", "lost_speed"):
+        known, counted = getattr(both, quantity), getattr(alone.rundown, quantity)
+        assert counted.low <= known.value <= counted.high, quantity
+    assert not alone.rundown.standstill_time.known  # the last mark comes long before
+
+
+def test_speed_lost_in_contacts_is_no_surer_than_the_law_that_it_is_told_from(machine):
+    """Of a record of half a second the keyphasor alone tells the decay from 8 to 17 s, and what was lost no better."""
+    record = read(shipped("short/drop_100.nc"))
+    known = analyse(record, machine).rundown.lost_speed.value
+    counted = analyse(record.drop_vars("speed"), machine).rundown
+    assert counted.decay_time.low <= 11.742 <= counted.decay_time.high
+    assert counted.lost_speed.low <= known <= counted.lost_speed.high
 
 
 def test_one_end_alone_is_analysed_at_its_probes(machine):
