@@ -135,6 +135,28 @@ def test_analyse_writes_what_the_contract_promises(capsys, tmp_path):
     assert all({"check", "channel", "passed", "detail"} <= set(row) for row in result["quality"])
 
 
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("short/drop_150.nc", "still lifts off by more than 25 um at 0.4567 s"),
+        ("years/drop_10.nc", "at rest to ±55 um"),
+    ],
+)
+def test_every_number_that_is_missing_says_why(capsys, tmp_path, name, why):
+    report = tmp_path / "r.html"
+    machine = str(shipped(name).parent / "machine.toml")
+    code, out, _ = run(capsys, "analyse", machine, str(shipped(name)), "--report", str(report))
+    assert code == 0
+    lost, kept = out.split("NDE  (bearing plane)")[1].split("DE  (bearing plane)")
+    assert why in lost and lost.count(why) == 1
+    for label in ("radius at rest", "first contact", "duration", "rebound", "single-mass stiffness"):
+        assert f"{label} " in lost and f"{label} " in kept
+    assert "first contact           not estimated (as radius at rest)" in lost
+    said = report.read_text()
+    assert "those at NDE are not known" in said
+    assert why in said.split("The first contact at NDE is not estimated:")[1].split("</p>")[0]
+
+
 @pytest.mark.slow
 def test_forces_come_from_a_fitted_model(capsys, tmp_path):
     """The rig program's own peak forces (synthetic) lie in the intervals that displacement alone gives."""

@@ -15,7 +15,7 @@ from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.contacts import find_contacts
 from tdbmon.analysis.free_fall import check_free_fall
-from tdbmon.analysis.gap import Gap, fit_gap, settled_from
+from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
@@ -35,8 +35,6 @@ from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.quality import Check, check, usable
 from tdbmon.record.speed_checks import without_refuted
-
-_UNSETTLED = "the shaft does not settle long enough to know its clearance circle and its position at rest"
 
 
 def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
@@ -213,7 +211,7 @@ def _ends(
     seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
     settled = {end: settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start) for end in seen}
     swing = None
-    times = [s for s in settled.values() if s is not None]
+    times = [s for s in settled.values() if not isinstance(s, NoCircle)]
     if len(times) == len(machine.ends):
         swing = find_swing(planes, machine, rotor, max(times))
     ends = {}
@@ -223,10 +221,14 @@ def _ends(
             from_swing = swing.gap[end]
         else:
             from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
-        gap = contacts = None
-        since = settled.get(end)
-        if since is not None:
-            gap = fit_gap(planes, end, machine, travel, since, from_swing if swing is not None else None)
+        contacts = None
+        since = settled.get(end, NoCircle("no two usable probes in different directions see this end"))
+        circle: Gap | NoCircle
+        if isinstance(since, NoCircle):
+            circle = since
+        else:
+            circle = fit_gap(planes, end, machine, travel, since, from_swing if swing is not None else None)
+        gap = circle if isinstance(circle, Gap) else None
         if gap is not None:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
             contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity)
@@ -235,16 +237,15 @@ def _ends(
                 checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
         first = contacts.first if contacts is not None else None
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
-        why = _UNSETTLED if end in seen else "no two usable probes in different directions see this end"
-        if gap is None:
-            stiffness = Estimate.missing("N/m", why)
+        if isinstance(circle, NoCircle):
+            stiffness = Estimate.missing("N/m", circle.why)
         ends[end] = EndResult(
             end,
             str(planes.plane.sel(end=end).item()),
             loads[end],
             travel,
             gap,
-            _air_gap(gap, travel, why),
+            _air_gap(circle, travel),
             from_swing,
             contacts,
             stiffness,
@@ -253,10 +254,12 @@ def _ends(
     return ends, swing
 
 
-def _air_gap(gap: Gap | None, travel: RestTravel, why: str) -> Estimate:
+def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
     """Radial air gap: the radius at rest less ball clearance and deflection."""
-    if gap is None or gap.radius.value is None or gap.radius.high is None:
-        return Estimate.missing("um", why)
+    if isinstance(gap, NoCircle):
+        return Estimate.missing("um", gap.why)
+    if gap.radius.value is None or gap.radius.high is None:
+        return Estimate.missing("um", gap.radius.why)
     sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
     rule = "radius at rest less ball clearance and deflection of the machine file"
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)

@@ -151,7 +151,7 @@ def _settled(analysis: Analysis) -> Estimate:
     """Time from which both ends stay on their rings."""
     times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
     if not times or len(times) < len(analysis.ends):
-        return Estimate.missing("s", "not both ends settle within the record")
+        return Estimate.missing("s", "not both ends have a clearance circle")
     return Estimate(
         max(times), unit="s", method="last bounce of more than a tenth of the gap", why="stated to the sample"
     )

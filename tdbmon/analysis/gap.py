@@ -25,12 +25,21 @@ from tdbmon.estimate import Estimate
 _LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the swing's harmonics
 _PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
 _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
-_WORST = 20e-6  # m: a radius known no better than this is not worth stating
+_WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
+_SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
+_FEWEST = 6  # bins of angle for a circle
 _RATE_HZ = 2500.0
 _BIN_DEG = 3.0
 _PARTS = 12
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
 _BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
+
+
+@dataclass(frozen=True)
+class NoCircle:
+    """An end without a clearance circle, and why it has none."""
+
+    why: str
 
 
 @dataclass(frozen=True)
@@ -78,7 +87,7 @@ def fit_gap(
     travel: RestTravel,
     settled_s: float,
     from_swing: Estimate | None = None,
-) -> Gap | None:
+) -> Gap | NoCircle:
     """Fit the clearance circle of an end.
 
     Parameters
@@ -98,24 +107,30 @@ def fit_gap(
 
     Returns
     -------
-    Gap or None
-        None where the arc is too short to tell a circle.
+    Gap or NoCircle
+        No circle where the arc is too short to tell one, or tells it too badly.
     """
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
     steady, slow = _averaged(xy[time >= settled_s], rate)
+    if not np.isfinite(steady).all(axis=1).any():
+        return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*steady.T)))])
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
         cells = _Cells.of(steady, slow, machine.gravity, circle)
         arc = cells.arc()
-        if len(arc.angle) < 6:
-            return None
+        if len(arc.angle) < _FEWEST:
+            return NoCircle(
+                f"the shaft settles at {settled_s:.4g} s, but the arc that it then swings along,"
+                f" {2 * np.rad2deg(cells.halfwidth):.2g} degrees in all, is too short to tell a circle: it takes more than"
+                f" {_BIN_DEG * (_FEWEST - 1):.0f}, each part of it seen three times"
+            )
         found, _ = _fit_circle(arc, travel.per_load)
         circle = np.append(cells.centre + found[:2], found[2])
     parts = cells.parts()
     solution, sigma = _circle(cells.centre, arc, parts, travel.per_load)
     if sigma[2] > _WORST and from_swing is None:
-        return None
+        return NoCircle(_too_vague(settled_s, float(time[-1]), float(sigma[2])))
     how = "circle through the settled arc alone"
     from_arc = Estimate.from_sigma(float(solution[2]), float(sigma[2]), "um", how)
     agrees = None
@@ -128,20 +143,43 @@ def fit_gap(
 
 def settled_from(
     planes: xr.Dataset, end: str, nominal: float, circle: np.ndarray | None = None, start: float = 0.0
-) -> float | None:
+) -> float | NoCircle:
     """Return the end of the last bounce that lifts the shaft off by more than a tenth of the gap, s.
 
-    Without a `circle` (centre x, y and radius, m) the one about the probes' zero is taken.  None where the shaft stays
-    settled for less than 0.15 s.
+    Without a `circle` (centre x, y and radius, m) the one about the probes' zero is taken.  No
+    circle can be told where the shaft stays settled for less than 0.15 s.
     """
-    time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy().T
+    seen = np.isfinite(xy).all(axis=1)
+    time, xy = planes.time.to_numpy()[seen], xy[seen]
+    if not np.any(time > start):
+        return NoCircle(f"no sample after {start:.4g} s has a value")
     if circle is None:
-        circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*xy[time > start].T)))])
+        circle = np.array([0.0, 0.0, float(np.median(np.hypot(*xy[time > start].T)))])
     inside = circle[2] - np.hypot(*(xy - circle[:2]).T)
     lifted = np.flatnonzero((inside > _BOUNCE_SHARE * nominal) & (time > start))
     settled = float(time[min(lifted[-1] + 1, len(time) - 1)]) if lifted.size else start
-    return settled if time[-1] - settled >= 0.15 else None
+    if time[-1] - settled >= _SETTLED_S:
+        return settled
+    left = f"{max(time[-1] - settled, 0.0):.2g} s before the record ends"
+    if lifted.size:
+        left = (
+            f"the shaft still lifts off by more than {_BOUNCE_SHARE * nominal * 1e6:.3g} um at {settled:.4g} s, {left}"
+        )
+    else:
+        left = f"the shaft is seen from {start:.4g} s on only, {left}"
+    return NoCircle(f"{left}; a clearance circle takes {_SETTLED_S:g} s on the ring")
+
+
+def _too_vague(settled: float, last: float, sigma: float) -> str:
+    """Say that the arc tells the radius too badly."""
+    arc = f"the shaft settles at {settled:.4g} s, but its arc in the {last - settled:.2g} s that follow"
+    if not np.isfinite(sigma):
+        return f"{arc} is seen too briefly to say how well it tells the radius at rest: record for longer"
+    return (
+        f"{arc} tells the radius at rest to ±{1.96e6 * sigma:.0f} um only (95 %), worse than the ±{1.96e6 * _WORST:.0f} um"
+        " that are worth stating"
+    )
 
 
 def _averaged(xy: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
@@ -202,7 +240,7 @@ class _Cells:
         for share in shares:
             kept = ~np.isin(self.block, share)
             left.append(replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept]).arc())
-        return [arc for arc in left if len(arc.angle) >= 6]
+        return [arc for arc in left if len(arc.angle) >= _FEWEST]
 
     def arc(self) -> _Arc:
         """Average over the blocks; a bin seen in fewer than three says nothing about its own error."""

@@ -39,7 +39,7 @@ class EndResult:
     travel : RestTravel
         What the rest radius holds beyond the air gap, from the machine file.
     gap : Gap or None
-        The clearance circle; None where the shaft does not settle.
+        The clearance circle; None where none can be told, for the reason that `air_gap` then states.
     air_gap : Estimate
         Radial air gap proper: radius at rest less the travel, m.
     gap_from_swing : Estimate

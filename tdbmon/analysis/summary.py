@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 
 
@@ -28,14 +28,28 @@ def summary_lines(analysis: Analysis) -> list[str]:
     lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
-        lines.append(f"{name}  ({plane})")
-        inner: list[tuple[str, Estimate]] = []
-        if end.gap is not None:
-            inner += [("radius at rest", end.gap.radius), ("  from the swing", end.gap_from_swing)]
-        inner.append(("air gap", end.air_gap))
-        if end.contacts is not None and end.contacts.first is not None:
-            first = end.contacts.first
-            inner += [("first contact", first.touch), ("  duration", first.duration), ("  rebound", first.rebound)]
-        inner.append(("single-mass stiffness", end.stiffness))
-        lines += [f"  {label:<24}{value}" for label, value in inner]
+        lines += [f"{name}  ({plane})", *_end_lines(end)]
+    return lines
+
+
+def _end_lines(end: EndResult) -> list[str]:
+    """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
+    first = None if end.contacts is None else end.contacts.first
+    untouched = Estimate.missing("s", end.no_contact)
+    touch, duration, rebound = (untouched,) * 3 if first is None else (first.touch, first.duration, first.rebound)
+    rows = [
+        ("radius at rest", Estimate.missing("um", end.unsettled) if end.gap is None else end.gap.radius),
+        ("  from the swing", end.gap_from_swing),
+        ("air gap", end.air_gap),
+        ("first contact", touch),
+        ("  duration", duration),
+        ("  rebound", rebound),
+        ("single-mass stiffness", end.stiffness),
+    ]
+    lines: list[str] = []
+    told: dict[str, str] = {}
+    for label, estimate in rows:
+        above = None if estimate.known else told.setdefault(estimate.why, label.strip())
+        same = above is not None and above != label.strip()
+        lines.append(f"  {label:<24}{f'not estimated (as {above})' if same else estimate}")
     return lines

@@ -159,8 +159,8 @@ def _swing(analysis: Analysis, k: int) -> Estimate:
 
 
 def _radius(analysis: Analysis, end: str) -> Estimate:
-    gap = analysis.ends[end].gap
-    return Estimate.missing("um", "the shaft does not settle") if gap is None else gap.radius
+    found = analysis.ends[end]
+    return Estimate.missing("um", found.unsettled) if found.gap is None else found.gap.radius
 
 
 def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:

@@ -12,7 +12,7 @@ from tdbsim.machine import Machine
 from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.analyse import analyse
-from tdbmon.analysis.gap import fit_gap, settled_from
+from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.swing import _peak, find_swing
 from tdbmon.record.read import read
@@ -183,14 +183,38 @@ def test_a_rotor_that_keeps_bouncing_never_settles():
     time = np.arange(4000) / RATE
     y = -300e-6 + 200e-6 * np.abs(np.sin(2 * np.pi * 20 * time))
     planes = planes_of(time, {"NDE": np.column_stack([0 * y, y])})
-    assert settled_from(planes, "NDE", 250e-6) is None
+    found = settled_from(planes, "NDE", 250e-6)
+    assert isinstance(found, NoCircle)
+    assert "still lifts off by more than 25 um at 0.99" in found.why
 
 
 def test_an_arc_too_short_for_a_circle_gives_none(machine):
     time = np.arange(4000) / RATE
     rng = np.random.default_rng(0)
     still = [0, -300e-6] + 0.3e-6 * rng.standard_normal((len(time), 2))
-    assert fit_gap(planes_of(time, {"NDE": still}), "NDE", machine, TRAVEL, 0.0) is None
+    found = fit_gap(planes_of(time, {"NDE": still}), "NDE", machine, TRAVEL, 0.0)
+    assert isinstance(found, NoCircle)
+    assert "too short to tell a circle" in found.why
+
+
+def test_an_arc_that_tells_the_radius_badly_says_how_badly(machine):
+    """It settles soon and for long: what is wrong is not that."""
+    time = np.arange(12000) / RATE
+    rng = np.random.default_rng(0)
+    angle = 0.25 * np.sin(2 * np.pi * 9 * time)
+    radius = 300e-6 + 30e-6 * np.repeat(rng.standard_normal(60), 200)
+    path = np.column_stack([radius * np.sin(angle), -radius * np.cos(angle)])
+    found = fit_gap(planes_of(time, {"NDE": path}), "NDE", machine, TRAVEL, 0.0)
+    assert isinstance(found, NoCircle)
+    assert "tells the radius at rest to ±" in found.why
+    assert "settles at 0 s" in found.why
+
+
+def test_an_end_without_samples_says_so(machine):
+    time = np.arange(4000) / RATE
+    planes = planes_of(time, {"NDE": np.full((len(time), 2), np.nan)})
+    lost = settled_from(planes, "NDE", 250e-6), fit_gap(planes, "NDE", machine, TRAVEL, 0.1)
+    assert all(isinstance(found, NoCircle) and "has a value" in found.why for found in lost)
 
 
 def test_a_line_beyond_half_the_sampling_rate_is_not_found():

@@ -36,6 +36,11 @@ def section(analysis: Analysis) -> Section | None:
         rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
+    missing = [
+        Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
+        for end in analysis.ends.values()
+        if end not in ends
+    ]
     header = ("Quantity", *(end.name for end in ends))
     blocks: list[Block] = [
         Paragraph(
@@ -45,6 +50,7 @@ def section(analysis: Analysis) -> Section | None:
             " rotor mass: it is a first guess; its interval is that of bearing and support in series and holds the"
             " error of so coarse a model, as found on simulated contacts."
         ),
+        *missing,
         Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
         Figure(
             "first-contact",

@@ -32,7 +32,7 @@ def settle_time(analysis: Analysis) -> Estimate:
     """Time from the release to the end of the last bounce of either end."""
     times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
     if not times or len(times) < len(analysis.ends):
-        return Estimate.missing("ms", "not both ends settle within the record")
+        return Estimate.missing("ms", "not both ends have a clearance circle")
     last = Estimate(
         max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample"
     )

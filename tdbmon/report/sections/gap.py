@@ -50,7 +50,7 @@ def _computed(value: float, sigma: float | None = None) -> Estimate:
 
 
 def _missing(end: EndResult) -> Estimate:
-    return Estimate.missing("um", end.air_gap.why or "the shaft does not settle")
+    return Estimate.missing("um", end.unsettled)
 
 
 _PARTS = (
@@ -74,7 +74,7 @@ def _row(name: str, values: list[Estimate]) -> Row:
 
 def _agreement(end: EndResult) -> str:
     if end.gap is None:
-        return "no circle: the shaft does not settle"
+        return f"no circle: {end.unsettled}"
     arc, swing = words(end.gap.from_arc), words(end.gap_from_swing)
     if end.gap.agrees is None:
         return f"arc alone: {arc}; swing: {swing}"

@@ -53,9 +53,10 @@ def _story(analysis: Analysis) -> str:
         else rpm(analysis.rundown.initial)
     )
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
-    counts = []
+    counts, untold = [], []
     for end in analysis.ends.values():
         if end.contacts is None or end.contacts.first is None:
+            untold.append(end.name)
             continue
         low, high = end.contacts.count_low, end.contacts.count_high
         count = f"{len(end.contacts.events)}" + (f" ({low} to {high})" if low != high else "")
@@ -63,7 +64,8 @@ def _story(analysis: Analysis) -> str:
     settle = settle_time(analysis)
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
-        parts.append(f"It made {' and '.join(counts)}{after}.")
+        lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
+        parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
     elif analysis.ends:
         parts.append("No contacts could be told apart.")
     if analysis.rundown is not None and analysis.rundown.standstill_time.known:
@@ -103,7 +105,10 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
             )
     if found:
         return found
-    return [Verdict("The shaft did not whirl around the clearance: it made no whole turn in either sense.", "good")]
+    where = "" if len(analysis.whirl) == len(analysis.ends) else f" at {' and '.join(analysis.whirl)}"
+    return [
+        Verdict(f"The shaft did not whirl around the clearance{where}: it made no whole turn in either sense.", "good")
+    ]
 
 
 def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
