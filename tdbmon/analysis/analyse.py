@@ -249,7 +249,7 @@ def _ends(
             from_swing,
             contacts,
             stiffness,
-            _deepest(planes, end, gap, start),
+            _deepest(planes, end, circle, start),
         )
     return ends, swing
 
@@ -265,9 +265,11 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
 
 
-def _deepest(planes: xr.Dataset, end: str, gap: Gap | None, start: float) -> Estimate:
+def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float) -> Estimate:
     """Largest excursion from the clearance centre after the release."""
-    if gap is None or gap.centre[0].value is None or gap.centre[1].value is None:
+    if isinstance(gap, NoCircle):
+        return Estimate.missing("um", gap.why)
+    if gap.centre[0].value is None or gap.centre[1].value is None:
         return Estimate.missing("um", "the clearance centre is not known")
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
     reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)

@@ -110,7 +110,7 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
 
 def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     if analysis.planes is None or analysis.release is None or analysis.release.time.value is None or end.gap is None:
-        why = "it needs the release, the speed and the radius at rest"
+        why = end.unsettled if end.gap is None else "it needs the release"
         return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", why))
     initial = Estimate.missing("Hz", "the record holds no speed")
     if analysis.rundown is not None:

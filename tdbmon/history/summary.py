@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.verdict import Verdict
 from tdbmon.report.quantity import short, words
 
@@ -20,6 +21,7 @@ def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
         f"matching: {speed}{assembly}: {len(comparison.matched)} drops before",
         f"verdict: {verdict.word}",
         *(f"  {reason}" for reason in verdict.reasons),
+        *not_compared_sentences(comparison),
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
     if compared:

@@ -6,6 +6,7 @@ from functools import partial
 
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
+from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
@@ -36,13 +37,16 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
                     f"{member.drops}",
                     moment(entry.dropped) if entry.dropped else "–",
                     "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
+                    not_compared_count(member.comparison),
                     words(member.comparison.life.margin) if member.comparison.life.margin.known else "–",
                 ),
                 WORDS[member.verdict.word][1],
             )
         )
-    header = ("Machine", "Verdict", "Drops", "Latest", "Changed", "Margin, drops")
+    header = ("Machine", "Verdict", "Drops", "Latest", "Changed", "Not compared", "Margin, drops")
     reasons = [Paragraph(f"{m.machine}: {'; '.join(m.verdict.reasons[:3])}.") for m in alarms[:20]]
+    lost = [(m.machine, sentence) for m in members for sentence in not_compared_sentences(m.comparison)]
+    reasons += [Paragraph(f"{machine}: {sentence}.") for machine, sentence in lost[:40]]
     return Document(
         "Fleet report",
         f"{len(members)} machines",

@@ -7,6 +7,7 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import MachineHistory
+from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
@@ -43,15 +44,16 @@ def _summary(history: MachineHistory) -> Section:
     sentence, tone = WORDS[last.verdict.word]
     blocks: list[Block] = [Finding(f"The latest drop: {sentence[0].lower()}{sentence[1:]}", tone)]
     blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in last.verdict.reasons]
+    blocks += [Paragraph(f"{text[:1].upper()}{text[1:]}.") for text in not_compared_sentences(last.comparison)]
     rows = []
     for judged in history.judged:
         entry, changed = judged.comparison.entry, judged.comparison.flagged
         when = moment(entry.dropped) if entry.dropped else "–"
         speed = "–" if entry.speed is None else f"{entry.speed:.4g} Hz"
         what = "; ".join(c.title for c in changed[:3]) + (f"; {len(changed) - 3} more" if len(changed) > 3 else "")
-        word = judged.verdict.word
-        rows.append(Row((entry.id, entry.raw_name, when, speed, word, what or "–"), _TONE[word]))
-    header = ("Drop", "Record", "Time", "Speed", "Verdict", "Changed")
+        word, lost = judged.verdict.word, not_compared_count(judged.comparison)
+        rows.append(Row((entry.id, entry.raw_name, when, speed, word, what or "–", lost), _TONE[word]))
+    header = ("Drop", "Record", "Time", "Speed", "Verdict", "Changed", "Not compared")
     older = len(history.entries) - len(history.judged)
     caption = "Every drop against those before it" + (f" ({older} older ones not judged)" if older else "")
     return Section("Summary", (*blocks, Table(caption, header, tuple(rows))))

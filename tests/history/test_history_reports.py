@@ -10,6 +10,7 @@ import pypdf
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from tdbmon.estimate import Estimate
 from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as draw_fleet
 from tdbmon.figures.machine_courses import machine_courses
@@ -20,7 +21,8 @@ from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.feature import KINDS
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
-from tdbmon.history.summary import difference_of, values_of
+from tdbmon.history.not_compared import not_compared_count
+from tdbmon.history.summary import comparison_lines, difference_of, values_of
 from tdbmon.history.verdict import verdict_of
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.fleet_report import build_fleet_report
@@ -118,10 +120,38 @@ def test_the_first_page_says_what_could_not_be_compared(comparison):
     blind = replace(comparison, changes=tuple(lost))
     first = render_html(build_compare_report(blind, verdict_of(blind))).split("What was compared")[0]
     assert "Not compared at NDE: radius at rest" in first
-    assert "no two usable probes see it" in first
-    assert "Not compared" not in render_html(build_compare_report(comparison, verdict_of(comparison))).split(
-        "What was compared"
-    )[0] or any(c.difference is None and c.earlier for c in comparison.changes)
+    assert "(no two usable probes see it)" in first
+
+
+def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp_path):
+    """On the terminal, in the machine's and in the fleet's report: "as before" holds of the other end alone."""
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 7)
+    made = filing(raw, machine, dropped="2020-02-01", seed=7)
+    lost = [
+        replace(f, estimate=Estimate.missing(f.estimate.unit, "the arc is too short")) if f.end == "NDE" else f
+        for f in made.features
+    ]
+    empty.add(replace(made, features=tuple(lost)), raw, machine)
+    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    said = "ot compared at NDE: radius at rest"
+    (line,) = [text for text in comparison_lines(comparison, verdict_of(comparison)) if said in text]
+    assert line.endswith("more (the arc is too short)")
+    for document in (
+        build_compare_report(comparison, verdict_of(comparison)),
+        build_machine_report(machine_history(empty, empty.machines()[0])),
+        build_fleet_report(fleet(empty)),
+    ):
+        html = render_html(document)
+        assert said in html and "(the arc is too short)" in html
+        assert "Not compared at DE" not in html
+    assert f"{not_compared_count(comparison)}</td>" in render_html(build_fleet_report(fleet(empty)))
+    before = compare(empty, filed_drop(empty, empty.entries()[-2].id))
+    assert not_compared_count(before) == "–"
+    assert not any("not compared" in text for text in comparison_lines(before, verdict_of(before)))
+    assert (
+        not_compared_count(compare(empty, filed_drop(empty, empty.entries()[0].id))) == "–"
+    )  # nothing to compare with
 
 
 def test_before_and_difference_subtract_as_they_are_written(comparison):

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.compare import Comparison
+from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.verdict import Verdict
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.quantity import moment, short
 from tdbmon.report.quantity import words as quantity
 
-_NAMED = 4  # quantities that bear no comparison
 _HARDEST = ("peak_force_n", "stress_max_mpa")
 
 WORDS: dict[str, tuple[str, Tone]] = {
@@ -29,7 +27,7 @@ def section(comparison: Comparison, verdict: Verdict) -> Section:
     wanted, entry = comparison.conditions, comparison.entry
     speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {wanted.tolerance:.0%} off"
     blocks: list[Block] = [Finding(words, tone), *(Paragraph(_capital(reason) + ".") for reason in verdict.reasons)]
-    blocks += _not_compared(comparison)
+    blocks += [Paragraph(f"{_capital(sentence)}.") for sentence in not_compared_sentences(comparison)]
     blocks += _hit(comparison)
     rows = [
         Row(("Drop", f"{entry.id} ({entry.raw_name})")),
@@ -56,22 +54,6 @@ def section(comparison: Comparison, verdict: Verdict) -> Section:
         caption = "The drops, this one last" + (f" ({more} older ones not listed)" if more > 0 else "")
         blocks.append(Table(caption, ("Drop", "Record", "Time", "Speed"), listed))
     return Section("Verdict", tuple(blocks))
-
-
-def _not_compared(comparison: Comparison) -> list[Block]:
-    """Say what of the drop bears no comparison, by end: “as before” must not be read of what was not seen."""
-    missing: dict[str, list[Change]] = {}
-    for change in comparison.changes:
-        if change.kind.judged and change.difference is None and change.earlier:
-            missing.setdefault(change.end, []).append(change)
-    blocks: list[Block] = []
-    for end, changes in missing.items():
-        titles = [_lower(change.kind.title) for change in changes]
-        named = ", ".join(titles[:_NAMED]) + (f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else "")
-        why, times = Counter(change.why for change in changes).most_common(1)[0]
-        of = "" if times == len(changes) else f" ({times} of these; the others are under “What differs”)"
-        blocks.append(Paragraph(f"Not compared{f' at {end}' if end else ''}: {named}. The reason: {why}{of}."))
-    return blocks
 
 
 def _hit(comparison: Comparison) -> list[Block]:
@@ -103,10 +85,6 @@ def _hit(comparison: Comparison) -> list[Block]:
             Paragraph("This drop was filed without forces: compare or add it with --forces to have force and stress.")
         )
     return blocks
-
-
-def _lower(title: str) -> str:
-    return title if title[:2].isupper() else title[:1].lower() + title[1:]
 
 
 def _capital(text: str) -> str:

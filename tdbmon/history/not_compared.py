@@ -1,0 +1,48 @@
+"""What of a drop bears no comparison, and why: "as before" must not be read of what was not seen."""
+
+from __future__ import annotations
+
+from tdbmon.history.compare import Change, Comparison
+
+_NAMED = 4  # quantities with one reason
+
+
+def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
+    """Return the judged quantities that the drop or all drops before lack, by end ("" for the rotor)."""
+    missing: dict[str, tuple[Change, ...]] = {}
+    for change in comparison.changes:
+        if comparison.matched and change.kind.judged and change.difference is None:
+            missing[change.end] = (*missing.get(change.end, ()), change)
+    return missing
+
+
+def not_compared_sentences(comparison: Comparison) -> list[str]:
+    """Return a sentence for each end: its quantities that bear no comparison, with the reasons."""
+    return [
+        f"not compared {_place(end)}: {'; '.join(_with_reasons(changes))}"
+        for end, changes in not_compared(comparison).items()
+    ]
+
+
+def not_compared_count(comparison: Comparison) -> str:
+    """Return how many quantities bear no comparison and where, as a cell of a table; the dash where all do."""
+    counts = [f"{len(changes)} {_place(end)}" for end, changes in not_compared(comparison).items()]
+    return ", ".join(counts) or "–"
+
+
+def _place(end: str) -> str:
+    return f"at {end}" if end else "of the rotor"
+
+
+def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
+    reasons: dict[str, list[str]] = {}
+    for change in changes:
+        title = change.kind.title
+        lower = title if title[:2].isupper() else title[:1].lower() + title[1:]
+        reasons.setdefault(change.why, []).append(lower)
+    return [
+        ", ".join(titles[:_NAMED])
+        + (f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else "")
+        + (f" ({why})" if why else "")
+        for why, titles in reasons.items()
+    ]
