@@ -31,6 +31,7 @@ from tdbmon.analysis.whirl import Whirl, find_whirl
 from tdbmon.estimate import Estimate
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
+from tdbmon.record.dropout import without_dropouts
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.quality import Check, check, usable
@@ -62,7 +63,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     progress("checking the channels")
     record = assign(record, machine)
     checks = list(check(record, machine))
-    record = without_refuted(record, machine)
+    record = without_dropouts(without_refuted(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)

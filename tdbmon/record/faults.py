@@ -127,6 +127,23 @@ def frozen_runs(signal: Signal) -> Runs:
     return flat.where(frozen)
 
 
+def jumped_runs(signal: Signal, runs: Runs) -> np.ndarray:
+    """Tell which runs are entered and left by a jump: by far more than the signal moves in the samples beside it.
+
+    A peak that is cut off is reached and left at the signal's own rate.
+    """
+    size = np.abs(np.nan_to_num(signal.steps))
+    jumped = np.zeros(len(runs), dtype=bool)
+    for i, (first, length) in enumerate(zip(runs.first, runs.length, strict=True)):
+        entry, leave = first - 1, first + length - 1  # of the steps
+        sides = [(entry, size[max(entry - 3, 0) : max(entry, 0)]), (leave, size[leave + 1 : leave + 4])]
+        within = [(at, beside) for at, beside in sides if 0 <= at < size.size and beside.size]
+        jumped[i] = bool(within) and all(
+            size[at] > max(3 * beside.max(), _ABRUPT * signal.quantum) for at, beside in within
+        )
+    return jumped
+
+
 def spikes(signal: Signal, height: float) -> np.ndarray:
     """Return the indices at which up to five samples together stand out of both neighbours by at least `height`."""
     size = np.abs(signal.steps)

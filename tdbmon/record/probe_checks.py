@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
+from tdbmon.record.dropout import clipped_of, dropout_check, dropouts
 from tdbmon.record.finding import Check, span, um
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
@@ -45,9 +46,10 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     found.append(unit)
     if dead:
         return found
-    limits = array.attrs.get("full_scale")
-    clipped = faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
-    found += [_clipping(name, time, signal, clipped), _dropouts(name, time, signal, clipped)]
+    clipped = clipped_of(array, signal)
+    lost = dropouts(signal, clipped)
+    clipped = clipped.where(~np.isin(clipped.first, lost.first))
+    found += [_clipping(name, time, signal, clipped), dropout_check(name, time, lost)]
     if unit.passed:  # else these would say the same once more
         found += [_range(name, time, signal, probe, gap), _jumps(name, time, signal, gap)]
     return found
@@ -97,18 +99,6 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.R
         "clipping", name, False,
         f"{runs.total} samples stand at {um(level)} in {len(runs)} flat tops, {span(time, runs)}:"
         " peaks are cut off; widen the input range or the probe's gap",
-    )  # fmt: skip
-
-
-def _dropouts(name: str, time: np.ndarray, signal: faults.Signal, clipped: faults.Runs) -> Check:
-    runs = faults.frozen_runs(signal)
-    runs = runs.where(~np.isin(runs.first, clipped.first))
-    if not len(runs):
-        return Check("dropout", name, True, "no frozen stretch")
-    return Check(
-        "dropout", name, False,
-        f"frozen in {len(runs)} stretches of up to {runs.longest} samples, {span(time, runs)}: the logger lost data"
-        " or a contact is loose; leave these stretches out",
     )  # fmt: skip
 
 

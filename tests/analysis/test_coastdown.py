@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 from tdbsim.modes import supported
 from tdbsim.rotor import static_loads
@@ -12,6 +13,7 @@ from tdbsim.rotor import static_loads
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.rest import rest_travel
+from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -148,6 +150,18 @@ def test_speed_lost_in_contacts_is_no_surer_than_the_law_that_it_is_told_from(ma
     counted = analyse(record.drop_vars("speed"), machine).rundown
     assert counted.decay_time.low <= 11.742 <= counted.decay_time.high
     assert counted.lost_speed.low <= known <= counted.lost_speed.high
+
+
+def test_what_a_probe_held_while_it_dropped_out_is_not_taken_for_measured(machine):
+    """A channel that stands still through the lift-off gives what one without these samples gives."""
+    record = read(shipped("short/drop_060.nc"))
+    held, lost = record.copy(deep=True), record.copy(deep=True)
+    held["NDE_A"][2180:2250] = held["NDE_A"][2180]
+    lost["NDE_A"][2180:2250] = np.nan
+    frozen, missing = (analyse(each, machine) for each in (held, lost))
+    assert np.isnan(frozen.planes.displacement.values[..., 2200]).all()
+    np.testing.assert_array_equal(frozen.planes.displacement.values, missing.planes.displacement.values)
+    assert summary_lines(frozen)[-14:] == summary_lines(missing)[-14:]
 
 
 def test_one_end_alone_is_analysed_at_its_probes(machine):

@@ -87,6 +87,20 @@ def test_dead_probe_is_left_out_and_said(same_model):
     assert found.values["DE.radial_gap"].value == pytest.approx(drops.TRUTH["DE.radial_gap"], rel=0.02)
 
 
+def test_a_probe_that_dropped_out_is_left_out_and_said(same_model):
+    machine, records = same_model
+    record = records[0].copy(deep=True)
+    first = int(np.searchsorted(record.time, record.attrs["release_time_s"] + 0.008))
+    record["NDE_B"][first : first + 40] = record["NDE_B"][first].item()
+    drop = measured_drop(record, machine)
+    assert [probe.name for probe in drop.probes] == ["NDE_A", "DE_A", "DE_B"]
+    assert any("without probe 'NDE_B', of which 40 samples are missing" in remark for remark in drop.remarks)
+    for name in ("NDE_A", "DE_A"):
+        record[name][first : first + 40] = record[name][first].item()
+    with pytest.raises(InputError, match="1 usable probes.*40 samples of 'DE_A' are missing"):
+        measured_drop(record, machine)
+
+
 def test_two_probes_are_too_few(same_model):
     machine, records = same_model
     record = records[0].drop_vars(["NDE_A", "DE_A"])

@@ -12,6 +12,7 @@ from record_machine import machine, with_probe
 from tdbsim.machine import Machine
 
 from tdbmon.record.assign import assign
+from tdbmon.record.dropout import without_dropouts
 from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.read import read
 
@@ -110,6 +111,28 @@ def test_a_frozen_stretch(sound: xr.Dataset) -> None:
     values = sound["NDE_A"].values.copy()
     values[4000:4060] = values[3999]
     assert "61 samples" in _failed(_changed(sound, "NDE_A", values))["dropout", "NDE_A"]
+
+
+@pytest.mark.parametrize("level", [None, 0.0, -1.2e-3])
+def test_what_dropped_out_is_missing_afterwards(level: float | None, sound: xr.Dataset) -> None:
+    """Held, at zero, or at the voltage of a cable that came off: the record given keeps its samples."""
+    values = sound["NDE_B"].values.copy()
+    values[2100:2160] = values[2100] if level is None else level
+    ds = _changed(sound, "NDE_B", values)
+    failed = _failed(ds)
+    assert "one stretch of up to 60 samples" in failed["dropout", "NDE_B"]
+    assert "taken as missing" in failed["dropout", "NDE_B"]
+    assert ("clipping", "NDE_B") not in failed
+    out = without_dropouts(ds, machine())
+    assert np.flatnonzero(np.isnan(out["NDE_B"].values)).tolist() == list(range(2100, 2160))
+    np.testing.assert_array_equal(ds["NDE_B"].values, values)
+    np.testing.assert_array_equal(out["NDE_A"].values, sound["NDE_A"].values)
+
+
+def test_a_peak_that_is_cut_off_is_no_dropout(sound: xr.Dataset) -> None:
+    ds = _changed(sound, "NDE_B", np.maximum(sound["NDE_B"].values, np.quantile(sound["NDE_B"].values, 0.05)))
+    assert ("clipping", "NDE_B") in _failed(ds) and ("dropout", "NDE_B") not in _failed(ds)
+    assert np.isfinite(without_dropouts(ds, machine())["NDE_B"].values).all()
 
 
 @pytest.mark.parametrize("size", [80e-6, -200e-6])

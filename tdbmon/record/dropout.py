@@ -1,0 +1,52 @@
+"""Dropouts: stretches in which a probe's channel stands still while the shaft moves.  Nothing was measured there."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record import faults
+from tdbmon.record.finding import Check, span
+
+
+def dropouts(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
+    """Return the frozen stretches of a signal that are no peaks cut off; a channel that falls to its stop jumps there."""
+    runs = faults.frozen_runs(signal)
+    return runs.where(~np.isin(runs.first, clipped.first) | faults.jumped_runs(signal, runs))
+
+
+def clipped_of(array: xr.DataArray, signal: faults.Signal) -> faults.Runs:
+    """Return the flat tops of a channel, by its full scale where that is known."""
+    limits = array.attrs.get("full_scale")
+    return faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
+
+
+def dropout_check(name: str, time: np.ndarray, runs: faults.Runs) -> Check:
+    """Return the check of a channel's dropouts."""
+    if not len(runs):
+        return Check("dropout", name, True, "no frozen stretch")
+    stretches = "one stretch" if len(runs) == 1 else f"{len(runs)} stretches"
+    return Check(
+        "dropout", name, False,
+        f"frozen in {stretches} of up to {runs.longest} samples, {span(time, runs)}: the logger lost data or a contact is"
+        " loose; these samples are taken as missing",
+    )  # fmt: skip
+
+
+def without_dropouts(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return a record laid over its machine with the dropouts of its probes as NaN; the record given keeps them."""
+    out = ds.copy()
+    for probe in machine.probes:
+        if probe.name not in ds:
+            continue
+        array = ds[probe.name]
+        signal = faults.prepare(array.values)
+        lost = dropouts(signal, clipped_of(array, signal))
+        if not len(lost):
+            continue
+        values = array.values.copy()
+        for first, length in zip(lost.first, lost.length, strict=True):
+            values[first : first + length] = np.nan
+        out[probe.name] = (array.dims, values, array.attrs)
+    return out
