@@ -15,6 +15,7 @@ be repeated.
 from __future__ import annotations
 
 import shutil
+import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -27,10 +28,9 @@ from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
+from tdbmon.history.twin import laid, twin_of
 
 Filed = Literal["filed", "analysed again", "already filed"]
-
-_SAME = 1e-12  # relative: two drops of one machine never agree to this in everything
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Archive:
                 self._same_drop(before[0], filing, raw)
                 raw_place = before[0].raw
             else:
-                self._twin(base, filing, raw)
+                self._refuse_twin(base, filing, raw, machine)
             if before and base.execute("SELECT 1 FROM results WHERE file = ?", (result_place,)).fetchone():
                 if (self.folder / result_place).exists() and (self.folder / raw_place).exists():
                     return "already filed"
@@ -176,25 +176,15 @@ class Archive:
                 f" take it out first (tdbmon archive remove --archive {self.folder} {entry.id})"
             )
 
-    def _twin(self, base: object, filing: Filing, raw: Path) -> None:
-        """Refuse another file of a measurement that is filed: all numbers the same to rounding, which no two drops are."""
-        speed = next((f.estimate.value for f in filing.features if f.name == "initial_hz"), None)
-        if speed is None:
-            return
-        near = catalogue.entries(
-            base,  # type: ignore[arg-type]
-            "machine = ? AND speed_hz BETWEEN ? AND ?",
-            (filing.machine, speed * (1 - _SAME), speed * (1 + _SAME)),
-        )
-        mine = _numbers(filing)
-        for entry, found in zip(near, catalogue.features(base, [e.result for e in near]).values(), strict=True):  # type: ignore[arg-type]
-            theirs = {(f.name, f.end): f.estimate.value for f in found if f.estimate.value is not None}
-            shared = [key for key in mine if key in theirs]
-            if len(shared) >= 5 and all(abs(mine[k] - theirs[k]) <= _SAME * abs(mine[k]) + 1e-300 for k in shared):
-                raise InputError(
-                    f"{raw}: holds the same measurement as drop {entry.id} ({entry.raw_name}), which is filed;"
-                    " a drop counts once: leave it out, or remove the other first"
-                )
+    def _refuse_twin(self, base: sqlite3.Connection, filing: Filing, raw: Path, machine: Path) -> None:
+        """Refuse another file of a measurement that is filed."""
+        twin = twin_of(self, base, filing, lambda: laid(raw, machine))
+        if twin is not None:
+            raise InputError(
+                f"{raw}: holds the same measurement as drop {twin.id} ({twin.raw_name}), which is filed;"
+                " a drop counts once: leave it out, or remove the other first"
+                f" (tdbmon archive remove --archive {self.folder} {twin.id})"
+            )
 
 
 def open_archive(folder: Path, create: bool = False) -> Archive:
@@ -235,11 +225,3 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
 
 def _write(path: Path, content: bytes) -> None:
     path.write_bytes(content)
-
-
-def _numbers(filing: Filing) -> dict[tuple[str, str], float]:
-    return {
-        (f.name, f.end): round(f.estimate.value, 15) if f.estimate.value == 0 else f.estimate.value
-        for f in filing.features
-        if f.estimate.value is not None
-    }

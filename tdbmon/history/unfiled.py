@@ -15,6 +15,8 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Drop, filed_drop
 from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.study import study_record
+from tdbmon.history.twin import twin_of
+from tdbmon.record.assign import assign
 
 
 def drop_to_compare(
@@ -56,7 +58,10 @@ def drop_to_compare(
 def record_to_compare(
     archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Callable[[str], None]
 ) -> Drop:
-    """Return a record as a drop to compare; what is filed of it where it is filed (raises as `drop_to_compare`)."""
+    """Return a record as a drop to compare; what is filed of it where it, or another file of it, is filed.
+
+    Raises as `drop_to_compare`.
+    """
     entries = archive.entries()
     same = [entry for entry in entries if entry.sha256 == record.attrs.get("sha256")]
     if same:
@@ -77,7 +82,10 @@ def record_to_compare(
             f"{machine}: the archive holds no drops of machine '{plan.name}'{did_you_mean(plan.name, known)}"
         )
     assembly = of_machine[-1].assembly
-    return as_drop(study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress))
+    found = study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress)
+    with catalogue.reading(archive.catalogue) as base:
+        twin = twin_of(archive, base, found, lambda: assign(record, plan))
+    return as_drop(found) if twin is None else filed_drop(archive, twin.id)
 
 
 def as_drop(filing: Filing) -> Drop:

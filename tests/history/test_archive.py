@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -12,13 +13,22 @@ from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
+import numpy as np
 import pytest
 from tdbsim.errors import InputError
 
+from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue, place, result_file
 from tdbmon.history.archive import Archive, open_archive
+from tdbmon.history.batch import add_all
 from tdbmon.history.result_file import read_result
+from tdbmon.history.study import Order
+from tdbmon.history.twin import laid, twin_of
+from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.history.verify import rebuild, verify
+from tdbmon.progress import silent
+from tdbmon.record.read import read
+from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, newer
 
 ROOT = Path(__file__).parents[2]
@@ -110,6 +120,47 @@ def test_the_same_measurement_in_another_file_is_refused(empty, tmp_path):
         empty.add(filing(other, machine, seed=0), other, machine)
     assert len(empty.entries()) == 1
     assert wrong(empty) == []
+
+
+def test_the_same_measurement_in_another_format_is_refused_and_compared_as_the_filed_one(years, tmp_path):
+    """Exported with two decimals and without its last line, under a name and a time of its own."""
+    record = read(YEARS / "drop_03.nc").isel(time=slice(0, -1))
+    names = [str(name) for name in record.data_vars]
+    factors = [1e6 if record[name].attrs["units"] == "m" else 1.0 for name in names]
+    units = ["um" if factor > 1 else record[name].attrs["units"] for name, factor in zip(names, factors, strict=True)]
+    columns = [record[name].to_numpy() * factor for name, factor in zip(names, factors, strict=True)]
+    header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))])
+    exported = tmp_path / "exported.csv"
+    table = np.column_stack([record.time.to_numpy(), *columns])
+    np.savetxt(exported, table, fmt=["%.4f"] + ["%.2f"] * len(names), delimiter=",", header=header, comments="")
+
+    archive = open_archive(Path(shutil.copytree(years.folder, tmp_path / "archive")))
+    (outcome,) = add_all(archive, [Order(YEARS / "machine.toml", exported)])
+    (filed,) = [entry for entry in archive.entries() if entry.raw_name == "drop_03.nc"]
+    assert outcome.failed
+    assert f"holds the same measurement as drop {filed.id} (drop_03.nc)" in outcome.why
+    assert f"tdbmon archive remove --archive {archive.folder} {filed.id}" in outcome.why
+    assert len(archive.entries()) == 10
+    compared = drop_to_compare(archive, str(exported), None, False, silent)
+    assert compared.entry.id == filed.id
+
+    archive.remove(filed.id)
+    assert [o.state for o in add_all(archive, [Order(YEARS / "machine.toml", exported)])] == ["filed"]
+
+
+def test_two_drops_of_like_features_are_two(years):
+    """Where but half of the features are alike, the samples decide."""
+    entry = years.entries()[0]
+    found = years.filing(entry.id)
+    with catalogue.reading(years.catalogue) as base:
+        near = replace(found, features=tuple(replace(f, estimate=_off(f.estimate, 1e-6)) for f in found.features))
+        for name, twin in (("drop_01.nc", entry), ("drop_02.nc", None)):
+            record = laid(YEARS / name, YEARS / "machine.toml")
+            assert twin_of(years, base, near, lambda record=record: record) == twin
+
+
+def _off(estimate, share):
+    return estimate if estimate.value is None else Estimate(estimate.value * (1 + share), unit=estimate.unit, why="off")
 
 
 def test_a_file_of_another_machine_is_refused(empty, tmp_path):

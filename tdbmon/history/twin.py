@@ -1,0 +1,111 @@
+"""Another file of a measurement that is filed: the same drop exported twice, say as CSV and TDMS, must not count twice.
+
+Formats round: no digest of a file or of its samples survives that.  Drops of about the same features are suspected, and
+their samples decide.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from tdbsim.errors import InputError
+
+from tdbmon.history import catalogue
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.filing import Filing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tdbmon.history.archive import Archive
+
+_EQUAL = 1e-12  # relative: two drops of one machine never agree to this in everything
+_NEAR = 3e-3  # relative: the speed and half of the features of two exports; of two drops half differ by 1 % and more
+_LEAST = 5  # features that tell drops apart
+_ROUNDING = 1e-3  # of a probe's standard deviation: so little are two exports of its samples apart
+_CUT = 0.9  # of the samples, that the shorter of two exports must hold
+
+
+def twin_of(
+    archive: Archive, base: sqlite3.Connection, filing: Filing, record: Callable[[], xr.Dataset]
+) -> Entry | None:
+    """Return the filed drop that a record is another file of, or None.
+
+    Parameters
+    ----------
+    archive : Archive
+    base : sqlite3.Connection
+        Its catalogue.
+    filing : Filing
+        What was found in the record.
+    record : callable
+        Gives the record laid over its machine; asked only where a filed drop is suspected.
+    """
+    mine = _numbers(filing)
+    speed = mine.get(("initial_hz", ""))
+    if speed is None:
+        return None
+    limits = (filing.machine, speed * (1 - _NEAR), speed * (1 + _NEAR))
+    near = catalogue.entries(base, "machine = ? AND speed_hz BETWEEN ? AND ?", limits)
+    found = catalogue.features(base, [entry.result for entry in near])
+    samples = None
+    for entry in near:
+        theirs = {(f.name, f.end): f.estimate.value for f in found[entry.result] if f.estimate.value is not None}
+        apart = np.array([_apart(mine[key], theirs[key]) for key in mine if key in theirs])
+        if len(apart) < _LEAST or np.median(apart) > _NEAR:
+            continue
+        if apart.max() <= _EQUAL:
+            return entry
+        filed = _filed(archive, entry)
+        if filed is None:
+            continue
+        samples = record() if samples is None else samples
+        if _same_samples(samples, filed):
+            return entry
+    return None
+
+
+def _numbers(filing: Filing) -> dict[tuple[str, str], float]:
+    return {(f.name, f.end): f.estimate.value for f in filing.features if f.estimate.value is not None}
+
+
+def _apart(one: float, other: float) -> float:
+    """Relative difference."""
+    return abs(one - other) / max(abs(one), abs(other), 1e-300)
+
+
+def laid(raw: Path, machine: Path) -> xr.Dataset:
+    """Return the record of a file laid over the machine of another."""
+    from tdbsim.machine import load_machine
+
+    from tdbmon.record.assign import assign
+    from tdbmon.record.read import read
+
+    return assign(read(raw), load_machine(machine))
+
+
+def _filed(archive: Archive, entry: Entry) -> xr.Dataset | None:
+    """Return the record of a filed drop, or None where it cannot be read (its format's package is missing here, say)."""
+    try:
+        return laid(archive.folder / entry.raw, archive.machine_file(entry.id))
+    except InputError:
+        return None
+
+
+def _same_samples(one: xr.Dataset, other: xr.Dataset) -> bool:
+    """Return whether the displacements of two records are the same but for rounding and some samples at the end."""
+    names = [name for name in one.data_vars if name in other and one[name].attrs.get("units") == "m"]
+    return bool(names) and all(_same(one[name].to_numpy(), other[name].to_numpy()) for name in names)
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    size = min(a.size, b.size)
+    if size < _CUT * max(a.size, b.size):
+        return False
+    apart, spread = a[:size] - b[:size], float(np.nanstd(a)) if np.isfinite(a).any() else 0.0
+    seen = np.isfinite(apart)
+    return not seen.any() or float(np.sqrt(np.mean(apart[seen] ** 2))) <= _ROUNDING * spread
