@@ -117,10 +117,11 @@ def frozen_runs(signal: Signal) -> Runs:
         return flat
     frozen = np.zeros(len(flat), dtype=bool)
     for i, (first, length) in enumerate(zip(flat.first, flat.length, strict=True)):
-        before = signal.steps[max(first - _AROUND, 0) : first]
-        after = signal.steps[first + length - 1 : first + length - 1 + _AROUND]
+        beside = min(_AROUND, int(length))  # no further: where a swing turns, coarse steps stand still for a while too
+        before = signal.steps[max(first - beside, 0) : first]
+        after = signal.steps[first + length - 1 : first + length - 1 + beside]
         frozen[i] = any(
-            side.size >= _FLAT and np.nanmedian(np.abs(side)) >= 2 * signal.quantum
+            side.size >= _FLAT and np.nanmedian(np.abs(side)) >= 3 * signal.quantum
             for side in (before, after)
             if np.isfinite(side).any()
         )

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from record_machine import machine, with_probe
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, load_machine
 
 from tdbmon.record.assign import assign
 from tdbmon.record.dropout import without_dropouts
 from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.read import read
+from tdbmon.shipped import shipped
 
 DATASETS = Path(__file__).parents[2] / "datasets"
 SHORT = sorted((DATASETS / "short").glob("*.nc"))
@@ -133,6 +134,19 @@ def test_a_peak_that_is_cut_off_is_no_dropout(sound: xr.Dataset) -> None:
     ds = _changed(sound, "NDE_B", np.maximum(sound["NDE_B"].values, np.quantile(sound["NDE_B"].values, 0.05)))
     assert ("clipping", "NDE_B") in _failed(ds) and ("dropout", "NDE_B") not in _failed(ds)
     assert np.isfinite(without_dropouts(ds, machine())["NDE_B"].values).all()
+
+
+@pytest.mark.parametrize("name", ["short/drop_100.nc", "coastdown/drop_100.nc"])
+@pytest.mark.parametrize("quantum", [0.5e-6, 1e-6, 2e-6])
+def test_a_swing_that_turns_in_coarse_steps_is_not_frozen(name: str, quantum: float) -> None:
+    """A converter of few bits shows the same value for a while where the shaft turns round."""
+    path = shipped(name)
+    full = load_machine(path.parent / "machine.toml")
+    record = read(path)
+    for probe in full.probes:
+        record[probe.name].values[:] = np.round(record[probe.name].values / quantum) * quantum
+    failed = [each.channel for each in check(assign(record, full), full) if not each.passed and each.check == "dropout"]
+    assert failed == []
 
 
 @pytest.mark.parametrize("size", [80e-6, -200e-6])
