@@ -96,6 +96,8 @@ def find_release(
     ends = [str(end) for end in planes.end.values if str(planes.plane.sel(end=end).item()) != "none"]
     z = planes.displacement.sel(end=ends).to_numpy().reshape(2 * len(ends), -1)
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
+    begin = int(np.argmax(np.isfinite(z).all(axis=0)))  # a logger may start late
+    time, z = time[begin:], z[:, begin:]
     gaps = np.repeat([machine.bearing(end).radial_gap.nominal for end in ends], 2)
     rough = _rough(z, rate, _levitated(z, rate, gaps, machine.gravity))
     if rough is None:

@@ -150,6 +150,13 @@ def test_a_record_that_starts_in_the_fall_has_no_release(machine):
     assert find_release(cut, machine, 97.0) is None
 
 
+def test_a_logger_that_starts_late_does_not_hide_the_release(machine):
+    planes, truth = drop(2)
+    planes.displacement[:, :, :800] = np.nan
+    found = find_release(planes, machine, 97.0).time
+    assert found.low <= truth <= found.high
+
+
 def test_a_levitated_record_holds_no_drop(machine):
     planes, truth = drop(1)
     with pytest.raises(InputError, match="no drop"):
