@@ -13,7 +13,7 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
-from tdbmon.analysis.contacts import find_contacts
+from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.lines import Line, find_lines
@@ -240,6 +240,8 @@ def _ends(
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
         if isinstance(circle, NoCircle):
             stiffness = Estimate.missing("N/m", circle.why)
+        elif contacts is not None and first is None:
+            stiffness = Estimate.missing("N/m", contacts.why)
         ends[end] = EndResult(
             end,
             str(planes.plane.sel(end=end).item()),
@@ -250,7 +252,7 @@ def _ends(
             from_swing,
             contacts,
             stiffness,
-            _deepest(planes, end, circle, start),
+            _deepest(planes, end, circle, start, contacts),
         )
     return ends, swing
 
@@ -266,10 +268,12 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
 
 
-def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float) -> Estimate:
+def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, contacts: Contacts | None) -> Estimate:
     """Largest excursion from the clearance centre after the release."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
+    if contacts is not None and contacts.hidden:
+        return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
     if gap.centre[0].value is None or gap.centre[1].value is None:
         return Estimate.missing("um", "the clearance centre is not known")
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]

@@ -6,7 +6,7 @@ is the radius at rest less the elastic deflection under the weight.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,9 @@ import xarray as xr
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.estimate import Estimate
+from tdbmon.record.probe_checks import SHORT_GAP
 
+_HIDES_S = 1e-3  # of missing samples: as long as a short contact, which nobody then sees
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
 _NOISE_S = 2e-4  # shorter gaps and stretches are noise
 _LEVELS = 25  # tried over the interval of the touching radius
@@ -32,12 +34,15 @@ class Contact:
         Direction of the deepest point from the clearance centre, rad from +x towards +y.
     depth : float
         How far beyond the touching radius the shaft centre went, m.
+    seen : bool
+        Whether it was seen throughout; else samples are missing at its touch or lift-off, or for long within it.
     """
 
     start: float
     end: float
     angle: float
     depth: float
+    seen: bool = True
 
 
 @dataclass(frozen=True)
@@ -70,12 +75,27 @@ class FirstContact:
 
 @dataclass(frozen=True)
 class Contacts:
-    """All contacts of an end up to the time from which it stays on the ring."""
+    """All contacts of an end up to the time from which it stays on the ring.
+
+    Attributes
+    ----------
+    first : FirstContact or None
+    events : tuple of Contact
+        Those seen.
+    count_low, count_high : int
+        How many the level's uncertainty makes of them.
+    hidden : str
+        Which samples are missing where more contacts may lie; "" where none are.
+    why : str
+        Why the first of them is not known to be the first contact; "" where it is.
+    """
 
     first: FirstContact | None
     events: tuple[Contact, ...]
     count_low: int
     count_high: int
+    hidden: str = ""
+    why: str = ""
 
 
 def find_contacts(
@@ -108,13 +128,50 @@ def find_contacts(
     # the level is as uncertain as the circle along the direction of the contact and the elastic part together
     sigma_level = float(np.hypot(np.hypot(sigma, _value_sigma(gap.centre[1])[1]) / 2, 0.3 * elastic))
     after = np.flatnonzero((time > release_s) & (time <= max(gap.settled_from, release_s + 0.05)))
-    after = after[np.isfinite(xy[after]).all(axis=1)]
-    t, d = time[after], xy[after] - centre
+    seen = after[np.isfinite(xy[after]).all(axis=1)]
+    if not seen.size:
+        return Contacts(None, (), 0, 0, why=f"no sample has a value from {release_s:.5g} s until the shaft has settled")
+    lost = _Lost.between(np.concatenate([[release_s], time[seen], time[after[-1:]]]))
+    t, d = time[seen], xy[seen] - centre
     r = np.hypot(d[:, 0], d[:, 1])
     events = contact_events(t, d, r, touching)
+    events = tuple(
+        replace(c, seen=not (lost.at(c.start) or lost.at(c.end) or lost.within(c.start, c.end))) for c in events
+    )
     counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
-    first = _first(t, d, r, events, touching, radius, sigma_level, gravity) if events else None
-    return Contacts(first, events, min(*counts, len(events)), max(*counts, len(events)))
+    low, high = min(*counts, len(events)), max(*counts, len(events))
+    hidden = lost.within(release_s, t[-1])
+    before = lost.within(release_s, events[0].start if events else t[-1])
+    if before:
+        return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
+    first = _first(t, d, r, events, lost, touching, radius, sigma_level, gravity) if events else None
+    return Contacts(first, events, low, high, hidden)
+
+
+@dataclass(frozen=True)
+class _Lost:
+    """Stretches without samples that are too long to be bridged: the last instant seen before and the next after."""
+
+    spans: tuple[tuple[float, float], ...]
+
+    @classmethod
+    def between(cls, t: np.ndarray) -> _Lost:
+        steps = np.diff(t)
+        long = np.flatnonzero(steps > (SHORT_GAP + 1.5) * np.median(steps))
+        return cls(tuple((float(t[i]), float(t[i + 1])) for i in long))
+
+    def at(self, instant: float) -> tuple[float, float] | None:
+        """Return the stretch in which an instant lies."""
+        return next((span for span in self.spans if span[0] <= instant <= span[1]), None)
+
+    def within(self, start: float, stop: float) -> str:
+        """Say which stretch between two instants may hide a contact; "" where none does."""
+        found = [s for s in self.spans if s[1] - s[0] > _HIDES_S and s[0] >= start and s[1] <= stop]
+        return _said(found[0]) if found else ""
+
+
+def _said(span: tuple[float, float]) -> str:
+    return f"no sample has a value between {span[0]:.5f} s and {span[1]:.5f} s"
 
 
 def _value_sigma(estimate: Estimate) -> tuple[float, float]:
@@ -172,6 +229,7 @@ def _first(
     d: np.ndarray,
     r: np.ndarray,
     events: tuple[Contact, ...],
+    lost: _Lost,
     touching: float,
     static: float,
     sigma: float,
@@ -181,27 +239,57 @@ def _first(
     n = np.array([np.cos(contact.angle), np.sin(contact.angle)])
     depth = d @ n
     rule = "radial displacement through the touching radius"
+    touched, lifted = lost.at(contact.start), lost.at(contact.end)
     touch_sigma = _crossing_sigma(t, depth, contact.start, sigma)
     touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
-    if contact.end >= t[-1]:
-        why = "the shaft does not leave the ring again before it settles"
-        s, um, one = (Estimate.missing(u, why) for u in ("s", "um", "1"))
-        return FirstContact(touch, s, *_static(t, depth, contact, static, sigma), um, one, contact.angle)
-    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma)
-    following = events[1].start if len(events) > 1 else t[-1]
+    if touched:
+        touch = Estimate(contact.start, *touched, "s", "within the missing samples")
+    following = events[1].start if len(events) > 1 else float(t[-1])
+    if lifted is None and contact.end >= t[-1]:
+        unknown = "the shaft does not leave the ring again before it settles"
+    elif touched:
+        unknown = f"{_said(touched)}, and there the shaft touches"
+    elif lifted:
+        unknown = f"{_said(lifted)}, and there the shaft lifts off"
+    else:
+        unknown = _maybe(lost.within(contact.start, contact.end), "lifted off")
+    lasted, thrown = _duration_and_rebound(t, d, r, contact, touching, sigma)
+    if unknown:
+        duration, restitution = (Estimate.missing(unit, unknown) for unit in ("s", "1"))
+    else:
+        duration = lasted
+        restitution = _restitution(t, d, contact, following, n, gravity)
+    again = _maybe(lost.within(touched[0] if touched else contact.start, following), "touched again")
+    if contact.end >= t[-1] or again:
+        rebound = Estimate.missing("um", again or unknown)
+    else:
+        rebound = thrown
+    hidden = _maybe(
+        lost.within(touched[0] if touched else contact.start, lifted[1] if lifted else contact.end), "lifted off"
+    )
+    if hidden:
+        t1 = t2 = Estimate.missing("s", hidden)
+    else:
+        t1, t2 = _static(t, depth, contact, lost, static, sigma)
+    return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+
+
+def _maybe(said: str, did: str) -> str:
+    return f"{said}, and there the shaft may have {did}" if said else ""
+
+
+def _restitution(
+    t: np.ndarray, d: np.ndarray, contact: Contact, following: float, n: np.ndarray, gravity: float
+) -> Estimate:
+    """Velocity after over velocity before a contact whose touch and lift-off were seen."""
     before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
     after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
     if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
-        restitution = Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
-    else:
-        ratio = -after[0] / before[0]
-        spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
-        rule = (
-            "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
-        )
-        restitution = Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
-    t1, t2 = _static(t, depth, contact, static, sigma)
-    return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+        return Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
+    ratio = -after[0] / before[0]
+    spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
+    rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+    return Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
 
 
 def _duration_and_rebound(
@@ -254,7 +342,7 @@ def _flight(
 
 
 def _static(
-    t: np.ndarray, depth: np.ndarray, contact: Contact, static: float, sigma: float
+    t: np.ndarray, depth: np.ndarray, contact: Contact, lost: _Lost, static: float, sigma: float
 ) -> tuple[Estimate, Estimate]:
     """Instants at which the shaft passes its position at rest within the first contact."""
     inside = np.flatnonzero((t >= contact.start - 5e-4) & (t <= contact.end + 5e-4))
@@ -266,5 +354,10 @@ def _static(
         missing = Estimate.missing("s", "the first contact does not reach the position at rest")
         return missing, missing
     instants = (_crossing(t, depth, int(beyond[0]), static), _crossing(t, depth, int(beyond[-1]) + 1, static))
-    made = [Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma), "s", rule) for at in instants]
+    made = [
+        Estimate.missing("s", f"{_said(gap)}, and there the shaft passes its position at rest")
+        if (gap := lost.at(at))
+        else Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma), "s", rule)
+        for at in instants
+    ]
     return made[0], made[1]

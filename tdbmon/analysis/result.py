@@ -70,7 +70,7 @@ class EndResult:
     @property
     def no_contact(self) -> str:
         """Why there is no first contact."""
-        return self.unsettled if self.contacts is None else "no first contact was found"
+        return self.unsettled if self.contacts is None else self.contacts.why or "no first contact was found"
 
 
 @dataclass(frozen=True)

@@ -138,6 +138,59 @@ def test_noise_about_the_level_does_not_multiply_contacts():
     assert len(find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).events) == 1
 
 
+def without(planes, start, stop):
+    """The same without the samples between two instants."""
+    lost = (planes.time.values >= start) & (planes.time.values < stop)
+    planes.displacement[:, :, lost] = np.nan
+    return planes
+
+
+@pytest.mark.parametrize("span", [0.6e-3, 2.5e-3])
+def test_a_lift_off_that_no_sample_shows_ends_no_contact(span):
+    """Where the record goes on after the gap says nothing of when the shaft left the ring."""
+    planes, touch, lift, _ = fall_on_a_spring()
+    found = find_contacts(without(planes, lift - span / 2, lift + span / 2), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    first = found.first
+    assert first.touch.value == pytest.approx(touch, abs=5e-5)
+    assert not first.duration.known and not first.restitution.known
+    assert "there the shaft lifts off" in first.duration.why
+    assert not found.events[0].seen
+    short = span < 1e-3  # too short to hide a contact: how far the shaft comes back is seen all the same
+    assert first.rebound.known == short
+    assert bool(found.hidden) != short
+    if not short:
+        assert not single_mass_stiffness(first, MASS).known
+
+
+def test_a_touch_that_no_sample_shows_is_known_to_the_gap():
+    planes, touch, *_ = fall_on_a_spring()
+    first = find_contacts(without(planes, touch - 4e-4, touch + 4e-4), "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    assert first.touch.low <= touch <= first.touch.high
+    assert first.touch.high - first.touch.low == pytest.approx(8e-4, abs=1e-4)
+    assert "there the shaft touches" in first.duration.why
+    assert first.rebound.value == pytest.approx(HEIGHT, rel=0.01)
+
+
+def test_a_stiffness_needs_both_passages_of_rest():
+    planes, touch, *_ = fall_on_a_spring()
+    first = find_contacts(without(planes, touch + 4e-4, touch + 8e-4), "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    assert first.duration.known and first.static_in.known
+    passed = first.static_in.value
+    planes, *_ = fall_on_a_spring()
+    first = find_contacts(without(planes, passed - 2e-4, passed + 2e-4), "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    found = single_mass_stiffness(first, MASS)
+    assert not found.known and "passes its position at rest" in found.why
+
+
+def test_what_lies_after_a_long_gap_is_not_called_the_first_contact():
+    planes, touch, lift, _ = fall_on_a_spring()
+    found = find_contacts(without(planes, touch - 1e-3, lift + 1e-3), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert found.first is None
+    assert "where the shaft may have touched" in found.why
+    nothing = find_contacts(without(planes, 0.0, 1.0), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert nothing.first is None and nothing.events == () and "has a value" in nothing.why
+
+
 def test_missing_samples_do_not_spoil_the_contact():
     planes, touch, *_ = fall_on_a_spring()
     planes.displacement[:, :, ::50] = np.nan

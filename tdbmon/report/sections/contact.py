@@ -82,7 +82,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
             (
                 f"{i + 1}",
                 f"{(c.start - origin) * 1e3:.2f} ms",
-                f"{(c.end - c.start) * 1e3:.2f} ms",
+                f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "samples are missing",
                 _degrees(c.angle),
                 f"{c.depth * 1e6:.0f} µm",
             )

@@ -60,7 +60,7 @@ def _story(analysis: Analysis) -> str:
             continue
         low, high = end.contacts.count_low, end.contacts.count_high
         count = f"{len(end.contacts.events)}" + (f" ({low} to {high})" if low != high else "")
-        counts.append(f"{count} contacts at {end.name}")
+        counts.append(f"{count} contacts{' that were seen' if end.contacts.hidden else ''} at {end.name}")
     settle = settle_time(analysis)
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
