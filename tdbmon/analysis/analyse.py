@@ -16,6 +16,7 @@ from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
+from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
@@ -185,7 +186,10 @@ def _release(
     bending = float(free_free(rotor, 1).frequencies[2])
     release = find_release(planes, machine, speed.before(None), bending)
     if release is None:
-        detail = "the record starts after the release: no levitated stretch; times count from the first sample"
+        detail = (
+            "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
+            " count from the first sample"
+        )
         checks.append(Check("levitated stretch", "", False, detail))
     return release
 
@@ -215,24 +219,29 @@ def _ends(
     times = [s for s in settled.values() if not isinstance(s, NoCircle)]
     if len(times) == len(machine.ends):
         swing = find_swing(planes, machine, rotor, max(times))
+    unseen = NoCircle("no two usable probes in different directions see this end")
+    travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
+    circles: dict[str, Gap | NoCircle] = {}
+    for end in machine.ends:
+        since = settled.get(end, unseen)
+        if isinstance(since, NoCircle):
+            circles[end] = since
+        else:
+            known = None if swing is None else swing.gap[end]
+            circles[end] = fit_gap(planes, end, machine, travels[end], since, known)
+    late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
-        travel = rest_travel(machine.bearing(end), loads[end])
+        travel, circle = travels[end], circles[end]
         if swing is not None:
             from_swing = swing.gap[end]
         else:
             from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
         contacts = None
-        since = settled.get(end, NoCircle("no two usable probes in different directions see this end"))
-        circle: Gap | NoCircle
-        if isinstance(since, NoCircle):
-            circle = since
-        else:
-            circle = fit_gap(planes, end, machine, travel, since, from_swing if swing is not None else None)
         gap = circle if isinstance(circle, Gap) else None
         if gap is not None:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
-            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity)
+            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, late)
             if gap.agrees is not None:
                 detail = f"radius {gap.from_arc} from the arc, {from_swing} from the swing"
                 checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
@@ -240,7 +249,7 @@ def _ends(
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
         if isinstance(circle, NoCircle):
             stiffness = Estimate.missing("N/m", circle.why)
-        elif contacts is not None and first is None:
+        elif contacts is not None and contacts.why:
             stiffness = Estimate.missing("N/m", contacts.why)
         ends[end] = EndResult(
             end,
@@ -274,6 +283,8 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
         return Estimate.missing("um", gap.why)
     if contacts is not None and contacts.hidden:
         return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
+    if contacts is not None and contacts.why:
+        return Estimate.missing("um", contacts.why)
     if gap.centre[0].value is None or gap.centre[1].value is None:
         return Estimate.missing("um", "the clearance centre is not known")
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]

@@ -35,7 +35,7 @@ class Contact:
     depth : float
         How far beyond the touching radius the shaft centre went, m.
     seen : bool
-        Whether it was seen throughout; else samples are missing at its touch or lift-off, or for long within it.
+        Whether it was seen throughout; else its touch or lift-off is not in the record, or much of it is missing.
     """
 
     start: float
@@ -99,7 +99,14 @@ class Contacts:
 
 
 def find_contacts(
-    planes: xr.Dataset, end: str, gap: Gap, travel: RestTravel, clearance: float, release_s: float, gravity: float
+    planes: xr.Dataset,
+    end: str,
+    gap: Gap,
+    travel: RestTravel,
+    clearance: float,
+    release_s: float,
+    gravity: float,
+    late: str = "",
 ) -> Contacts:
     """Find the contacts of one end.
 
@@ -118,6 +125,8 @@ def find_contacts(
         The release, s.
     gravity : float
         m/s^2.
+    late : str, optional
+        Why the first contact seen may not be the first, where the record begins after the release.
     """
     time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy().T
@@ -141,6 +150,11 @@ def find_contacts(
     counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
     low, high = min(*counts, len(events)), max(*counts, len(events))
     hidden = lost.within(release_s, t[-1])
+    if late:
+        if events and events[0].start <= t[0]:
+            late = f"the record begins during a contact at {end}, after the release"
+            events = (replace(events[0], seen=False), *events[1:])
+        return Contacts(None, events, low, high, hidden, late)
     before = lost.within(release_s, events[0].start if events else t[-1])
     if before:
         return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")

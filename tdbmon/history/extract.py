@@ -72,7 +72,7 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
     count = Estimate.missing("1", untouched)
     if contacts is not None and contacts.hidden:
         count = Estimate.missing("1", f"{contacts.hidden}, and there more contacts may lie")
-    elif contacts is not None and contacts.events:
+    elif contacts is not None and contacts.events and not contacts.why:
         rule = "contacts before settling; interval: those that the level's uncertainty makes or unmakes"
         low, high = float(contacts.count_low), float(contacts.count_high)
         count = Estimate(float(len(contacts.events)), min(low, high), max(low, high), "1", rule)

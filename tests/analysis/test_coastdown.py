@@ -14,6 +14,7 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.summary import summary_lines
+from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -162,6 +163,35 @@ def test_what_a_probe_held_while_it_dropped_out_is_not_taken_for_measured(machin
     assert np.isnan(frozen.planes.displacement.values[..., 2200]).all()
     np.testing.assert_array_equal(frozen.planes.displacement.values, missing.planes.displacement.values)
     assert summary_lines(frozen)[-14:] == summary_lines(missing)[-14:]
+
+
+@pytest.mark.parametrize(
+    ("begin", "why"),
+    [
+        (0.097, ""),  # 3 ms of levitation: too little to tell the release, but the first contact is seen
+        (0.109, "begins during a contact at NDE"),
+        (0.115, "begins after the release, and perhaps after the first contact"),
+        (0.250, "begins during a contact at NDE"),
+    ],
+)
+def test_a_record_that_begins_late_calls_no_later_contact_the_first(machine, begin, why):
+    record = read(shipped("short/drop_060.nc"))
+    result = analyse(record.sel(time=slice(begin, None)), machine)
+    assert result.release is None
+    assert any(not c.passed and c.check == "levitated stretch" for c in result.checks)
+    end = result.ends["NDE"]
+    assert end.gap is not None and end.contacts.events
+    if not why:
+        whole = analyse(record, machine).ends["NDE"]
+        assert end.contacts.first.duration.value == pytest.approx(whole.contacts.first.duration.value, abs=1e-4)
+        return
+    assert end.contacts.first is None
+    assert why in end.no_contact and why in end.stiffness.why and why in end.deepest.why
+    said = "\n".join(summary_lines(result))
+    assert f"first contact           not estimated (the record {why}" in said
+    features = {(f.name, f.end): f.estimate for f in features_of(result)}
+    for name in ("stiffness_n_per_m", "first_contact_duration_ms", "rebound_um", "contacts", "deepest_um"):
+        assert why in features[name, "NDE"].why
 
 
 def test_one_end_alone_is_analysed_at_its_probes(machine):

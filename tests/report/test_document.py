@@ -213,6 +213,21 @@ def test_what_is_missing_of_an_end_is_said_once_on_the_first_page(short: Analysi
     assert all("not estimated" not in cell for row in table.rows for cell in row.cells)
 
 
+def test_contacts_after_a_late_beginning_are_listed_but_none_is_the_first(short: Analysis) -> None:
+    why = "the record begins during a contact at NDE, after the release"
+    late = {}
+    for name, end in short.ends.items():
+        assert end.contacts is not None
+        events = (replace(end.contacts.events[0], seen=False), *end.contacts.events[1:])
+        late[name] = replace(end, contacts=replace(end.contacts, first=None, events=events, why=why))
+    document = build_report(replace(short, ends=late))
+    (section,) = [s for s in document.sections if s.title == "Contacts"]
+    said = _words(replace(document, sections=(section,)))
+    assert f"The first contact at NDE is not estimated: {why}." in said
+    assert "NDE: contacts before settling" in said and "not seen whole" in said
+    assert "contacts that were seen at NDE" in _words(document)
+
+
 def test_provenance_is_complete(short: Analysis) -> None:
     said = _words(build_report(short))
     assert short.record.attrs["sha256"] in said

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.analysis.contacts import Contact
-from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import since, words
@@ -16,12 +16,29 @@ _LISTED = 10
 
 def section(analysis: Analysis) -> Section | None:
     """Return the contacts."""
-    ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
-    if not ends:
+    if not any(end.contacts is not None and end.contacts.events for end in analysis.ends.values()):
         return None
+    ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
+    release = release_time(analysis)
+    blocks: list[Block] = [
+        Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
+        for end in analysis.ends.values()
+        if end not in ends
+    ]
+    if ends:
+        blocks = _first(analysis, ends, release, blocks)
+    blocks += [
+        _list(end.name, end.contacts.events, release)
+        for end in analysis.ends.values()
+        if end.contacts is not None and end.contacts.events
+    ]
+    return Section("First contact" if ends else "Contacts", tuple(blocks))
+
+
+def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing: list[Block]) -> list[Block]:
+    """Return the quantities of the first contacts and their figure."""
     from tdbmon.figures.first_contact import first_contact
 
-    release = release_time(analysis)
     rows = []
     for name, unit, pick in _QUANTITIES:
         found: list[Estimate] = []
@@ -36,13 +53,8 @@ def section(analysis: Analysis) -> Section | None:
         rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
-    missing = [
-        Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
-        for end in analysis.ends.values()
-        if end not in ends
-    ]
     header = ("Quantity", *(end.name for end in ends))
-    blocks: list[Block] = [
+    return [
         Paragraph(
             "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
             " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, on its way"
@@ -61,8 +73,6 @@ def section(analysis: Analysis) -> Section | None:
             partial(first_contact, analysis),
         ),
     ]
-    blocks += [_list(end.name, end.contacts.events, release) for end in ends if end.contacts is not None]
-    return Section("First contact", tuple(blocks))
 
 
 _QUANTITIES = (
@@ -82,7 +92,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
             (
                 f"{i + 1}",
                 f"{(c.start - origin) * 1e3:.2f} ms",
-                f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "samples are missing",
+                f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "not seen whole",
                 _degrees(c.angle),
                 f"{c.depth * 1e6:.0f} µm",
             )

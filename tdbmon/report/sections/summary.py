@@ -55,12 +55,14 @@ def _story(analysis: Analysis) -> str:
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
     counts, untold = [], []
     for end in analysis.ends.values():
-        if end.contacts is None or end.contacts.first is None:
+        if end.contacts is None or not end.contacts.events:
             untold.append(end.name)
             continue
         low, high = end.contacts.count_low, end.contacts.count_high
         count = f"{len(end.contacts.events)}" + (f" ({low} to {high})" if low != high else "")
-        counts.append(f"{count} contacts{' that were seen' if end.contacts.hidden else ''} at {end.name}")
+        counts.append(
+            f"{count} contacts{' that were seen' if end.contacts.hidden or end.contacts.why else ''} at {end.name}"
+        )
     settle = settle_time(analysis)
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
