@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tdbsim.quantity import Tolerant
+
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 
@@ -28,11 +30,11 @@ def summary_lines(analysis: Analysis) -> list[str]:
     lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
-        lines += [f"{name}  ({plane})", *_end_lines(end)]
+        lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap)]
     return lines
 
 
-def _end_lines(end: EndResult) -> list[str]:
+def _end_lines(end: EndResult, drawn: Tolerant) -> list[str]:
     """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
     first = None if end.contacts is None else end.contacts.first
     untouched = Estimate.missing("s", end.no_contact)
@@ -51,5 +53,15 @@ def _end_lines(end: EndResult) -> list[str]:
     for label, estimate in rows:
         above = None if estimate.known else told.setdefault(estimate.why, label.strip())
         same = above is not None and above != label.strip()
-        lines.append(f"  {label:<24}{f'not estimated (as {above})' if same else estimate}")
+        beside = _beside_the_drawing(estimate, drawn) if label == "air gap" else ""
+        lines.append(f"  {label:<24}{f'not estimated (as {above})' if same else estimate}{beside}")
     return lines
+
+
+def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
+    """Return that a gap lies outside its tolerance, where the whole interval does: a wrong sensitivity shows so too."""
+    if gap.low is None or gap.high is None or drawn.is_exact or (gap.low <= drawn.high and gap.high >= drawn.low):
+        return ""
+    return (
+        f", outside the tolerance ({drawn.low * 1e6:g} to {drawn.high * 1e6:g} um): worn, or the sensitivity is wrong"
+    )

@@ -201,3 +201,14 @@ def test_one_end_alone_is_analysed_at_its_probes(machine):
     assert result.ends["NDE"].gap is not None
     assert result.ends["DE"].plane == "none"
     assert not result.ends["DE"].air_gap.known
+
+
+def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
+    record = read(shipped("short/drop_100.nc"))
+    said = "\n".join(summary_lines(analyse(record, machine)))
+    assert "outside the tolerance" not in said
+    for probe in machine.probes:
+        record[probe.name] = 0.7 * record[probe.name]
+    said = "\n".join(summary_lines(analyse(record, machine)))
+    low, high = machine.bearing("NDE").radial_gap.low * 1e6, machine.bearing("NDE").radial_gap.high * 1e6
+    assert f"outside the tolerance ({low:g} to {high:g} um)" in said
