@@ -33,7 +33,7 @@ from tdbmon.diagnosis.met_alike import in_neighbouring_orders, neighbours, of_an
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.diagnosis.twins import twins, with_paths_sought
+from tdbmon.diagnosis.twins import with_twins
 from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
@@ -83,8 +83,7 @@ def contest(
         held.simplify()
         if held.plain.ratio < _ACTS_LATER * floor and held.best.fails:
             held = early  # paths with impacts part
-    field = [held.plain, *held.others, *twins(held.best, suspects)]
-    return sorted(with_paths_sought(field, held.best), key=lambda each: each.bic)
+    return sorted(with_twins([held.plain, *held.others], held.best, suspects), key=lambda each: each.bic)
 
 
 @dataclass

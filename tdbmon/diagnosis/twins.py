@@ -58,6 +58,33 @@ def _alike(one: Suspect, other: Suspect) -> bool:
     return same and "both" in (one.where, other.where)
 
 
+def with_twins(field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
+    """Return contenders and the best one's twins, their drops' paths sought, of those with the same causes the best.
+
+    Where a twin comes out ahead, it has found other values of the machine too; from there the others are begun once more.
+
+    Parameters
+    ----------
+    field : sequence of Contender
+    best : Contender
+        One of them.
+    suspects : sequence of Suspect
+    """
+    found = with_paths_sought([*field, *twins(best, suspects)], best)
+    ahead = min(found, key=lambda each: each.bic)
+    if ahead.causes and ahead.name != best.name:
+        found = _of_each([*found, *twins(ahead, suspects)])
+    return found
+
+
+def _of_each(field: Sequence[Contender]) -> list[Contender]:
+    """Return of those with the same causes the one that fits best."""
+    kept: dict[frozenset[Suspect], Contender] = {}
+    for each in sorted(field, key=lambda each: each.bic):
+        kept.setdefault(frozenset(each.causes), each)
+    return list(kept.values())
+
+
 def with_paths_sought(field: Sequence[Contender], best: Contender) -> list[Contender]:
     """Return contenders, of those with the same causes the one that fits best.
 
@@ -69,14 +96,12 @@ def with_paths_sought(field: Sequence[Contender], best: Contender) -> list[Conte
     best : Contender
         One of them.
     """
-    kept: dict[frozenset[Suspect], Contender] = {}
-    for each in sorted(field, key=lambda each: each.bic):
-        kept.setdefault(frozenset(each.causes), each)
-    near = [c for c in kept.values() if c.causes and c.horizon == best.horizon and c.ratio < _NEAR * best.ratio]
+    kept = _of_each(field)
+    near = [c for c in kept if c.causes and c.horizon == best.horizon and c.ratio < _NEAR * best.ratio]
     if len(near) < 2 or best.horizon < CONTACT_S:
-        return list(kept.values())
+        return kept
     every = range(len(best.problem.drops))
     return [
         replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) if each in near else each
-        for each in kept.values()
+        for each in kept
     ]

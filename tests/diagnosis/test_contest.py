@@ -281,3 +281,22 @@ def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail
     assert found.causes == (waves[4.0],)
     assert found.misfit < 0.9 * wrong.misfit
     assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
+
+
+def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(crew, monkeypatch):
+    """Else the twin that happened to find better values of the machine wins, whatever it is a twin of."""
+    from tdbmon.diagnosis import twins as module
+
+    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
+    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
+    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    point = leak.fit.point.copy()
+    point[0] += 0.3
+    shallow = replace(leak, fit=linearised(leak.problem, point, 0.014))
+    (ahead,) = [each for each in twins(leak, everyone) if each.name == "probe_angle@DE_B"][:1]
+    assert ahead.bic < shallow.bic
+    monkeypatch.setattr(module, "with_paths_sought", lambda field, best: [best, ahead])
+    found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone)}
+    assert found["probe_crosstalk@DE"].bic < leak.bic + 10
