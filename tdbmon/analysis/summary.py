@@ -26,7 +26,9 @@ def summary_lines(analysis: Analysis) -> list[str]:
     lines = [f"quality: {len(analysis.checks) - len(failed)} of {len(analysis.checks)} checks passed"]
     if failed:
         lines += [f"  failed: {c.check}{' ' + c.channel if c.channel else ''}: {c.detail}" for c in failed]
-        lines.append("  what follows rests on these channels all the same: read it with the failed checks in mind")
+        lines.append(
+            "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
+        )
     lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")

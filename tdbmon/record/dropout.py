@@ -43,10 +43,6 @@ def without_dropouts(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         array = ds[probe.name]
         signal = faults.prepare(array.values)
         lost = dropouts(signal, clipped_of(array, signal))
-        if not len(lost):
-            continue
-        values = array.values.copy()
-        for first, length in zip(lost.first, lost.length, strict=True):
-            values[first : first + length] = np.nan
-        out[probe.name] = (array.dims, values, array.attrs)
+        if len(lost):
+            out[probe.name] = (array.dims, np.where(lost.mask(array.size), np.nan, array.values), array.attrs)
     return out

@@ -42,6 +42,13 @@ class Runs:
         """Return the runs that a mask selects."""
         return Runs(self.first[mask], self.length[mask])
 
+    def mask(self, size: int) -> np.ndarray:
+        """Return a mask of `size` samples that is True in the runs."""
+        out = np.zeros(size, dtype=bool)
+        for first, length in zip(self.first, self.length, strict=True):
+            out[first : first + length] = True
+        return out
+
 
 def runs_of(mask: np.ndarray) -> Runs:
     """Return the runs of True in a mask of shape (n,)."""

@@ -50,8 +50,9 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     lost = dropouts(signal, clipped)
     clipped = clipped.where(~np.isin(clipped.first, lost.first))
     found += [_clipping(name, time, signal, clipped), dropout_check(name, time, lost)]
-    if unit.passed:  # else these would say the same once more
-        found += [_range(name, time, signal, probe, gap), _jumps(name, time, signal, gap)]
+    if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
+        measured = faults.prepare(np.where(lost.mask(array.size), np.nan, signal.values)) if len(lost) else signal
+        found += [_range(name, time, measured, probe, gap), _jumps(name, time, measured, gap)]
     return found
 
 

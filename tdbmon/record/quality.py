@@ -93,9 +93,7 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
         runs = faults.runs_of(bad)
         inside = (runs.first > 0) & (runs.first + runs.length < values.size)
         short = runs.where(inside & (runs.length <= SHORT_GAP))
-        fill = np.zeros(values.size, dtype=bool)
-        for first, length in zip(short.first, short.length, strict=True):
-            fill[first : first + length] = True
+        fill = short.mask(values.size)
         time = ds[ds[name].dims[0]].values
         repaired = np.where(bad, np.nan, values)
         repaired[fill] = np.interp(time[fill], time[~bad], values[~bad])
