@@ -140,9 +140,11 @@ def find_contacts(
     seen = after[np.isfinite(xy[after]).all(axis=1)]
     if not seen.size:
         return Contacts(None, (), 0, 0, why=f"no sample has a value from {release_s:.5g} s until the shaft has settled")
-    lost = _Lost.between(np.concatenate([[release_s], time[seen], time[after[-1:]]]))
     t, d = time[seen], xy[seen] - centre
     r = np.hypot(d[:, 0], d[:, 1])
+    lost = _Lost.between(
+        np.concatenate([[release_s], t, time[after[-1:]]]), np.concatenate([r[:1], r, r[-1:]]) - touching
+    )
     events = contact_events(t, d, r, touching)
     events = tuple(
         replace(c, seen=not (lost.at(c.start) or lost.at(c.end) or lost.within(c.start, c.end))) for c in events
@@ -164,15 +166,26 @@ def find_contacts(
 
 @dataclass(frozen=True)
 class _Lost:
-    """Stretches without samples that are too long to be bridged: the last instant seen before and the next after."""
+    """Stretches without samples that are too long to be bridged: the last instant seen before and the next after.
+
+    `hiding` are those that may hide a contact: long enough for one, and for the way to the touching radius and from it.
+    """
 
     spans: tuple[tuple[float, float], ...]
+    hiding: tuple[tuple[float, float], ...]
 
     @classmethod
-    def between(cls, t: np.ndarray) -> _Lost:
+    def between(cls, t: np.ndarray, beyond: np.ndarray) -> _Lost:
+        """Find them between instants, s, at which the shaft is so far beyond the touching radius, m."""
         steps = np.diff(t)
-        long = np.flatnonzero(steps > (SHORT_GAP + 1.5) * np.median(steps))
-        return cls(tuple((float(t[i]), float(t[i + 1])) for i in long))
+        long = steps > (SHORT_GAP + 1.5) * np.median(steps)
+        fastest = np.max(np.abs(np.diff(beyond))[~long] / np.maximum(steps[~long], 1e-9), initial=0.0)
+        way = np.abs(beyond[:-1]) + np.abs(beyond[1:])
+        hides = long & (steps > _HIDES_S) & (way < fastest * steps)
+        spans, hiding = (
+            tuple((float(t[i]), float(t[i + 1])) for i in np.flatnonzero(found)) for found in (long, hides)
+        )
+        return cls(spans, hiding)
 
     def at(self, instant: float) -> tuple[float, float] | None:
         """Return the stretch in which an instant lies."""
@@ -180,7 +193,7 @@ class _Lost:
 
     def within(self, start: float, stop: float) -> str:
         """Say which stretch between two instants may hide a contact; "" where none does."""
-        found = [s for s in self.spans if s[1] - s[0] > _HIDES_S and s[0] >= start and s[1] <= stop]
+        found = [s for s in self.hiding if s[0] >= start and s[1] <= stop]
         return _said(found[0]) if found else ""
 
 

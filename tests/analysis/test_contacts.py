@@ -191,6 +191,20 @@ def test_what_lies_after_a_long_gap_is_not_called_the_first_contact():
     assert nothing.first is None and nothing.events == () and "has a value" in nothing.why
 
 
+def test_a_gap_too_short_for_the_way_to_the_ring_and_back_hides_no_contact():
+    planes, touch, *_ = fall_on_a_spring()
+    whole = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+    found = find_contacts(without(planes, touch - 4e-3, touch - 2e-3), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert not found.hidden
+    assert found.first.duration.value == pytest.approx(whole.duration.value)
+    planes, *_ = fall_on_a_spring()
+    early = find_contacts(without(planes, 0.0, 0.013), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert early.first.duration.value == pytest.approx(whole.duration.value)  # it has fallen by 44 um only
+    planes, *_ = fall_on_a_spring()
+    near = find_contacts(without(planes, touch - 2.1e-3, touch - 1e-4), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert "where the shaft may have touched" in near.why
+
+
 def test_missing_samples_do_not_spoil_the_contact():
     planes, touch, *_ = fall_on_a_spring()
     planes.displacement[:, :, ::50] = np.nan
