@@ -149,6 +149,17 @@ def test_a_swing_that_turns_in_coarse_steps_is_not_frozen(name: str, quantum: fl
     assert failed == []
 
 
+@pytest.mark.parametrize("start", [0.105, 0.114, 0.115, 0.12])
+def test_no_probe_is_accused_where_the_record_begins_between_bounces(start: float) -> None:
+    path = shipped("short/drop_100.nc")
+    full = load_machine(path.parent / "machine.toml")
+    late = assign(read(path).sel(time=slice(start, None)), full)
+    assert not [each for each in check(late, full) if not each.passed and each.check == "fall"]
+    whole = [each for each in check(assign(read(path), full), full) if each.check == "fall"]
+    assert len(whole) == 2
+    assert all(each.passed for each in whole)
+
+
 @pytest.mark.parametrize("size", [80e-6, -200e-6])
 def test_a_step_and_a_spike(size: float, sound: xr.Dataset) -> None:
     n = sound["NDE_A"].size
