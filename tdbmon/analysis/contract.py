@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tdbmon.analysis.contacts import FirstContact
+from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate

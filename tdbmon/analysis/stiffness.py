@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tdbmon.analysis.contacts import FirstContact
+from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.estimate import Estimate
 
 _MODEL = (0.40, 1.05)  # single-mass value over peak force by travel, 2.5 % and 97.5 % quantile (see above)

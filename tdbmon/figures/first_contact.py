@@ -30,7 +30,7 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
-    from tdbmon.analysis.contacts import FirstContact
+    from tdbmon.analysis.first_contact import FirstContact
     from tdbmon.analysis.result import Analysis
 
 _AFTER_S = 0.008  # shown after the lift-off

@@ -17,7 +17,7 @@ from tdbsim.machine import Machine
 from tdbsim.observe import FORCES, observed
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.contacts import Contact, contact_events
+from tdbmon.analysis.contact_events import Contact, contact_events
 from tdbmon.identify.calibration import Calibration, Residual
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import centre

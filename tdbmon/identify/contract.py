@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tdbmon.analysis.contacts import Contact
+from tdbmon.analysis.contact_events import Contact
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import Calibration

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tdbmon.analysis.contacts import Contact
+from tdbmon.analysis.contact_events import Contact
 from tdbmon.identify.agreement import _contacts, agreement
 from tdbmon.identify.contract import agreement_json
 from tdbmon.identify.friction_choice import GRID, choose_friction

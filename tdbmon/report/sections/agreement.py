@@ -9,7 +9,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import number, words
 
 if TYPE_CHECKING:
-    from tdbmon.analysis.contacts import Contact
+    from tdbmon.analysis.contact_events import Contact
     from tdbmon.identify.agreement import Agreement, EndAgreement
     from tdbmon.identify.fitted import FittedDrop
     from tdbmon.identify.friction_choice import FrictionChoice

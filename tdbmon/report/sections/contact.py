@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.analysis.contacts import Contact
+from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table

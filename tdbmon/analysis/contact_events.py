@@ -1,0 +1,76 @@
+"""When the shaft lies beyond the radius at which it touches its bearing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+NOISE_S = 2e-4  # shorter gaps and stretches are noise
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One stretch of contact.
+
+    Attributes
+    ----------
+    start, end : float
+        Touch and lift-off, s.
+    angle : float
+        Direction of the deepest point from the clearance centre, rad from +x towards +y.
+    depth : float
+        How far beyond the touching radius the shaft centre went, m.
+    seen : bool
+        Whether it was seen throughout; else its touch or lift-off is not in the record, or much of it is missing.
+    """
+
+    start: float
+    end: float
+    angle: float
+    depth: float
+    seen: bool = True
+
+
+def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
+    """Return the stretches beyond a level of the radius; gaps and stretches under 0.2 ms belong to their neighbours (noise).
+
+    Parameters
+    ----------
+    t : (n,) array
+        s.
+    d : (n, 2) array
+        Displacement from the clearance centre, m.
+    r : (n,) array
+        Its radius, m.
+    level : float
+        Radius at which the shaft touches, m.
+    """
+    beyond = r > level
+    edges = np.flatnonzero(np.diff(beyond.astype(np.int8))) + 1
+    if beyond[0]:
+        edges = np.concatenate([[0], edges])
+    if beyond[-1]:
+        edges = np.concatenate([edges, [len(r)]])
+    spans: list[list[int]] = []
+    for start, stop in edges.reshape(-1, 2):
+        if spans and t[start] - t[spans[-1][1] - 1] < NOISE_S:
+            spans[-1][1] = int(stop)
+        else:
+            spans.append([int(start), int(stop)])
+    out = []
+    for start, stop in spans:
+        if t[stop - 1] - t[start] < NOISE_S:
+            continue
+        deep = start + int(np.argmax(r[start:stop]))
+        angle = float(np.arctan2(d[deep, 1], d[deep, 0]))
+        out.append(Contact(crossing(t, r, start, level), crossing(t, r, stop, level), angle, float(r[deep] - level)))
+    return tuple(out)
+
+
+def crossing(t: np.ndarray, r: np.ndarray, index: int, level: float) -> float:
+    """Return the instant, s, at which the radius r (n,), m, passes a level between index - 1 and index, linearly."""
+    if index <= 0 or index >= len(r):
+        return float(t[min(max(index, 0), len(t) - 1)])
+    share = (level - r[index - 1]) / (r[index] - r[index - 1])
+    return float(t[index - 1] + np.clip(share, 0, 1) * (t[index] - t[index - 1]))

@@ -1,0 +1,196 @@
+"""The first contact of an end: touch, duration, rebound, restitution, and when the shaft passes its position at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.analysis.contact_events import NOISE_S, Contact, contact_events, crossing
+from tdbmon.analysis.missing_stretches import MissingStretches, said
+from tdbmon.estimate import Estimate
+
+_FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
+_LEVELS = 25  # tried over the interval of the touching radius
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """The first contact of an end.
+
+    Attributes
+    ----------
+    touch, duration : Estimate
+        Instant of the touch, s, and time to the lift-off, s.
+    static_in, static_out : Estimate
+        Instants t1 and t2 at which the shaft passes its position at rest, inwards and outwards, s.
+    rebound : Estimate
+        How far the shaft comes back inside the touching radius before the next contact, along the first contact's
+        direction, m.
+    restitution : Estimate
+        Velocity after over velocity before the contact, along its direction.
+    direction : float
+        Of the deepest point, rad from +x towards +y.
+    """
+
+    touch: Estimate
+    duration: Estimate
+    static_in: Estimate
+    static_out: Estimate
+    rebound: Estimate
+    restitution: Estimate
+    direction: float
+
+
+def first_contact(
+    t: np.ndarray,
+    d: np.ndarray,
+    r: np.ndarray,
+    events: tuple[Contact, ...],
+    lost: MissingStretches,
+    touching: float,
+    static: float,
+    sigma: float,
+    gravity: float,
+) -> FirstContact:
+    """Return what the first of the contacts of an end tells.
+
+    Parameters
+    ----------
+    t : (n,) array
+        s, from the release on.
+    d, r : (n, 2) and (n,) array
+        Displacement from the clearance centre and its radius, m.
+    events : tuple of Contact
+        One at least.
+    lost : MissingStretches
+        Where samples are missing.
+    touching, static : float
+        Radius at which the shaft touches, and at which it rests, m.
+    sigma : float
+        Standard deviation of the former, m.
+    gravity : float
+        m/s^2.
+    """
+    contact = events[0]
+    n = np.array([np.cos(contact.angle), np.sin(contact.angle)])
+    depth = d @ n
+    rule = "radial displacement through the touching radius"
+    touched, lifted = lost.at(contact.start), lost.at(contact.end)
+    touch_sigma = _crossing_sigma(t, depth, contact.start, sigma)
+    touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
+    if touched:
+        touch = Estimate(contact.start, *touched, "s", "within the missing samples")
+    following = events[1].start if len(events) > 1 else float(t[-1])
+    if lifted is None and contact.end >= t[-1]:
+        unknown = "the shaft does not leave the ring again before it settles"
+    elif touched:
+        unknown = f"{said(touched)}, and there the shaft touches"
+    elif lifted:
+        unknown = f"{said(lifted)}, and there the shaft lifts off"
+    else:
+        unknown = _maybe(lost.within(contact.start, contact.end), "lifted off")
+    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma)
+    restitution = _restitution(t, d, contact, following, n, gravity)
+    if unknown:
+        duration, restitution = (Estimate.missing(unit, unknown) for unit in ("s", "1"))
+    again = _maybe(lost.within(touched[0] if touched else contact.start, following), "touched again")
+    if contact.end >= t[-1] or again:
+        rebound = Estimate.missing("um", again or unknown)
+    hidden = _maybe(
+        lost.within(touched[0] if touched else contact.start, lifted[1] if lifted else contact.end), "lifted off"
+    )
+    if hidden:
+        t1 = t2 = Estimate.missing("s", hidden)
+    else:
+        t1, t2 = _static(t, depth, contact, lost, static, sigma)
+    return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+
+
+def _maybe(missing: str, did: str) -> str:
+    return f"{missing}, and there the shaft may have {did}" if missing else ""
+
+
+def _restitution(
+    t: np.ndarray, d: np.ndarray, contact: Contact, following: float, n: np.ndarray, gravity: float
+) -> Estimate:
+    """Velocity after over velocity before a contact whose touch and lift-off were seen."""
+    before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
+    after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
+    if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
+        return Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
+    ratio = -after[0] / before[0]
+    spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
+    rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+    return Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
+
+
+def _duration_and_rebound(
+    t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float
+) -> tuple[Estimate, Estimate]:
+    """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch.
+
+    Where the shaft hardly leaves the ring, a small shift of the level joins the contact to the next one.
+    """
+    depth = d @ np.array([np.cos(contact.angle), np.sin(contact.angle)])
+    lasted, risen = [], []
+    for shift in (0.0, *np.linspace(-1.96, 1.96, _LEVELS)):
+        at = level + shift * sigma
+        later = [each for each in contact_events(t, d, r, at) if each.end > contact.start]
+        if not later or later[0].start > contact.end:
+            continue
+        flight = (t >= later[0].end) & (t <= (later[1].start if len(later) > 1 else t[-1]))
+        lasted.append(later[0].end - later[0].start)
+        risen.append(max(at - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
+    half = float(1.96 * np.sqrt(2) * (t[1] - t[0]) / 4)
+    among = "for all touching radii within the interval"
+    return (
+        Estimate(
+            lasted[0], max(min(lasted) - half, 0.0), max(lasted) + half, "s", f"beyond the touching radius, {among}"
+        ),
+        Estimate(risen[0], min(risen), max(risen), "um", f"highest point before the next contact, {among}"),
+    )
+
+
+def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float) -> float:
+    """Standard deviation of the instant of a crossing whose level is uncertain by sigma."""
+    near = np.abs(t - at) < 4e-4
+    slope = np.polyfit(t[near] - at, depth[near], 1)[0] if near.sum() > 2 else 0.0
+    return float(np.hypot(sigma / max(abs(slope), 1e-3), (t[1] - t[0]) / 4))
+
+
+def _flight(
+    t: np.ndarray, d: np.ndarray, start: float, stop: float, at: float, n: np.ndarray, gravity: float
+) -> tuple[float, float] | None:
+    """Velocity along n at the instant `at` of a free flight, and its standard deviation, m/s."""
+    inside = (t >= start) & (t <= stop)
+    if inside.sum() < 5:
+        return None
+    s = t[inside] - at
+    along = d[inside] @ n + 0.5 * gravity * n[1] * s**2
+    design = np.column_stack([np.ones_like(s), s])
+    solution, *_ = np.linalg.lstsq(design, along, rcond=None)
+    scatter = float(np.sqrt(np.sum((along - design @ solution) ** 2) / max(len(s) - 2, 1)))
+    return float(solution[1]), scatter / float(np.sqrt(np.sum((s - s.mean()) ** 2)))
+
+
+def _static(
+    t: np.ndarray, depth: np.ndarray, contact: Contact, lost: MissingStretches, static: float, sigma: float
+) -> tuple[Estimate, Estimate]:
+    """Instants at which the shaft passes its position at rest within the first contact."""
+    inside = np.flatnonzero((t >= contact.start - 5e-4) & (t <= contact.end + 5e-4))
+    beyond = inside[depth[inside] > static]
+    apart = np.flatnonzero(np.diff(beyond) > max(int(NOISE_S / (t[1] - t[0])), 1))
+    beyond = beyond[: apart[0] + 1] if apart.size else beyond  # the first half swing, where the shaft dips in again
+    rule = "radial displacement through its value at rest"
+    if not beyond.size:
+        missing = Estimate.missing("s", "the first contact does not reach the position at rest")
+        return missing, missing
+    instants = (crossing(t, depth, int(beyond[0]), static), crossing(t, depth, int(beyond[-1]) + 1, static))
+    made = [
+        Estimate.missing("s", f"{said(gap)}, and there the shaft passes its position at rest")
+        if (gap := lost.at(at))
+        else Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma), "s", rule)
+        for at in instants
+    ]
+    return made[0], made[1]
