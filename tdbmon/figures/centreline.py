@@ -64,8 +64,8 @@ def _end(
     centre = centre_of(analysis, end) * UM
     gap = analysis.ends[end].gap
     if gap is None or gap.radius.value is None or path is None:
-        say(whole, "the shaft does not settle:\nno clearance circle")
-        say(near, "the shaft does not settle")
+        say(whole, "no clearance circle is known")
+        say(near, "no clearance circle is known")
         return None
     radius = gap.radius.value * UM
     time, mean = _means(path, end)

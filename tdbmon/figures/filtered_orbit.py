@@ -91,7 +91,7 @@ def settled_stretch(analysis: Analysis) -> Stretch:
         raise InputError("an orbit cannot be filtered to 1X without displacement and the pulses of a keyphasor")
     settled = {end: gap.settled_from for end in seen_ends(analysis) if (gap := analysis.ends[end].gap) is not None}
     if not settled:
-        raise InputError("the shaft does not settle at any end")
+        raise InputError("no clearance circle is known at any end")
     start = max(settled.values())
     after = angle[planes.time.to_numpy() >= start]
     unknown = np.flatnonzero(np.isnan(after))

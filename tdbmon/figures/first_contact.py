@@ -56,7 +56,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     first = result.contacts.first if result.contacts is not None else None
     if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
         ax.set_title(f"{end}: no first contact")
-        say(ax, "no first contact was found")
+        say(ax, "the first contact is not known")
         return
     ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
     origin = 0.0 if release is None else release

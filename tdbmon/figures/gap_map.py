@@ -55,7 +55,7 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_aspect("equal", adjustable="box")
     gap = analysis.ends[end].gap
     if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
-        say(ax, "the shaft does not settle:\nno clearance circle")
+        say(ax, "no clearance circle is known")
         return
     centre = (gap.centre[0].value * UM, gap.centre[1].value * UM)
     radius = gap.radius.value * UM

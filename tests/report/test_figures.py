@@ -219,7 +219,7 @@ def test_filtered_orbits_are_refused_in_words(short: Analysis) -> None:
     assert short.planes is not None and short.angle is not None
     with pytest.raises(InputError, match="keyphasor"):
         filtered_orbit(replace(short, angle=None))
-    with pytest.raises(InputError, match="does not settle"):
+    with pytest.raises(InputError, match="no clearance circle is known"):
         filtered_orbit(replace(short, ends={end: replace(result, gap=None) for end, result in short.ends.items()}))
     time, settled = short.planes.time.to_numpy(), settled_stretch(short).start
     # pulses that fail 0.05 s after settling leave some 4 revolutions, though more follow
@@ -233,10 +233,10 @@ def test_the_report_holds_filtered_orbits_or_says_why_not(short: Analysis) -> No
     assert whole is not None and bare is not None
     drawn = [block for block in whole.blocks if isinstance(block, report.Figure) and block.name == "filtered-orbits"]
     assert len(drawn) == 1 and f"over {settled_stretch(short).revolutions} revolutions" in drawn[0].caption
-    assert "does not settle" not in drawn[0].caption
+    assert "no clearance circle" not in drawn[0].caption
     half = orbit.section(replace(short, ends={**short.ends, "NDE": replace(short.ends["NDE"], gap=None)}))
     assert half is not None
-    assert any(isinstance(b, report.Figure) and "NDE does not settle and is left out" in b.caption for b in half.blocks)
+    assert any(isinstance(b, report.Figure) and "NDE has no clearance circle and is left out" in b.caption for b in half.blocks)
     assert not any(isinstance(block, report.Figure) and block.name == "filtered-orbits" for block in bare.blocks)
     assert any(isinstance(block, report.Paragraph) and "keyphasor" in block.text for block in bare.blocks)
 
@@ -273,7 +273,7 @@ def test_figures_can_do_without_release_gap_and_contacts(name: str, short: Analy
     figure = _rendered(DRAW[name](bare))
     assert any(text.get_text() for text in figure.findobj(Text))
     if name in ("gap_map", "first_contact", "centreline"):
-        assert re.search(r"does not settle|no first contact", _texts(figure))
+        assert re.search(r"no clearance circle|first contact is not known", _texts(figure))
 
 
 @pytest.mark.parametrize("name", ["waterfall", "cascade", "full_spectrum", "bode"])

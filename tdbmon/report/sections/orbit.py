@@ -51,7 +51,7 @@ def _filtered(analysis: Analysis) -> Block:
     except InputError as error:
         return Paragraph(f"Filtered orbits are not drawn: {error}.")
     unsettled = "".join(
-        f" {name} does not settle and is left out."
+        f" {name} has no clearance circle and is left out."
         for name, end in analysis.ends.items()
         if end.plane != "none" and name not in stretch.ends
     )
