@@ -29,7 +29,7 @@ from tdbmon.diagnosis.contender import (
     settled,
     without_each,
 )
-from tdbmon.diagnosis.met_alike import in_neighbouring_orders, neighbours, of_any_kind
+from tdbmon.diagnosis.met_alike import in_neighbouring_orders, met_alike, neighbours, of_any_kind
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
@@ -104,6 +104,8 @@ class _Contest:
         Waves and lobes whose neighbouring orders were tried, and those.
     reordered : list of tuple
         Balls, waves and lobes, by name, in whose place all others were tried, and whether that was early.
+    other_kinds : bool
+        Whether it may still help to try others in their place.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
     asked : bool
@@ -123,6 +125,7 @@ class _Contest:
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
+    other_kinds: bool = True
     freed: bool = False
     asked: bool = False
     vain: list[str] = field(default_factory=list)
@@ -196,9 +199,12 @@ class _Contest:
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
-        if (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
+        if self.other_kinds and (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
             self.reordered.append((cause.name, early))
-            deeper = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
+            anew = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
+            # where none of them leaves noise alone, what is missing is of another kind
+            self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
+            deeper = anew
         self._replaced(best, deeper)
 
     def _may_be_led(self, best: Contender) -> bool:

@@ -71,7 +71,7 @@ def of_any_kind(
         All; fits go along those up to the contender's own.
     """
     *stay, cause = best.causes
-    others = [each for each in suspects if each is not cause and _met_alike(each, cause)]
+    others = [each for each in suspects if each is not cause and met_alike(each, cause)]
     met = [horizon for horizon in horizons if horizon <= _MET_S]
     told = [horizon for horizon in horizons if _MET_S < horizon <= min(_TOLD_S, best.horizon)]
     later = [horizon for horizon in horizons if _TOLD_S < horizon <= best.horizon]
@@ -113,7 +113,7 @@ def _settled_along(contender: Contender, horizons: Sequence[float]) -> Contender
     return contender
 
 
-def _met_alike(one: Suspect, other: Suspect) -> bool:
+def met_alike(one: Suspect, other: Suspect) -> bool:
     """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
     return one.where == other.where and all(each.of_each_drop or each.standing_waves for each in (one, other))
 

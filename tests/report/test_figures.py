@@ -236,7 +236,9 @@ def test_the_report_holds_filtered_orbits_or_says_why_not(short: Analysis) -> No
     assert "no clearance circle" not in drawn[0].caption
     half = orbit.section(replace(short, ends={**short.ends, "NDE": replace(short.ends["NDE"], gap=None)}))
     assert half is not None
-    assert any(isinstance(b, report.Figure) and "NDE has no clearance circle and is left out" in b.caption for b in half.blocks)
+    assert any(
+        isinstance(b, report.Figure) and "NDE has no clearance circle and is left out" in b.caption for b in half.blocks
+    )
     assert not any(isinstance(block, report.Figure) and block.name == "filtered-orbits" for block in bare.blocks)
     assert any(isinstance(block, report.Paragraph) and "keyphasor" in block.text for block in bare.blocks)
 
