@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -30,8 +31,15 @@ def run_many(cases: Sequence[tuple[DropModel, DropPlan]], threads: int | None = 
     InputError
         As `run`, of the first case that fails.
     """
-    count = threads or os.cpu_count() or 1
+    count = threads or usable_cores()
     if count == 1 or len(cases) < 2:
         return [run(model, plan) for model, plan in cases]
     with ThreadPoolExecutor(count) as pool:
         return list(pool.map(lambda case: run(*case), cases))
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use, which may be fewer than the machine has."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

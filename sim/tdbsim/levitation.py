@@ -6,28 +6,32 @@ bow make the rotor whirl at its speed, p = P exp(i theta), with x + i y = shape 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbsim.cache import compiled
 from tdbsim.columns import MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS
 from tdbsim.drop_model import Array, Arrays
 from tdbsim.errors import InputError
+from tdbsim.rhs import positions
 
 _RIGID = 2  # modes
-_KEPT = 64  # rotors; slopes ask for some tens at a time
+_KEPT = 64  # of each kind of factors
 
 Whirl = NDArray[np.complex128]
+Factors = tuple[NDArray[Any], NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A levitated rotor; it counts as equal to another of which everything is equal that its place depends on."""
+    """A levitated rotor; it counts as equal to another of which everything is equal that an answer depends on."""
 
     arrays: Arrays
-    set_point: Array
     omega: float
     key: bytes
 
@@ -42,29 +46,16 @@ def levitate(arrays: Arrays, set_point: Array, omega: float) -> tuple[Array, Arr
     """Return the mean modal displacements (n,) in x and in y, and the whirl (n,) with the shaft's angle at zero.
 
     The magnets' steady force is set in `arrays`.  Calibration asks for one rotor again and again, since what it changes is
-    mostly in the touchdown bearings: so the last ones are kept (raises as `check_stable` and `hold` do).
+    mostly in the touchdown bearings, the set-point or the unbalance: so the last factors are kept (raises as `check_stable`
+    and `hold` do).
     """
     springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     parts = (
-        arrays.square, arrays.damping, arrays.gyro, arrays.circulatory, arrays.weight, arrays.unbalance, arrays.bow,
-        arrays.at_end, arrays.at_magnet, springs, set_point, np.array(omega),
+        arrays.square, arrays.damping, arrays.gyro, arrays.circulatory, arrays.at_magnet, springs, np.array(omega),
     )  # fmt: skip
-    asked = _Asked(arrays, set_point, omega, b"".join(part.tobytes() for part in parts))
-    mean_x, mean_y, force, whirl = _levitated(asked)
-    arrays.magnet[:, [MAGNET_FX, MAGNET_FY]] = force
-    return mean_x, mean_y, whirl
-
-
-@lru_cache(maxsize=_KEPT)
-def _levitated(asked: _Asked) -> tuple[Array, Array, Array, Whirl]:
-    check_stable(asked.arrays, asked.omega)
-    mean_x, mean_y = hold(asked.arrays, asked.set_point)
-    return (
-        mean_x,
-        mean_y,
-        asked.arrays.magnet[:, [MAGNET_FX, MAGNET_FY]],
-        synchronous_response(asked.arrays, asked.omega),
-    )
+    asked = _Asked(arrays, omega, b"".join(part.tobytes() for part in parts))
+    whirl = _answer(_stable_factors(asked), _driving(arrays, omega))
+    return *hold(arrays, set_point), whirl
 
 
 def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
@@ -72,14 +63,40 @@ def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
 
     (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
     """
+    return np.asarray(np.linalg.solve(_dynamic_stiffness(arrays, omega), _driving(arrays, omega)))
+
+
+@lru_cache(maxsize=_KEPT)
+def _stable_factors(asked: _Asked) -> Factors:
+    from scipy.linalg import lu_factor
+
+    check_stable(asked.arrays, asked.omega)
+    factors: Factors = lu_factor(_dynamic_stiffness(asked.arrays, asked.omega))
+    return factors
+
+
+def _answer(factors: Factors, load: NDArray[Any]) -> NDArray[Any]:
+    from scipy.linalg.lapack import dgetrs, zgetrs
+
+    # what `lu_solve` calls, whose checks take ten times as long
+    solution, _ = (zgetrs if np.iscomplexobj(load) else dgetrs)(*factors, load)
+    return np.asarray(solution)
+
+
+def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
     magnets, at = arrays.magnet, arrays.at_magnet
     stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at)
     damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at)
     n = len(arrays.square)
-    matrix = -(omega**2) * (np.eye(n) - arrays.gyro) + 1j * omega * damping + stiffness - 1j * arrays.circulatory
+    return np.asarray(
+        -(omega**2) * (np.eye(n) - arrays.gyro) + 1j * omega * damping + stiffness - 1j * arrays.circulatory
+    )
+
+
+def _driving(arrays: Arrays, omega: float) -> Whirl:
     unbalance = arrays.unbalance[0] + 1j * arrays.unbalance[1]
     bow = arrays.bow[0] + 1j * arrays.bow[1]
-    return np.asarray(np.linalg.solve(matrix, omega**2 * unbalance + arrays.square * bow))
+    return np.asarray(omega**2 * unbalance + arrays.square * bow)
 
 
 def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
@@ -97,27 +114,39 @@ def hold(arrays: Arrays, set_point: Array) -> tuple[Array, Array]:
     InputError
         If there are fewer than two magnetic bearings, or all stand in one plane.
     """
+    stiffness = arrays.magnet[:, MAGNET_STIFFNESS]
+    parts = arrays.square, arrays.circulatory, arrays.at_end, arrays.at_magnet, stiffness
+    share, factors = _holding_factors(_Asked(arrays, 0.0, b"".join(part.tobytes() for part in parts)))
+    n = len(arrays.square)
+    load = np.zeros(2 * n + 4)
+    load[n : 2 * n], load[2 * n : 2 * n + 2], load[2 * n + 2 :] = arrays.weight, set_point[:, 0], set_point[:, 1]
+    solution = _answer(factors, load)
+    arrays.magnet[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
+    arrays.magnet[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]
+    return solution[:n], solution[n : 2 * n]
+
+
+@lru_cache(maxsize=_KEPT)
+def _holding_factors(asked: _Asked) -> tuple[Array, Factors]:
+    """Return the force of a magnet a unit modal force (m, 2), and the factors of what is linear in (mean, static force)."""
+    from scipy.linalg import lu_factor
+
+    arrays = asked.arrays
     at, magnets = arrays.at_magnet, arrays.magnet
     if len(magnets) < 2 or np.linalg.det(at[:, :_RIGID].T @ at[:, :_RIGID]) < 1e-12 * np.sum(at[:, :_RIGID] ** 2) ** 2:
         raise InputError("two [[magnetic_bearing]] at different positions are needed to hold the rotor before a drop")
     # the forces that balance weight and cross-coupling, shared by magnets in proportion to their stiffness
     weighted = at[:, :_RIGID] * magnets[:, MAGNET_STIFFNESS, None]
-    share = weighted @ np.linalg.inv(at[:, :_RIGID].T @ weighted)  # (m, 2): force of a magnet a unit modal force
+    share = weighted @ np.linalg.inv(at[:, :_RIGID].T @ weighted)
     n = len(arrays.square)
-
-    # rigid: force balance; elastic: deflection; ends: where the shaft shall be - linear in (mean, static force)
-    matrix, load = np.zeros((2 * n + 4, 2 * n + 4)), np.zeros(2 * n + 4)
+    # rigid: force balance; elastic: deflection; ends: where the shaft shall be
+    matrix = np.zeros((2 * n + 4, 2 * n + 4))
     elastic = np.arange(2 * n)
     matrix[elastic, elastic] = np.tile(arrays.square, 2)
     matrix[:n, n : 2 * n], matrix[n : 2 * n, :n] = arrays.circulatory, -arrays.circulatory
     matrix[:n, 2 * n : 2 * n + 2] = matrix[n : 2 * n, 2 * n + 2 :] = -at.T @ share
     matrix[2 * n : 2 * n + 2, :n] = matrix[2 * n + 2 :, n : 2 * n] = arrays.at_end
-    load[n : 2 * n], load[2 * n : 2 * n + 2], load[2 * n + 2 :] = arrays.weight, set_point[:, 0], set_point[:, 1]
-    solution = np.asarray(np.linalg.solve(matrix, load), dtype=np.float64)
-    mean_x, mean_y = solution[:n], solution[n : 2 * n]
-    magnets[:, MAGNET_FX] = share @ solution[2 * n : 2 * n + _RIGID]
-    magnets[:, MAGNET_FY] = share @ solution[2 * n + _RIGID :]
-    return mean_x, mean_y
+    return share, lu_factor(matrix)
 
 
 def add_whirl_force(arrays: Arrays, omega: float, whirl: Whirl) -> None:
@@ -144,3 +173,34 @@ def check_stable(arrays: Arrays, omega: float) -> None:
             f"the levitated rotor is not stable at {abs(omega) / (2 * np.pi):g} Hz (it grows by {growth:.3g} a second);"
             " give the magnetic bearings more damping, or less cross-coupled stiffness"
         )
+
+
+@compiled
+def fill_levitated(unturned, time, start, states):  # type: ignore[no-untyped-def]
+    """Fill the states (k, size) at times before the release, s and negative, with the steady whirl that leads to `start`.
+
+    Parameters
+    ----------
+    unturned : (n,) complex array
+        The whirl with the shaft's angle at zero.
+    time : (k,) array
+    start : (size,) array
+        State at the release.
+    states : (k, size) array
+        Filled.
+    """
+    n = len(unturned)
+    nq = positions(n)
+    omega, angle = start[nq + 2 * n + 12], start[2 * n + 12]
+    for row in range(len(time)):
+        turned = omega * time[row]
+        c, s = math.cos(angle + turned), math.sin(angle + turned)
+        c0, s0 = math.cos(angle), math.sin(angle)
+        states[row] = start
+        for k in range(n):
+            real, imag = unturned[k].real, unturned[k].imag
+            x, y = real * c - imag * s, real * s + imag * c
+            states[row, k] += x - (real * c0 - imag * s0)
+            states[row, n + k] += y - (real * s0 + imag * c0)
+            states[row, nq + k], states[row, nq + n + k] = -omega * y, omega * x
+        states[row, 2 * n + 12] = angle + turned

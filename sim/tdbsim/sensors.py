@@ -11,7 +11,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -126,12 +126,12 @@ class ProbeChain:
     full_scale: float = math.inf
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if each.name in ("hum", "noise", "drift") and not 0 <= value < math.inf:
-                raise InputError(f"sensor chain: {each.name} {value:g} m is no amplitude; give 0 or more")
-            if each.name in ("gain", "offset", "angle_error", "lag", "hum_phase") and not math.isfinite(value):
-                raise InputError(f"sensor chain: {each.name} {value:g} is not finite")
+        for name in ("hum", "noise", "drift"):
+            if not 0 <= (value := getattr(self, name)) < math.inf:
+                raise InputError(f"sensor chain: {name} {value:g} m is no amplitude; give 0 or more")
+        for name in ("gain", "offset", "angle_error", "lag", "hum_phase"):
+            if not math.isfinite(value := getattr(self, name)):
+                raise InputError(f"sensor chain: {name} {value:g} is not finite")
         if not self.full_scale > 0:
             raise InputError(f"sensor chain: full scale {self.full_scale:g} m is not positive")
         if not 0 < self.drift_time < math.inf:
@@ -179,27 +179,30 @@ def at_probes(machine: Machine, modes: Modes, a: Array, b: Array) -> tuple[Array
     return shapes @ a, shapes @ b
 
 
-def projected(x: ArrayLike, y: ArrayLike, angle: float) -> Array:
+def projected(x: ArrayLike, y: ArrayLike, angle: ArrayLike) -> Array:
     """Return the displacement along a probe's axis, which stands at `angle` from +x towards +y."""
-    return np.asarray(x) * math.cos(angle) + np.asarray(y) * math.sin(angle)
+    return np.asarray(x) * np.cos(angle) + np.asarray(y) * np.sin(angle)
 
 
-def surface(harmonics: tuple[Runout, ...], turned: NDArray[np.complex128], probe_angle: float) -> Array:
-    """Return how far the shaft's surface stands out under a probe, m: it reads as if the shaft came nearer.
+def surface(harmonics: Sequence[Sequence[Runout]], shaft_angle: Array, probe_angles: ArrayLike) -> Array:
+    """Return how far the shaft's surface stands out under probes, (probes, n), m: it reads as if the shaft came nearer.
 
     Parameters
     ----------
-    harmonics : tuple of Runout
-    turned : (n,) complex array
-        exp(-i shaft angle).
-    probe_angle : float
+    harmonics : sequence of sequence of Runout
+        Those that each probe sees.
+    shaft_angle : (n,) array
+        rad.
+    probe_angles : (probes,) array
         rad.
     """
-    height = np.zeros(len(turned))
-    for each in harmonics:
-        crest = cmath.rect(each.amplitude, each.order * (probe_angle - each.phase))
-        height += (crest * turned**each.order).real
-    return height
+    orders = sorted({each.order for seen in harmonics for each in seen})
+    crests = np.zeros((len(harmonics), len(orders)), dtype=complex)
+    for row, (seen, angle) in enumerate(zip(harmonics, np.asarray(probe_angles, dtype=float), strict=True)):
+        for each in seen:
+            crests[row, orders.index(each.order)] += cmath.rect(each.amplitude, each.order * (angle - each.phase))
+    turned = np.multiply.outer(orders, shaft_angle)
+    return np.asarray(crests.real @ np.cos(turned) + crests.imag @ np.sin(turned))
 
 
 def delayed(values: Array, lag: float) -> Array:
@@ -230,15 +233,16 @@ def clean_readings(
         A row each; a leak from a probe that is not among them is left out.
     chain : SensorChain
     """
-    out = np.empty_like(x)
-    turned = np.exp(-1j * shaft_angle)
-    for row, probe in enumerate(probes):
-        link = chain.of(probe.name)
-        angle = probe.angle + link.angle_error
-        seen = projected(x[row], y[row], angle)
-        if link.runout:
-            seen = seen + surface(link.runout, turned, angle)
-        out[row] = delayed(link.gain * seen + link.offset, link.lag)
+    links = [chain.of(probe.name) for probe in probes]
+    axes = np.array([probe.angle + link.angle_error for probe, link in zip(probes, links, strict=True)])[:, None]
+    out = projected(x, y, axes)
+    if any(link.runout for link in links):
+        out += surface([link.runout for link in links], shaft_angle, axes[:, 0])
+    out *= np.array([link.gain for link in links])[:, None]
+    out += np.array([link.offset for link in links])[:, None]
+    for row, link in enumerate(links):
+        if link.lag:
+            out[row] = delayed(out[row], link.lag)
     if chain.leaks:
         rows = {probe.name: row for row, probe in enumerate(probes)}
         alone = out.copy()

@@ -15,7 +15,7 @@ from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.integration import Integration
-from tdbsim.levitation import add_whirl_force, levitate
+from tdbsim.levitation import add_whirl_force, fill_levitated, levitate
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
 
@@ -100,7 +100,7 @@ class DropPlan:
                 sense = "; the sense of rotation is the machine's 'rotation'" if name == "speed" else ""
                 raise InputError(f"{name} {value:g} {unit}".rstrip() + f" must be {wanted}{sense}")
         for name in ("set_point", "velocity", "ring_angle", "cage_angle", "shaft_angle"):
-            if not np.all(np.isfinite(getattr(self, name))):
+            if not _finite(getattr(self, name)):
                 raise InputError(f"{name} {getattr(self, name)} is not finite")
         if self.method not in ("splitting", "dormand_prince"):
             raise InputError(f"method '{self.method}' is neither 'splitting' nor 'dormand_prince'")
@@ -110,6 +110,10 @@ class DropPlan:
             raise InputError(
                 f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster"
             )
+
+
+def _finite(numbers: float | Pair | tuple[Pair, Pair]) -> bool:
+    return all(_finite(each) for each in numbers) if isinstance(numbers, tuple) else math.isfinite(numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +183,7 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     time = np.arange(count) / plan.sampling
     state = np.empty((count, len(start)))
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
-    _fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
+    fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
     peak = np.zeros(2)
     since, out = time[levitated:] - plan.levitated, state[levitated:]
     if model.machine.has_heat:
@@ -232,16 +236,3 @@ def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.compl
                 " check set-point, unbalance and speed"
             )
     return y, unturned
-
-
-def _fill_levitated(unturned: NDArray[np.complex128], time: Array, start: Array, states: Array) -> None:
-    """Fill the states (k, size) at times before the release, s and negative, with the steady whirl that leads to `start`."""
-    n, nq = len(unturned), (len(start) - 14) // 2
-    omega, angle = start[nq + 2 * n + 12], start[2 * n + 12]
-    whirl = unturned * np.exp(1j * angle)
-    turned = np.exp(1j * omega * time)[:, None] * whirl
-    states[:] = start
-    states[:, :n] += turned.real - whirl.real
-    states[:, n : 2 * n] += turned.imag - whirl.imag
-    states[:, nq : nq + n], states[:, nq + n : nq + 2 * n] = -omega * turned.imag, omega * turned.real
-    states[:, 2 * n + 12] = angle + omega * time

@@ -17,6 +17,8 @@ from threading import Thread
 from types import TracebackType
 from typing import TypeVar
 
+from tdbsim.ensemble import usable_cores
+
 S = TypeVar("S")
 T = TypeVar("T")
 
@@ -87,5 +89,5 @@ def _end_with_parent() -> None:
 
 
 def all_cores() -> int:
-    """Return how many workers this machine has cores for, four at most: each takes a quarter of a gigabyte."""
-    return min(os.cpu_count() or 1, _MOST_WORKERS)
+    """Return how many workers there are cores for, four at most: each takes a quarter of a gigabyte."""
+    return min(usable_cores(), _MOST_WORKERS)

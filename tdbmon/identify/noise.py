@@ -60,7 +60,7 @@ class Noise:
 
 
 def coloured(values: Array, colour: Array) -> Array:
-    """Return values[t] - sum colour[k] values[t - k] along the last axis."""
+    """Return values[t] - sum colour[k] values[t - k] along the last axis; a term of `colour` may differ from row to row."""
     out = values.copy()
     for k, a in enumerate(colour, start=1):
         out[..., k:] -= a * values[..., :-k]

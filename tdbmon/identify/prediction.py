@@ -181,19 +181,19 @@ def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, senso
 
 def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
     """Return what the probes read of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
-    mean, orders = [], []
+    means = np.empty(len(drop.probes))
+    phasors = np.zeros((len(drop.probes), 2), dtype=complex)
     for i, probe in enumerate(drop.probes):
         link = sensors.chain.of(probe.name)
-        axis = np.exp(-1j * (probe.angle + link.angle_error))
+        axis = cmath.exp(-1j * (probe.angle + link.angle_error))
         place = prediction.mean[i] + centre(machine, sensors.shared, probe.position)
-        mean.append(link.gain * (place * axis).real + link.offset)
-        seen = np.array([prediction.whirl[i] * axis, 0.0])
+        means[i] = link.gain * (place * axis).real + link.offset
+        seen = [prediction.whirl[i] * axis, 0j]
         for surface in link.runout:
             if surface.order <= len(seen):
-                seen[surface.order - 1] += surface.amplitude * (axis * np.exp(1j * surface.phase)) ** surface.order
-        late = np.exp(-1j * np.array([1, 2]) * prediction.omega * link.lag * drop.interval)
-        orders.append(link.gain * seen * late)
-    means, phasors = np.array(mean), np.array(orders, dtype=complex)
+                seen[surface.order - 1] += surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
+        late = cmath.exp(-1j * prediction.omega * link.lag * drop.interval)
+        phasors[i] = link.gain * seen[0] * late, link.gain * seen[1] * late**2
     rows = {probe.name: i for i, probe in enumerate(drop.probes)}
     alone = means.copy(), phasors.copy()
     for name, (source, part) in sensors.chain.leaks.items():
@@ -220,20 +220,59 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
     k = prediction.x.shape[1]
     span = slice(prediction.first, prediction.first + k)
     left = drop.reading[:, span] - readings(prediction, drop, machine, sensors)
-    model = model_error(drop, drop.time[span] - drop.release)
-    rows = []
-    for row, noise in zip(left, drop.noise, strict=True):
-        expected = np.hypot(noise.innovation, model)
-        rows.append(coloured(row, noise.colour) / expected)
-    rows.append(_pulse_residuals(prediction, drop))
+    scale = _scale(drop, prediction.first, k)
     held = levitated(prediction, drop, machine, sensors)
     turn = np.exp(1j * np.array([1, 2]) * sensors.own["shaft_angle"])
-    for i, noise in enumerate(drop.noise):
-        apart = (noise.orders[:2] - held.orders[i] * turn) / np.hypot(noise.order_sigma, _LEVITATED_FLOOR)
-        still = (noise.mean - held.mean[i]) / np.hypot(noise.mean_sigma, _LEVITATED_FLOOR)
-        rows.append(np.concatenate([[still], apart.real, apart.imag]))
-    rows.append(_coasting_residual(prediction, drop))
-    return np.concatenate(rows)
+    apart = (scale.orders - held.orders * turn) / scale.order_sigma
+    still = (scale.mean - held.mean) / scale.mean_sigma
+    return np.concatenate(
+        [
+            (coloured(left, scale.colour) / scale.reading_sigma).ravel(),
+            _pulse_residuals(prediction, drop),
+            np.column_stack([still, apart.real, apart.imag]).ravel(),
+            _coasting_residual(prediction, drop),
+        ]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Scale:
+    """What a drop's residuals are counted from and in, which is the same at all values.
+
+    Attributes
+    ----------
+    colour : (order, probes, 1) array
+        Of the noise; a probe of a lower order has zeros.
+    reading_sigma : (probes, k) array
+        What is expected of noise and model, m.
+    mean, orders : (probes,) and (probes, 2) arrays
+        Measured before the release, m.
+    mean_sigma, order_sigma : (probes,) and (probes, 1) arrays
+        Their standard deviations, m.
+    """
+
+    colour: Array
+    reading_sigma: Array
+    mean: Array
+    orders: NDArray[np.complex128]
+    mean_sigma: Array
+    order_sigma: Array
+
+
+@lru_cache(maxsize=16)  # of some drops at a horizon or two
+def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
+    model = model_error(drop, drop.time[first : first + count] - drop.release)
+    colour = np.zeros((max(len(noise.colour) for noise in drop.noise), len(drop.noise), 1))
+    for row, noise in enumerate(drop.noise):
+        colour[: len(noise.colour), row, 0] = noise.colour
+    return _Scale(
+        colour=colour,
+        reading_sigma=np.array([np.hypot(noise.innovation, model) for noise in drop.noise]),
+        mean=np.array([noise.mean for noise in drop.noise]),
+        orders=np.array([noise.orders[:2] for noise in drop.noise]),
+        mean_sigma=np.array([np.hypot(noise.mean_sigma, _LEVITATED_FLOOR) for noise in drop.noise]),
+        order_sigma=np.array([[np.hypot(noise.order_sigma, _LEVITATED_FLOOR)] for noise in drop.noise]),
+    )
 
 
 def noise_alone(drop: MeasuredDrop, horizon: float) -> float:

@@ -118,9 +118,13 @@ class Problem:
 
     def columns(self, drop: int) -> NDArray[np.intp]:
         """Return which coordinates a drop depends on."""
-        width = len(self.own[0])
-        begin = len(self.shared) + drop * width
-        return np.concatenate([np.arange(len(self.shared)), np.arange(begin, begin + width)])
+        return self._columns[drop]
+
+    @cached_property
+    def _columns(self) -> tuple[NDArray[np.intp], ...]:
+        shared, width = np.arange(len(self.shared)), len(self.own[0])
+        begins = [len(shared) + drop * width for drop in range(len(self.own))]
+        return tuple(np.concatenate([shared, np.arange(begin, begin + width)]) for begin in begins)
 
     @cached_property
     def _names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -100,3 +100,11 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path):
 
 def test_no_more_workers_than_cores():
     assert 1 <= all_cores() <= (os.cpu_count() or 1)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells which cores a process may use")
+def test_no_more_workers_than_cores_that_this_process_may_use():
+    code = "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
+    code += "from tdbmon.identify.crew import all_cores; print(all_cores())"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == ["1"]

@@ -86,7 +86,7 @@ def test_eccentric_track_looks_like_a_forward_circle():
     """First-order runout cannot be told from the shaft's centre turning with the shaft."""
     angle = np.linspace(0, 20, 500)
     for at in (0.3, 1.2, -2.0):
-        seen = surface((Runout(1, 4e-6, 0.7),), np.exp(-1j * angle), at)
+        seen = surface([(Runout(1, 4e-6, 0.7),)], angle, [at])[0]
         np.testing.assert_allclose(
             seen, projected(4e-6 * np.cos(angle + 0.7), 4e-6 * np.sin(angle + 0.7), at), atol=1e-18
         )
@@ -94,13 +94,13 @@ def test_eccentric_track_looks_like_a_forward_circle():
 
 def test_oval_track_shows_twice_the_speed_and_opposite_signs_at_right_angles():
     angle = np.linspace(0, 4 * math.pi, 1000, endpoint=False)
-    first, second = (surface((Runout(2, 3e-6, 0.4),), np.exp(-1j * angle), at) for at in (0.5, 0.5 + math.pi / 2))
+    first, second = surface([(Runout(2, 3e-6, 0.4),)] * 2, angle, [0.5, 0.5 + math.pi / 2])
     np.testing.assert_allclose(first, -second, atol=1e-18)
     lines = np.abs(np.fft.rfft(first)) / 500
     assert lines[4] == pytest.approx(3e-6, rel=1e-9)  # two revolutions, two crests each
     assert np.delete(lines, 4).max() < 1e-15
     # the crest passes the probe when the shaft has brought it there
-    assert surface((Runout(2, 3e-6, 0.4),), np.exp(-1j * np.array([0.5 - 0.4])), 0.5)[0] == pytest.approx(3e-6)
+    assert surface([(Runout(2, 3e-6, 0.4),)], np.array([0.5 - 0.4]), [0.5])[0, 0] == pytest.approx(3e-6)
 
 
 @pytest.mark.parametrize("lag", [0.0, 1.0, 0.37, 2.5, 7.0])
