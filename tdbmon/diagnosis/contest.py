@@ -38,6 +38,7 @@ from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gain
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit
+from tdbmon.identify.own_paths import best_paths
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stray import STRAYED_S
 
@@ -191,7 +192,8 @@ class _Contest:
             best = self._replaced(best, replace(best, fit=led))
         if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
             return
-        deeper = replace(best, fit=shaken(best.problem, best.fit, horizon))
+        sought = best_paths(best.problem, best.fit, horizon)
+        deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
         if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)

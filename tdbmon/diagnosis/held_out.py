@@ -11,13 +11,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.cages import better_cages
-from tdbmon.identify.least_squares import fit
+from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.one_drop import coordinates, frozen, only
 from tdbmon.identify.own_paths import better_paths, lost_drops
 from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
 
 READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
 LEAST_DROPS = 2  # to hold one out
@@ -108,44 +111,76 @@ class HeldOut:
         return 1 - (self.extended - self.noise) / (self.plain - self.noise)
 
 
-def held_out(plain: Contender, extended: Contender, index: int, horizon: float) -> HeldOut:
-    """Fit both models without one drop and judge them there.
+def proved(plain: Contender, extended: Contender) -> HeldOut:
+    """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
+
+    The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
+    is no proof, two are to be one: a ball of another size may hardly be met in one of them.
 
     Parameters
     ----------
     plain, extended : Contender
         Fitted to the same drops and horizon.
-    index : int
-        Of the drop.
-    horizon : float
-        s after the release, no further than they were fitted.
 
     Raises
     ------
     InputError
         If a model cannot be simulated on the other drops.
     """
-    drop = extended.problem.drops[index]
-    noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
-    (bare, bare_misfit, _), (wide, wide_misfit, values) = (_left(each, index, horizon) for each in (plain, extended))
-    return HeldOut((drop.name,), bare, wide, noise, bare_misfit, wide_misfit, (values,))
-
-
-def proved(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
-
-    The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
-    is no proof, two are to be one: a ball of another size may hardly be met in one of them.
-    """
     first, *further = telling_drops(plain)
-    for horizon in (*(h for h in _PROOF_S if h < extended.horizon), extended.horizon):
-        proof = held_out(plain, extended, first, horizon)
-        if proof.plain > _FAILS * proof.noise and proof.clear:
-            break
+    proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
     suffices = proof.seen if extended.of_each_drop else proof.holds
     if suffices or not further:
         return proof
-    return proof.along_with(held_out(plain, extended, further[0], horizon))
+    return proof.along_with(held_out(plain, extended, further[0], [extended.horizon]))
+
+
+def held_out(plain: Contender, extended: Contender, index: int, horizons: Sequence[float]) -> HeldOut:
+    """Fit both models without one drop and judge them there, to the first of some horizons that tells."""
+    bare, wide = (taught(each, index, extended.horizon) for each in (plain, extended))
+    for horizon in horizons:
+        proof = judged(bare, wide, horizon)
+        if proof.plain > _FAILS * proof.noise and proof.clear:
+            break
+    return proof
+
+
+@dataclass(frozen=True, eq=False)
+class Taught:
+    """A model whose shared values are as the other drops have them.
+
+    Attributes
+    ----------
+    exam : Problem
+        The drop held out alone.
+    point : (n,) array
+        Where the fit of its own values begins.
+    """
+
+    exam: Problem
+    point: Array
+
+
+def taught(contender: Contender, index: int, horizon: float) -> Taught:
+    """Fit a model without one drop: to all that is known of the others, since what they know of a cause shows late."""
+    problem = contender.problem
+    others = [k for k in range(len(problem.drops)) if k != index]
+    count = len(problem.shared)
+    lesson = fit(only(problem, others), contender.fit.point[coordinates(problem, others)], horizon, 2, 3e-3)
+    own = contender.fit.point[coordinates(problem, [index])][count:]
+    return Taught(frozen(only(problem, [index]), lesson.point[:count]), np.concatenate([np.zeros(count), own]))
+
+
+def judged(plain: Taught, extended: Taught, horizon: float) -> HeldOut:
+    """Return what both models leave of the drop held out to a horizon."""
+    (drop,) = extended.exam.drops
+    noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
+    bare, wide = (_examined(each, horizon) for each in (plain, extended))
+    left, extended_left = (
+        rms(each.exam, found.point, [0], horizon) for each, found in ((plain, bare), (extended, wide))
+    )
+    values, _ = extended.exam.values(wide.point, 0)
+    return HeldOut((drop.name,), left, extended_left, noise, bare.misfit, wide.misfit, (values,))
 
 
 def telling_drops(plain: Contender) -> list[int]:
@@ -167,15 +202,8 @@ def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: floa
     return math.sqrt(float(np.mean(squares)))
 
 
-def _left(contender: Contender, index: int, horizon: float) -> tuple[float, float, dict[str, float]]:
-    """Return what a model leaves on a drop that it was not fitted to, rms of the readings, m, and misfit; and its values."""
-    problem = contender.problem
-    others = [k for k in range(len(problem.drops)) if k != index]
-    count = len(problem.shared)
-    taught = fit(only(problem, others), contender.fit.point[coordinates(problem, others)], horizon, 2, 3e-3)
-    exam = frozen(only(problem, [index]), taught.point[:count])
-    point = np.concatenate([np.zeros(count), contender.fit.point[coordinates(problem, [index])][count:]])
-    found = better_cages(exam, fit(exam, point, horizon, 2), horizon, 1)
-    if lost_drops(exam, found, horizon):  # a model is judged by what it leaves, not by a path that was not found
-        found = better_paths(exam, found, horizon, [0])
-    return rms(exam, found.point, [0], horizon), found.misfit, exam.values(found.point, 0)[0]
+def _examined(pupil: Taught, horizon: float) -> Fit:
+    """Return the fit of the drop's own values; a model is judged by what it leaves, not by a path that was not found."""
+    exam = pupil.exam
+    found = better_cages(exam, fit(exam, pupil.point, horizon, 2), horizon, 1)
+    return better_paths(exam, found, horizon, [0]) if lost_drops(exam, found, horizon) else found

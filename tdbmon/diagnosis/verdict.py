@@ -115,8 +115,9 @@ def doubted(
 ) -> Verdict:
     """Return the verdict, or none where no size of a named cause is clear of nothing and the plain model explains the drops.
 
-    A cause that is much better on a drop held out is there, however badly its size is known; but not one with angles or a
-    number of its own in every drop, which even a drop held out lets it fit.
+    A cause that is much better on a drop held out is there, however badly its size is known; and so is one that is clearly
+    better there and explains a drop that the plain model does not: where that one shows it alone, the others know no size.
+    But not one with angles or a number of its own in every drop, which even a drop held out lets it fit.
 
     Parameters
     ----------
@@ -129,7 +130,8 @@ def doubted(
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
         return judged
     (named,) = judged.accused
-    if proof is not None and proof.seen and not named.of_each_drop:
+    alone = max(plain.ratio_of_drops) > EXPLAINED >= max(named.ratio_of_drops)
+    if proof is not None and (proof.seen or (alone and proof.holds and proof.clear)) and not named.of_each_drop:
         return judged
     for cause in named.causes:
         if not any(_clear(sizes[cause.name].get(size.name), size.off) for size, _ in cause.sizes):

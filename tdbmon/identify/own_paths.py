@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 BEYOND = 2.0  # standard deviations of what noise leaves
 _PROMISING = 3  # hollows of the grid of angles from which fits begin
 _SLOPES = 2  # times that each takes slopes
+_AGAIN, _GAIN = 3, 0.003  # times at most, and relative gain of the misfit that asks for more
 
 
 def lost_drops(problem: Problem, found: Fit, horizon: float) -> list[int]:
@@ -76,6 +77,20 @@ def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[i
     except InputError:
         return found
     return min(found, sought, key=lambda each: each.misfit)
+
+
+def best_paths(problem: Problem, found: Fit, horizon: float) -> Fit:
+    """Return a fit with the paths of the drops that leave more than noise sought again and again, as long as that gains.
+
+    One that is found moves the values that all share, and with them a path that was lost may be found.
+    """
+    for _ in range(_AGAIN):
+        lost = lost_drops(problem, found, horizon)
+        sought = better_paths(problem, found, horizon, lost) if lost else found
+        if sought.misfit > (1 - _GAIN) * found.misfit:
+            return sought
+        found = sought
+    return found
 
 
 def _path(problem: Problem, point: Array, drop: int, horizon: float) -> Array:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tdbmon.diagnosis.contender import Contender
@@ -102,6 +103,27 @@ def test_a_size_that_may_as_well_be_none_is_not_named(competed):
     assert doubted(named, plain, sized(0.98, 1.06), little).kind is Kind.NONE
     assert doubted(named, plain, sized(0.98, 1.06), much).kind is Kind.NAMED
     assert doubted(named, contender(plain, (), 0, 8.0), sized(0.98, 1.06), None).kind is Kind.NAMED
+
+
+def test_a_cause_that_explains_a_drop_which_the_plain_model_does_not_is_there_though_the_others_know_no_size(competed):
+    like = next(each for each in competed if not each.causes)
+    plain = contender(like, (), 0, 1.3)
+    gain = contender(like, ("probe_gain@DE_A",), 900, 0.9)
+    quiet = tuple(np.full(len(each), 0.9) for each in like.fit.residuals)
+    gain = replace(gain, fit=replace(gain.fit, residuals=quiet))
+    plain = replace(plain, fit=replace(plain.fit, residuals=quiet))
+    loud = np.full(len(quiet[0]), 1.8)
+    failing = replace(plain, fit=replace(plain.fit, residuals=(loud, *quiet[1:])))
+    assert max(failing.ratio_of_drops) > 1.6 > max(gain.ratio_of_drops)
+    little = HeldOut(("drop_80.nc",), 4e-7, 3.7e-7, 3e-7, 4000.0, 3500.0)
+    assert little.clear and not little.seen
+    named = verdict([gain, failing], little)
+    assert named.kind is Kind.NAMED
+    none = {"probe_gain@DE_A": {"gain": Estimate(1.01, 0.98, 1.04)}}
+    assert doubted(named, plain, none, little).kind is Kind.NONE
+    assert doubted(named, failing, none, little).kind is Kind.NAMED
+    assert doubted(named, failing, none, replace(little, extended_misfit=3900.0)).kind is Kind.NONE
+    assert doubted(named, failing, none, None).kind is Kind.NONE
 
 
 def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_none(competed):

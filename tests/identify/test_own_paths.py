@@ -4,8 +4,8 @@ import pytest
 
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import fit
-from tdbmon.identify.own_paths import better_paths, lost_drops
+from tdbmon.identify.least_squares import fit, linearised
+from tdbmon.identify.own_paths import best_paths, better_paths, lost_drops
 from tdbmon.identify.prediction import noise_alone, window
 from tdbmon.identify.problem import build_problem
 from tests.identify import drops
@@ -47,3 +47,17 @@ def test_a_drop_that_fell_on_another_ball_is_led_back(fitted):
     assert strayed.misfit > right.misfit + 30  # much for one angle, but as noise may leave
     led = better_paths(problem, strayed, HORIZON, [2])
     assert led.misfit < right.misfit + 5
+
+
+def test_drops_that_lost_their_ways_are_led_back_together_and_sound_ones_are_left_alone(fitted):
+    problem, right = fitted
+    assert best_paths(problem, right, HORIZON) is right
+    astray = right.point.copy()
+    for drop in (1, 2):
+        cage = len(problem.shared) + [p.name for p in problem.own[drop]].index("cage_0")
+        astray[problem.columns(drop)[cage]] += 1.0
+    strayed = linearised(problem, astray, HORIZON)
+    assert lost_drops(problem, strayed, HORIZON) == [1, 2]
+    led = best_paths(problem, strayed, HORIZON)
+    assert lost_drops(problem, led, HORIZON) == []
+    assert led.misfit < 1.003 * right.misfit  # as little as asks for no more
