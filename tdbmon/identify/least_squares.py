@@ -2,7 +2,9 @@
 
 Damped Gauss-Newton steps within bounds (K. Levenberg 1944; D. W. Marquardt, J. SIAM 11 (1963) 431).  Slopes cost a
 simulation a parameter, a step only one: so slopes are kept for several steps and corrected by what each step shows
-(C. G. Broyden, Math. Comp. 19 (1965) 577), and taken anew where the steps no longer gain.
+(C. G. Broyden, Math. Comp. 19 (1965) 577), and taken anew where the steps no longer gain.  Differences to one side are wrong
+by the curvature, and that of paths with impacts is great: a search that no longer gains by them mostly goes on by the means of
+both sides, to a tenth or a half less beyond noise.
 """
 
 from __future__ import annotations
@@ -85,14 +87,20 @@ def fit(
     )
     residuals, current = list(start.residuals), list(start.slopes)
     linearisations -= 0 if known else 1
+    both = False  # whether slopes are means of both sides
     while True:
         tries = _STALE_TRIES if known else _FRESH_TRIES
         point, residuals, current, gained = _chords(problem, point, residuals, current, horizon, enough, tries)
-        if linearisations <= 0 or (not known and gained < enough):
+        stuck = not known and gained < enough
+        if linearisations <= 0 or (stuck and both):
             return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
-        fresh = linearised(problem, point, horizon)
-        residuals, current, known = list(fresh.residuals), list(fresh.slopes), False
         linearisations -= 1
+        if stuck:  # one side is known from nearby
+            other = linearised(problem, point, horizon, (-1,))
+            current, both = [(a + b) / 2 for a, b in zip(current, other.slopes, strict=True)], True
+            continue
+        fresh = linearised(problem, point, horizon, (1, -1) if both else (1,))
+        residuals, current, known = list(fresh.residuals), list(fresh.slopes), False
 
 
 def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int = LINEARISATIONS) -> Fit | None:
@@ -103,9 +111,9 @@ def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: 
         return None
 
 
-def linearised(problem: Problem, point: Array, horizon: float) -> Fit:
-    """Return a point as it stands, with its slopes (raises InputError where it cannot be simulated)."""
-    linear = problem.linearised(point, horizon)
+def linearised(problem: Problem, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> Fit:
+    """Return a point as it stands, with its slopes to some sides (raises InputError where it cannot be simulated)."""
+    linear = problem.linearised(point, horizon, sides)
     residuals = tuple(r for r, _ in linear)
     return Fit(point, residuals, tuple(j for _, j in linear), misfit_of(problem, residuals, point))
 

@@ -193,9 +193,9 @@ class Problem:
             return None
 
     def slopes(
-        self, point: Array, drop: int, horizon: float, among: Collection[str] | None = None
+        self, point: Array, drop: int, horizon: float, among: Collection[str] | None = None, side: int = 1
     ) -> tuple[Array, Array]:
-        """Return a drop's residuals (m,) and their slopes (m, columns) by differences.
+        """Return a drop's residuals (m,) and their slopes (m, columns) by differences to one side, 1 or -1.
 
         Of all columns, or of those whose parameters are named in `among`, the others left zero.
         """
@@ -212,7 +212,9 @@ class Problem:
             stays = self.low[column] == self.high[column]
             if stays or (among is not None and parameter.name not in among):
                 continue
-            step = parameter.nudge if point[column] + parameter.nudge <= self.high[column] else -parameter.nudge
+            step = side * parameter.nudge
+            if not self.low[column] <= point[column] + step <= self.high[column]:
+                step = -step
             near = point.copy()
             near[column] += step
             moved_shared, moved_own = self.values(near, drop)
@@ -232,10 +234,13 @@ class Problem:
             jacobian[:, k] = (seen - base) / step
         return base, jacobian
 
-    def linearised(self, point: Array, horizon: float) -> list[tuple[Array, Array]]:
-        """Return `slopes` of every drop."""
-        tasks = [(self, point, drop, horizon) for drop in range(len(self.drops))]
-        return self.crew.apart(Problem.slopes, tasks)
+    def linearised(self, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> list[tuple[Array, Array]]:
+        """Return `slopes` of every drop, their mean over some sides."""
+        count = len(self.drops)
+        found = self.crew.apart(
+            Problem.slopes, [(self, point, drop, horizon, None, side) for side in sides for drop in range(count)]
+        )
+        return [(found[drop][0], np.mean([s for _, s in found[drop::count]], axis=0)) for drop in range(count)]
 
     def each(self, work: Callable[[int], T]) -> list[T]:
         """Do something for every drop, several at a time."""
