@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -94,7 +95,7 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
-        problem = with_divergence(problem)
+        problem = replace(with_divergence(problem), to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
         problem, passed = followed(problem, usable, progress)

@@ -77,6 +77,9 @@ class Problem:
         Effects whose parameters are among the shared ones.
     standing : tuple of Effect
         Those that the machine file carries.
+    to_the_bottom : bool
+        Whether searches go on by slopes to both sides where those to one side no longer gain
+        (`tdbmon.identify.least_squares.fit`).
     """
 
     model: DropModel
@@ -86,6 +89,7 @@ class Problem:
     crew: Crew
     free: tuple[FreeEffect, ...] = ()
     standing: tuple[Effect, ...] = ()
+    to_the_bottom: bool = False
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
