@@ -44,8 +44,8 @@ code with tdbmon or tdbsim; "true" is what that program used.
 1. **Fit.** Initial state, clearances, supports, friction, unbalance and what else the machine file gives a tolerance are
    fitted to the first 60 ms after the release, in small steps from just past the first contact, and on to 90 ms where no more
    is left than noise and the model's growing error; of several drops at once what they share. Fits begun at other clearances
-   go beside it until the contacts tell which is right. Where slopes by differences to one side no longer gain, those to both sides
-   lead on: paths with impacts bend. A value's interval rests on the contacts that the fit explains. A value
+   go beside it until the contacts tell which is right. Where slopes by differences to one side no longer gain, those to
+   both sides lead on: paths with impacts bend. A value's interval rests on the contacts that the fit explains. A value
    at the edge of its tolerance, and one that the drops hardly determine, is said with those that go with it.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers

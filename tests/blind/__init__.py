@@ -6,8 +6,3 @@
 
 `python -m tests.blind --help` says how to make cases and to run them.
 """
-
-import os
-
-# small matrices on few cores: threads of the linear algebra only get in each other's way, here and in what is called
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
