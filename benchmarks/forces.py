@@ -68,7 +68,7 @@ _TAIL = """## What falls short
 - **Values that go together.** Radial gap and ball clearance make up for each other: their sum is told a hundred times better than
   each alone. Contact damping and the drag of the inner rings are hardly told by these drops.
 - **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
-  ([how that turned out](fitted_forces.md)); all eight hold the truth on `short`.
+  ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`.
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
   do not tell a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
 - **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they hang on the last bounces. The rms of
