@@ -87,17 +87,16 @@ def fit(
     )
     residuals, current = list(start.residuals), list(start.slopes)
     linearisations -= 0 if known else 1
-    both = not problem.to_the_bottom  # whether there is no other side to take
     sides: tuple[int, ...] = (1,)
     while True:
         tries = _STALE_TRIES if known else _FRESH_TRIES
         point, residuals, current, gained = _chords(problem, point, residuals, current, horizon, enough, tries)
         stuck = not known and gained < enough
-        if linearisations <= 0 or (stuck and both):
+        if linearisations <= 0 or (stuck and not (problem.to_the_bottom and sides == (1,))):
             return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
         linearisations -= 1
         if stuck:  # the one side is known from nearby
-            both, sides = True, (1, -1)
+            sides = (1, -1)
             other = linearised(problem, point, horizon, (-1,))
             current = [(a + b) / 2 for a, b in zip(current, other.slopes, strict=True)]
             continue
