@@ -71,7 +71,8 @@ def of_any_kind(
         All; fits go along those up to the contender's own.
     """
     *stay, cause = best.causes
-    others = [each for each in suspects if each is not cause and met_alike(each, cause)]
+    taken = any(each.of_each_drop for each in stay)
+    others = [s for s in suspects if s is not cause and met_alike(s, cause) and not (s.of_each_drop and taken)]
     met = [horizon for horizon in horizons if horizon <= _MET_S]
     told = [horizon for horizon in horizons if _MET_S < horizon <= min(_TOLD_S, best.horizon)]
     later = [horizon for horizon in horizons if _TOLD_S < horizon <= best.horizon]

@@ -42,6 +42,7 @@ _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with it
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
+_ASKED_ANYWAY = 3  # of the best scores, whatever they promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
 _NEARLY = 0.3  # the same before it is fitted from the fall on
 SOUND_S = 0.018  # s; a model that held so far is judged there, if it fails further on
@@ -88,9 +89,7 @@ class Search:
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
             hardly = horizon == last and not best.causes and best.ratio < HARDLY * best.floor
-            found = self._invited(best, horizon, field, best.fails and not hardly)
-            if best.causes:
-                found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
+            found = self._found_beside(best, horizon, field, best.fails and not hardly)
             if not found:
                 break
             # what is next to nothing may have led out of a hollow
@@ -110,6 +109,22 @@ class Search:
                 break
             best = after
         return plain, field
+
+    def _found_beside(
+        self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool
+    ) -> list[Contender]:
+        """Return who explains what the best contender leaves: with a cause more than it, or than another of the field.
+
+        Of two causes at once the first may look like a third until both are there, so where nothing helps the best one it is
+        sought beside the others that are still in the contest.
+        """
+        for base in [best, *others_of_the_field(best, horizon, field)]:
+            found = self._invited(base, horizon, field, thorough)
+            if best.causes:
+                found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
+            if found:
+                return found
+        return []
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
@@ -175,6 +190,17 @@ def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> li
     return [min(near, key=lambda each: each.bic)] if near else []
 
 
+def others_of_the_field(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders with as many causes as the best one, of other kinds, that competed to a horizon with it."""
+    asked = {best.name, *(each.name for each in elsewhere(best, horizon, field))}
+    rivals = {
+        each.name: each
+        for each in sorted(field, key=lambda each: -each.bic)
+        if best.causes and each.horizon == horizon and len(each.causes) == len(best.causes) and each.name not in asked
+    }
+    return sorted(rivals.values(), key=lambda each: each.bic)
+
+
 def _needed(small: Contender, best: Contender) -> bool:
     """True where a cause next to nothing explains what the best model without it leaves plainly: then it is there."""
     return best.fails and not small.fails and best.misfit - small.misfit > _CLEARLY * best.excess
@@ -230,10 +256,19 @@ def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[
 def worth_fitting(
     best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender], thorough: bool
 ) -> list[Score]:
-    """Return the suspects to fit roughly: all in a thorough search beside the plain model, else those that promise a gain."""
+    """Return the suspects to fit roughly: all in a thorough search beside the plain model, else those that promise a gain.
+
+    Two that have angles or a number of their own in every drop never stand together: they would fit what is in no catalogue.
+    """
     taken = {each.name for each in best.causes}
     known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
-    open_to = [s for s in suspects if s.name not in taken and frozenset({*taken, s.name}) not in known]
+    open_to = [
+        s
+        for s in suspects
+        if s.name not in taken
+        and frozenset({*taken, s.name}) not in known
+        and not (s.of_each_drop and best.of_each_drop)
+    ]
     price = math.log(best.residuals)
     found: list[Score] = []
     names: dict[str, int] = {}
@@ -243,9 +278,12 @@ def worth_fitting(
         worth = score.gain - score.start.free(score.suspect).freedom * price
         # of what is left, and in the units of the scores
         least = _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if thorough else _SURE
+        first = (
+            len(names) <= _ASKED_ANYWAY and worth > 0
+        )  # a score follows straight lines, and a fit that fails is far off
         if (
             names[name] <= _SAME_NAME
-            and worth > least
+            and (worth > least or first)
             and (thorough or not negligible(score.suspect, score.start.shared))
         ):
             found.append(score)
