@@ -201,7 +201,9 @@ class _Contest:
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
-        if self.other_kinds and (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
+        # the first contacts tell them apart only where they show in them
+        shown = self.other_kinds and self.search.began <= SOUND_S
+        if shown and (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
             self.reordered.append((cause.name, early))
             anew = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
             # where none of them leaves noise alone, what is missing is of another kind

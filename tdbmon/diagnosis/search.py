@@ -64,6 +64,8 @@ class Search:
         Times that all suspects may still be fitted.
     weak : bool
         Whether causes are sought beside a plain model that leaves noise alone too; not where laws are known to be off.
+    began : float
+        Horizon at which causes were sought first, s.
     """
 
     fallen: Contender
@@ -72,6 +74,7 @@ class Search:
     progress: Progress
     rounds: int = _ROUNDS
     weak: bool = True
+    began: float = math.inf
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
@@ -85,6 +88,7 @@ class Search:
             if not (best.fails_beside(plain) or weak):
                 break
             self.rounds -= 1
+            self.began = min(self.began, horizon)
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
