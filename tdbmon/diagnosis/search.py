@@ -27,6 +27,7 @@ from tdbmon.diagnosis.contender import (
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.slowing import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.identify.clearances import TOUCHED_S
 
 Progress = Callable[[str], None]
 
@@ -38,6 +39,9 @@ _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
+_ALIKE = (
+    2.0  # times what the best leaves at the first contact, that another may leave before it is fitted from the fall on
+)
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
@@ -160,14 +164,17 @@ class Search:
             fitted += with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
+        seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= TOUCHED_S else _SEATED_LATER
+        ranked = siblings_first(_best_of_each_name(fitted))[:seats]
         seated: list[Contender] = []
-        ranked = siblings_first(_best_of_each_name(fitted))[: _SEATED if self.rounds == _ROUNDS - 1 else _SEATED_LATER]
         for place in range(0, len(ranked), 2):
             seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
+            won, rest = min(seated, key=lambda each: each.bic, default=best), ranked[place + 2 :]
             if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
-                break
-            won = min(seated, key=lambda each: each.bic, default=best)
-            if not won.fails and all(each.bic > won.bic + AHEAD for each in ranked[place + 2 :]):
+                # what the first contact meets looks alike until the next one
+                if horizon > TOUCHED_S or all(each.misfit > _ALIKE * won.misfit for each in rest):
+                    break
+            elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
         return seated
 
