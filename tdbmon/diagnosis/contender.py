@@ -29,6 +29,7 @@ SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
 MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
+_COASTS = 6.0  # standard deviations of the deceleration before the release
 _NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing
 _COMPARABLE = ("m", "rad", "s", "1")  # units of sizes that mean the same to machines large and small
 _NEGLIGIBLE = 0.06  # of the typical size: no ring is quite round, no race without waves
@@ -148,8 +149,16 @@ class Contender:
         return self.ratio > (_FAILING if self.causes else FAILING) * self.floor
 
     def fails_beside(self, plain: Contender) -> bool:
-        """True where more than noise is left, and not only little of what the plain model leaves."""
-        return self.fails and not (self.causes and self.excess < MINOR * plain.excess)
+        """True where more than noise is left, and not only little of what the plain model leaves.
+
+        Little may be left by a cause whose law is a little off; but no law of contacts has a part in how the rotor coasts.
+        """
+        return self.fails and not (self.causes and self.excess < MINOR * plain.excess and self.coasts)
+
+    @property
+    def coasts(self) -> bool:
+        """True where every drop slows before its release as the model has it."""
+        return all(abs(residuals[-1]) < _COASTS for residuals in self.fit.residuals)
 
     def hardly_better(self, plain: Contender) -> bool:
         """True where it fails and leaves nearly all that the plain model leaves to the same horizon."""
