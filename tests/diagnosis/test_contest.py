@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
@@ -89,6 +90,9 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     assert not worse.fails_beside(lost)
     assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.residuals)))
     assert lost.fails_beside(lost)
+    # it slows before the release as no law of contacts says
+    driven = tuple(np.append(r[:-1], 20.0) for r in worse.fit.residuals)
+    assert replace(worse, fit=replace(worse.fit, residuals=driven)).fails_beside(lost)
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, with_cause
-from tdbmon.diagnosis.search import Search, elsewhere, only_parts, siblings_first
+from tdbmon.diagnosis.search import Search, elsewhere, only_parts, others_of_the_field, siblings_first, worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.made_up import contender
@@ -42,6 +42,40 @@ def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_t
     assert elsewhere(best, plain.horizon, [best, near, far, another]) == [near]
     assert elsewhere(best, plain.horizon, [best, far, another, behind]) == []
     assert elsewhere(contender(plain, (), 0, 2.0), plain.horizon, [best, near]) == []
+
+
+def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the_field(competed, monkeypatch):
+    """Of two causes the first may look like a third: an angle of a probe leads, its gain is the one that is there."""
+    plain = replace(next(each for each in competed if not each.causes), horizon=0.04)
+    best = contender(plain, ("probe_angle@DE_A",), 100, 3.0)
+    rival = contender(plain, ("probe_gain@DE_A",), 0, 3.5)
+    pair = contender(plain, ("probe_gain@DE_A", "oval_clearance@DE"), 0, 0.9)
+    lost = contender(plain, (), 0, 9.0)
+    assert others_of_the_field(best, 0.04, [best, rival, lost, pair]) == [rival]
+    assert others_of_the_field(lost, 0.04, [best, rival]) == []
+    asked = []
+
+    def invited(self, base, *rest):
+        asked.append(base.name)
+        return [pair] if base.name == rival.name else []
+
+    monkeypatch.setattr(Search, "_invited", invited)
+    search = Search(lost, (), (0.006, 0.04), lambda _: None)
+    assert search._found_beside(best, 0.04, [best, rival], True) == [pair]
+    assert asked == [best.name, rival.name]
+
+
+def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(competed):
+    plain = next(each for each in competed if not each.causes)
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
+    lobed = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 3)
+    asked = [s for s in everyone if s.name in ("off_sized_ball@NDE", "ring_out_of_round@NDE", "probe_gain@DE_A")]
+    beside_plain = {each.suspect.name for each in worth_fitting(plain, 0.012, asked, [], True)}
+    assert beside_plain == {"off_sized_ball@NDE", "ring_out_of_round@NDE", "probe_gain@DE_A"}
+    own = tuple({"phase": 0.0} for _ in plain.problem.drops)
+    with_lobes = with_cause(plain, lobed, Start({"amplitude": 5e-6}, own))
+    beside_lobes = {each.suspect.name for each in worth_fitting(with_lobes, 0.012, asked, [], True)}
+    assert beside_lobes == {"probe_gain@DE_A"}
 
 
 def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_to_be_off(crew, monkeypatch):
