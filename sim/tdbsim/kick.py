@@ -17,7 +17,9 @@ DRIFT[3] = 1 - 2 * DRIFT.sum()
 KICK = np.array([0.209515106613362, -0.143851773179818, 0.0])
 KICK[2] = 0.5 - KICK.sum()
 
-_SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
+STRONG = 0.3  # damping in a kick, beyond which no series does
+WEAK_DRAG = 1e-3  # of a ring's speed in a kick
+SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
 
 
 @called
@@ -63,8 +65,14 @@ def stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
 @inlined
 def slide(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
     """Return the change of the slip in a kick: slip' = pull - grip mu(slip), grip a normal force over a mass."""
-    if abs(slip) <= _SMALL_SLIP or grip * coefficient * abs(t) > REGULAR_SLIP:
+    if abs(slip) <= SMALL_SLIP or grip * coefficient * abs(t) > REGULAR_SLIP:
         return slide_slowly(slip, pull, grip, t, coefficient)
+    return slide_fast(slip, pull, grip, t, coefficient)
+
+
+@inlined
+def slide_fast(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
+    """Return the same where the slip stays far from zero; numbers or vectors."""
     middle = slip + 0.5 * t * (pull - math.copysign(coefficient * grip, slip))
     return t * (pull + sliding_force(grip, middle, coefficient))
 
@@ -98,10 +106,16 @@ def slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untype
 
 
 @inlined
+def drag_grip(speed, drag, t):  # type: ignore[no-untyped-def]
+    """Return the share of a ring's speed that its drag takes in t; numbers or vectors."""
+    return t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
+
+
+@inlined
 def after_drag(speed, drag, t):  # type: ignore[no-untyped-def]
     """Return the speed of a ring after its drag acted for t; `drag` in rad/s^2."""
-    grip = t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
-    if abs(grip) < 1e-3:
+    grip = drag_grip(speed, drag, t)
+    if abs(grip) < WEAK_DRAG:
         return speed * (1.0 - grip)
     if abs(grip) > 0.1:
         return speed / (1.0 + grip) if grip > 0.0 else speed * (1.0 - grip)
@@ -109,9 +123,17 @@ def after_drag(speed, drag, t):  # type: ignore[no-untyped-def]
     return speed - t * drag * middle / math.sqrt(middle * middle + REGULAR_SPIN * REGULAR_SPIN)
 
 
+@inlined
+def weakly_damped(rate):  # type: ignore[no-untyped-def]
+    """Return (1 - exp(-rate)) / rate and (1 - that) / rate, by a series; numbers or vectors."""
+    series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
+    phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)
+    return 1.0 - rate * phi2, phi2
+
+
 @called
 def strongly_damped(rate):  # type: ignore[no-untyped-def]
-    """Return (1 - exp(-rate)) / rate and (1 - that) / rate."""
+    """Return the same in closed form."""
     phi1 = -math.expm1(-rate) / rate
     return phi1, (1.0 - phi1) / rate
 
@@ -120,11 +142,12 @@ def strongly_damped(rate):  # type: ignore[no-untyped-def]
 def mean_press(elastic, approach, pull, light, damping, t):  # type: ignore[no-untyped-def]
     """Return the mean normal force in a kick, where approach' = pull - light elastic (1 + damping approach), exactly."""
     rate = light * elastic * damping * t
-    if abs(rate) > 0.3:
-        phi1, phi2 = strongly_damped(rate)
-    else:
-        series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
-        phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)
-        phi1 = 1.0 - rate * phi2
-    mean = elastic * (1.0 + damping * (approach * phi1 + (pull - light * elastic) * t * phi2))
+    phi1, phi2 = strongly_damped(rate) if abs(rate) > STRONG else weakly_damped(rate)
+    mean = damped_press(elastic, approach, pull, light, damping, t, phi1, phi2)
     return mean if mean > 0.0 else 0.0
+
+
+@inlined
+def damped_press(elastic, approach, pull, light, damping, t, phi1, phi2):  # type: ignore[no-untyped-def]
+    """Return the mean normal force, or what pulls; numbers or vectors."""
+    return elastic * (1.0 + damping * (approach * phi1 + (pull - light * elastic) * t * phi2))

@@ -16,7 +16,7 @@ from tdbsim.mode_rows import LANES
 
 ANGLE, SPIN, COSINES, SINES, RATIO, TURNING_STOP = range(0, 6 * LANES, LANES)
 TURNING_STATE = RATIO
-_SMALL = 0.1  # rad
+SMALL_TURN = 0.1  # rad
 
 
 @inlined
@@ -55,16 +55,21 @@ def store_turning(rows, n, out, row):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def turned_on(cosine, sine, turn):  # type: ignore[no-untyped-def]
+    """Return cosine and sine of an angle after a small turn; numbers or vectors."""
+    q = turn * turn
+    c = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
+    s = turn * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
+    return cosine * c - sine * s, sine * c + cosine * s
+
+
+@inlined
 def turn_on(rows, axes, tau, columns):  # type: ignore[no-untyped-def]
     """Advance angles, cosines and sines by the spins; a series does for turns that are small, and usual ones are."""
     fastest = max(abs(rows[SPIN]), abs(rows[SPIN + 1]), abs(rows[SPIN + 2]))
     for k in range(axes):
         rows[ANGLE + k] += tau * rows[SPIN + k]
         turn = tau * rows[RATIO + k] * rows[SPIN + k]
-        q = turn * turn
-        c = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
-        s = turn * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
-        cosine, sine = rows[COSINES + k], rows[SINES + k]
-        rows[COSINES + k], rows[SINES + k] = cosine * c - sine * s, sine * c + cosine * s
-    if fastest * abs(tau) > _SMALL:
+        rows[COSINES + k], rows[SINES + k] = turned_on(rows[COSINES + k], rows[SINES + k], turn)
+    if fastest * abs(tau) > SMALL_TURN:
         set_directions(rows, columns)

@@ -1,0 +1,148 @@
+"""The rotors' modes of eight drops side by side: what a drift, a push and the gyroscopics do to them.
+
+Shapes, frequencies and gyroscopics are one rotor's and so the same in all lanes; the state, unbalance and what pushes are not.
+"""
+
+from __future__ import annotations
+
+from tdbsim.cache import in_order, inlined
+from tdbsim.vectors import LANES, load, spread, store, where
+
+# of a mode in the state, after what comes before the modes there
+X, Y, RATE_X, RATE_Y, MODE_STATE = range(0, 5 * LANES, LANES)
+# of a mode in a kick, as in `tdbsim.mode_rows`
+PUSH_X, PUSH_Y, MORE_X, MORE_Y, TURN_X, TURN_Y, COSINE, SINE, MODE_STOP = range(0, 9 * LANES, LANES)
+SAME, ALONG, BACK, STAY, SWING = range(5)  # of a mode in a drift's table
+BLOCK = 4  # modes whose gyroscopics are summed together; modes are counted up to a multiple of it
+
+
+@inlined
+def swing(state, modal, i, j, same, along, back, stay):  # type: ignore[no-untyped-def]
+    """Advance a mode, with the pushes that its velocities have still to take; return x, y and their rates."""
+    x, y = load(state, i + X), load(state, i + Y)
+    u = load(state, i + RATE_X) + load(modal, j + PUSH_X)
+    v = load(state, i + RATE_Y) + load(modal, j + PUSH_Y)
+    x, u = same * x + along * u, back * x + stay * u
+    y, v = same * y + along * v, back * y + stay * v
+    store(state, i + X, x)
+    store(state, i + Y, y)
+    store(state, i + RATE_X, u)
+    store(state, i + RATE_Y, v)
+    store(modal, j + PUSH_X, 0.0)
+    store(modal, j + PUSH_Y, 0.0)
+    return x, y, u, v
+
+
+@inlined
+def drift(state, modes, modal, n, at_end, table):  # type: ignore[no-untyped-def]
+    """Advance all modes; return x, y and their rates at both ends."""
+    x0, y0, u0, v0 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    x1, y1, u1, v1 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    for k in range(n):
+        i = k * SWING
+        x, y, u, v = swing(
+            state, modal, modes + k * MODE_STATE, k * MODE_STOP,
+            table[i + SAME], table[i + ALONG], table[i + BACK], table[i + STAY],
+        )  # fmt: skip
+        first, second = at_end[k], at_end[n + k]
+        x0 += first * x
+        y0 += first * y
+        u0 += first * u
+        v0 += first * v
+        x1 += second * x
+        y1 += second * y
+        u1 += second * u
+        v1 += second * v
+    return x0, y0, u0, v0, x1, y1, u1, v1
+
+
+@inlined
+def drift_apart(state, modes, modal, n, at_end, usual, shorter, longer, short, long):  # type: ignore[no-untyped-def]
+    """Advance all modes by the tables of usual steps and, in the lanes of two masks, by those of short and of long ones."""
+    x0, y0, u0, v0 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    x1, y1, u1, v1 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    for k in range(n):
+        i = k * SWING
+        x, y, u, v = swing(
+            state, modal, modes + k * MODE_STATE, k * MODE_STOP,
+            where(short, shorter[i + SAME], where(long, longer[i + SAME], usual[i + SAME])),
+            where(short, shorter[i + ALONG], where(long, longer[i + ALONG], usual[i + ALONG])),
+            where(short, shorter[i + BACK], where(long, longer[i + BACK], usual[i + BACK])),
+            where(short, shorter[i + STAY], where(long, longer[i + STAY], usual[i + STAY])),
+        )  # fmt: skip
+        first, second = at_end[k], at_end[n + k]
+        x0 += first * x
+        y0 += first * y
+        u0 += first * u
+        v0 += first * v
+        x1 += second * x
+        y1 += second * y
+        u1 += second * u
+        v1 += second * v
+    return x0, y0, u0, v0, x1, y1, u1, v1
+
+
+@inlined
+def lost(state, modes, n, damping):  # type: ignore[no-untyped-def]
+    """Return the power that the modes' damping takes."""
+    total = spread(0.0)
+    for k in range(n):
+        i = modes + k * MODE_STATE
+        u, v = load(state, i + RATE_X), load(state, i + RATE_Y)
+        total += damping[k] * (u * u + v * v)
+    return total
+
+
+@inlined
+def push(state, modes, modal, n, at_end, weight, along, across, jx0, jy0, jx1, jy1, fall, turn, struck):  # type: ignore[no-untyped-def]
+    """Give velocities half of their push and keep the other half, as `tdbsim.mode_rows.push`."""
+    supplied = spread(0.0)
+    for k in range(n):
+        i, j = modes + k * MODE_STATE, k * MODE_STOP
+        cosine, sine = load(modal, j + COSINE), load(modal, j + SINE)
+        push_x = cosine * along - sine * across + load(modal, j + MORE_X)
+        push_y = cosine * across + sine * along + load(modal, j + MORE_Y)
+        first, second = at_end[k], at_end[n + k]
+        struck_x = first * jx0 + second * jx1
+        struck_y = first * jy0 + second * jy1 + fall * weight[k]
+        u, v = load(state, i + RATE_X), load(state, i + RATE_Y)
+        supplied += push_x * (u + 0.5 * (struck_x + push_x)) + push_y * (v + 0.5 * (struck_y + push_y))
+        push_x, push_y = 0.5 * (push_x + struck_x), 0.5 * (push_y + struck_y)
+        store(modal, j + PUSH_X, push_x)
+        store(modal, j + PUSH_Y, push_y)
+        u += push_x
+        v += push_y
+        store(state, i + RATE_X, u)
+        store(state, i + RATE_Y, v)
+        store(modal, j + TURN_X, turn * u + struck * load(state, i + X))
+        store(modal, j + TURN_Y, -turn * v - struck * load(state, i + Y))
+    return supplied
+
+
+@in_order
+def turn_plane(state, modes, modal, n, gyro, source, place, rate, answer, turn, struck):  # type: ignore[no-untyped-def]
+    """Let the gyroscopics turn the velocities of one plane by what the other says, as `tdbsim.mode_rows.turn_plane`.
+
+    `gyro` : four of its rows together, number by number, four rows after the other.
+    """
+    for first in range(0, n, BLOCK):
+        a, b, c, d = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+        for k in range(n):
+            other, i = load(modal, k * MODE_STOP + source), first * n + k * BLOCK
+            a += gyro[i] * other
+            b += gyro[i + 1] * other
+            c += gyro[i + 2] * other
+            d += gyro[i + 3] * other
+        turned(state, modes, modal, first, place, rate, answer, turn, struck, a)
+        turned(state, modes, modal, first + 1, place, rate, answer, turn, struck, b)
+        turned(state, modes, modal, first + 2, place, rate, answer, turn, struck, c)
+        turned(state, modes, modal, first + 3, place, rate, answer, turn, struck, d)
+
+
+@inlined
+def turned(state, modes, modal, k, place, rate, answer, turn, struck, change):  # type: ignore[no-untyped-def]
+    """Change a mode's velocity, and note what it turns the other plane by."""
+    i, j = modes + k * MODE_STATE, k * MODE_STOP
+    changed = load(state, i + rate) + change
+    store(state, i + rate, changed)
+    store(modal, j + answer, turn * changed + struck * load(state, i + place))

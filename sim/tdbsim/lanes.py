@@ -1,0 +1,488 @@
+"""The splitting for up to eight drops of one rotor side by side, a drop in each lane of the processor's vectors.
+
+A drop alone is mostly waiting (`tdbsim.splitting`): here eight drops wait together.  The laws of motion, the order of a step's
+parts and the choice of steps are those of `splitting`, and each lane has its own way: where a contact begins or ends in it, its
+step is discarded and taken anew in four while the others go on; lanes may be at different instants.  So a drop takes the steps
+that it takes alone, and differs from that by rounding.  `together` lets all lanes take the steps that any of them needs:
+then differences between neighbouring drops are free of what unlike steps make of them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tdbsim import hooks
+from tdbsim.cache import called, inlined, reassociated
+from tdbsim.columns import (
+    CAGE_RATIO,
+    CONTACT_POWER,
+    DECAY_RATE,
+    GRAVITY,
+    HAS_BOW,
+    HAS_CIRCULATORY,
+    HAS_HOLDING,
+    HAS_SHAPE,
+    HAS_SPRING,
+    HAS_WAVES,
+    HAS_WINDAGE,
+    INERTIA,
+    MAGNET_FX,
+    MAGNET_FY,
+    ROTOR_ROW,
+)
+from tdbsim.kick import DRIFT, KICK, swing_table
+from tdbsim.lane_ends import (
+    IMPULSE_X,
+    IMPULSE_Y,
+    KICK_STOP,
+    PRESSED,
+    TAKEN_STOP,
+    bend_support,
+    book,
+    damp_axis,
+    meet,
+    press_balls,
+    push_axis,
+    slow_ring,
+    strike,
+)
+from tdbsim.lane_modes import (
+    ALONG,
+    BACK,
+    BLOCK,
+    MODE_STATE,
+    MODE_STOP,
+    MORE_X,
+    MORE_Y,
+    RATE_X,
+    RATE_Y,
+    SAME,
+    STAY,
+    SWING,
+    TURN_X,
+    TURN_Y,
+    X,
+    Y,
+    drift,
+    drift_apart,
+    lost,
+    push,
+    turn_plane,
+)
+from tdbsim.lane_rows import (
+    ANGLE,
+    COSINES,
+    END_STOP,
+    MODES,
+    RING,
+    RING_RATE,
+    SINES,
+    SPIN,
+    BALL_STOP,
+    direct,
+    effect_of,
+    fill_balls,
+    fill_ends,
+    fill_gyro,
+    fill_unbalance,
+    flagged,
+    keep,
+    of_lane,
+    read_state,
+    take_back,
+    vectors,
+    write_state,
+)
+from tdbsim.lane_power import POWERS_STOP, fill_powers
+from tdbsim.mode_rows import ALONG as ALONG_ROW
+from tdbsim.mode_rows import BACK as BACK_ROW
+from tdbsim.mode_rows import LANES as ROW_LANES
+from tdbsim.mode_rows import SAME as SAME_ROW
+from tdbsim.mode_rows import STAY as STAY_ROW
+from tdbsim.mode_rows import SWING_STOP
+from tdbsim.rhs import EXTERNAL, LEDGER, MODAL, WINDAGE
+from tdbsim.ring_rows import DAMPER_STOP, damper_table
+from tdbsim.splitting import FLIGHT_STEP, LONG, PARTS, SHORT, USUAL
+from tdbsim.turning import SMALL_TURN, turned_on
+from tdbsim.vectors import LANES, address, beyond, bits, load, masked, spread, store, where
+
+_WHOLE = PARTS[USUAL]
+# the way of each lane: the instant ahead, how far it is in parts of a usual step, short steps to come
+AHEAD, LEFT, SHORTS, WAY_STOP = range(0, 4 * LANES, LANES)
+_TAKEN = len(KICK) * TAKEN_STOP
+_PLACES = 12 * LANES  # of the rings
+_MIXED = len(PARTS)  # where dampers stand whose lanes take steps of different lengths
+
+
+@reassociated
+def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no-untyped-def]
+    """Advance the states of drops from the release through instants.
+
+    Parameters
+    ----------
+    m : Arrays
+        Of the first drop what is the rotor's (``square``, ``damping``, ``gyro``, ``at_end``, ``weight``), of all lanes the
+        others, lane by lane; lanes beyond the drops repeat one of them.
+    y : (lanes, size) array
+        States at the release.
+    count : int
+        How many lanes hold a drop.
+    step : float
+        The greatest usual step, s.
+    times : (k,) array
+        Rising instants, s after the release.
+    out : (lanes, k, size) array
+        Filled with the states at them.
+    peak : (lanes, 2) array
+        Raised to the greatest normal forces, N.
+    together : bool
+        Whether all lanes take the same steps.
+
+    Returns
+    -------
+    (lanes,) array
+        Times reached; those fall short where a state ceased to be finite.
+    """
+    n = len(m.square)
+    padded = (n + BLOCK - 1) // BLOCK * BLOCK
+    # all numbers in one array, since places in it cost no counting of references
+    size_of_state = MODES + padded * MODE_STATE
+    most = m.ball_cosine.shape[2] * BALL_STOP
+    sizes = (
+        size_of_state, size_of_state, 2 * END_STOP, 2 * most, padded * MODE_STOP, 2 * KICK_STOP, 2 * POWERS_STOP, 8 * LANES,
+        (len(PARTS) + 1) * _TAKEN, padded * padded, len(PARTS) * len(DRIFT) * padded * SWING,
+    )  # fmt: skip
+    space = vectors(sum(sizes) // LANES + len(sizes))
+    state = address(space)
+    kept = beyond(state, size_of_state)
+    ends = beyond(kept, size_of_state)
+    balls_0 = beyond(ends, 2 * END_STOP)
+    balls_1 = beyond(balls_0, most)
+    modal = beyond(balls_1, most)
+    kick = beyond(modal, padded * MODE_STOP)
+    powers = beyond(kick, 2 * KICK_STOP)
+    room = beyond(powers, 2 * POWERS_STOP)
+    taken = beyond(room, 8 * LANES)
+    gyro = beyond(taken, (len(PARTS) + 1) * _TAKEN)
+    swings = beyond(gyro, padded * padded)
+    at_end, weight, damping = address(m.at_end), address(m.weight), address(m.damping)
+    effects, states = address(m.effect), address(out)
+    read_state(y, n, state)
+    fill_ends(m, ends)
+    count_0, count_1 = fill_balls(m, 0, balls_0), fill_balls(m, 1, balls_1)
+    fill_unbalance(m, modal)
+    fill_gyro(m.gyro, gyro)
+    own_0, own_1, both = 0.0, 0.0, 0.0
+    for k in range(n):
+        own_0 += m.at_end[0, k] * m.at_end[0, k]
+        own_1 += m.at_end[1, k] * m.at_end[1, k]
+        both += m.at_end[0, k] * m.at_end[1, k]
+    for end in range(2):
+        fill_powers(m.end[:, end, CONTACT_POWER], beyond(powers, end * POWERS_STOP))
+    for a in range(LANES):
+        room[a], room[LANES + a] = m.spin[a, GRAVITY], m.spin[a, INERTIA]
+        room[2 * LANES + a] = m.spin[a, DECAY_RATE]
+    gravity, inertia, decay = load(room, 0), load(room, LANES), load(room, 2 * LANES)
+    shaped_0, shaped_1 = flagged(m.end[:, 0], HAS_SHAPE), flagged(m.end[:, 1], HAS_SHAPE)
+    wavy_0, wavy_1 = flagged(m.end[:, 0], HAS_WAVES), flagged(m.end[:, 1], HAS_WAVES)
+    sprung_0, sprung_1 = flagged(m.end[:, 0], HAS_SPRING), flagged(m.end[:, 1], HAS_SPRING)
+    blown = flagged(m.spin, HAS_WINDAGE)
+    forced = flagged(m.spin, HAS_BOW) | flagged(m.spin, HAS_CIRCULATORY) | flagged(m.spin, HAS_HOLDING)
+
+    ways, reached, parts = np.zeros(WAY_STOP, np.int64), np.zeros(LANES), np.zeros(len(times), np.int64)
+    way, to_come, arrived = address(ways), address(parts), address(reached)
+    instants = address(times)
+    alive, aloft = (1 << count) - 1, 0
+    begin = 0
+    while begin < len(parts):
+        usual, stop = stretch(times, begin, step, parts)
+        fill_tables(m, usual, swings, taken)
+        flight = usual * PARTS[LONG] < _WHOLE * (1 + 1e-9) * FLIGHT_STEP
+        running = 0
+        for a in range(count):
+            if alive >> a & 1:
+                way[AHEAD + a], way[LEFT + a], way[SHORTS + a] = begin, to_come[begin], 0
+                direct(state, ends, a)
+                if settle(state, ends, n, a, way, instants, to_come, stop, len(parts), states, arrived):
+                    running |= 1 << a
+                elif reached[a] < times[stop - 1]:
+                    alive &= ~(1 << a)
+        while running != 0:
+            # how long the step of each lane is
+            shorter, longer = 0, 0
+            for a in range(count):
+                if running >> a & 1:
+                    if way[SHORTS + a] > 0:
+                        shorter |= 1 << a
+                    elif flight and aloft >> a & 1 and way[LEFT + a] >= PARTS[LONG]:
+                        longer |= 1 << a
+            size = -1
+            if shorter == running:
+                size = SHORT
+            elif longer == running:
+                size = LONG
+            elif shorter == 0 and longer == 0:
+                size = USUAL
+            short, long = masked(shorter), masked(longer)
+            damping_of = beyond(taken, (_MIXED if size < 0 else size) * _TAKEN)
+            if size < 0:
+                mix(taken, short, long)
+                h = where(short, PARTS[SHORT] * 1.0, where(long, PARTS[LONG] * 1.0, PARTS[USUAL] * 1.0)) * (usual / _WHOLE)
+            else:
+                h = spread(usual * PARTS[size] / _WHOLE)
+            keep(state, kept, size_of_state)
+            store(kick, PRESSED, 0.0)
+            store(kick, KICK_STOP + PRESSED, 0.0)
+            begun_0, begun_1, touched_0, touched_1, met, again = 0, 0, 0, 0, 0, 0
+            gone = spread(0.0)
+            for stage in range(7):
+                # drift
+                s = min(stage, 6 - stage)
+                tau = DRIFT[s] * h
+                gone += tau
+                if size >= 0:
+                    table = beyond(swings, (size * len(DRIFT) + s) * n * SWING)
+                    x0, y0, u0, v0, x1, y1, u1, v1 = drift(state, MODES, modal, n, at_end, table)
+                else:
+                    x0, y0, u0, v0, x1, y1, u1, v1 = drift_apart(
+                        state, MODES, modal, n, at_end, beyond(swings, (USUAL * len(DRIFT) + s) * n * SWING),
+                        beyond(swings, (SHORT * len(DRIFT) + s) * n * SWING),
+                        beyond(swings, (LONG * len(DRIFT) + s) * n * SWING), short, long,
+                    )  # fmt: skip
+                if stage == 3:
+                    book(state, MODAL, h * lost(state, MODES, n, damping))
+                for i in range(0, _PLACES, LANES):
+                    store(state, RING + i, load(state, RING + i) + tau * load(state, RING_RATE + i))
+                turn_on(state, ends, tau)
+                if stage == 6:
+                    break
+
+                # kick
+                s = min(stage, 5 - stage)
+                tau = KICK[s] * h
+                at = s * TAKEN_STOP
+                for end in range(2):
+                    damp_axis(state, kick, damping_of, at, end, 0)
+                    damp_axis(state, kick, damping_of, at, end, 1)
+                # forces that go by the places
+                ex, ey = x0 - load(state, RING), y0 - load(state, RING + LANES)
+                touched_0 = meet(effects, state, ends, kick, powers, 0, ex, ey, shaped_0)
+                ex, ey = x1 - load(state, RING + 2 * LANES), y1 - load(state, RING + 3 * LANES)
+                touched_1 = meet(effects, state, ends, kick, powers, 1, ex, ey, shaped_1)
+                press_balls(effects, state, ends, kick, balls_0, count_0, 0, tau, wavy_0)
+                press_balls(effects, state, ends, kick, balls_1, count_1, 1, tau, wavy_1)
+                bend_support(effects, state, ends, kick, 0, sprung_0)
+                bend_support(effects, state, ends, kick, 1, sprung_1)
+                if stage == 0:
+                    begun_0, begun_1 = touched_0, touched_1
+                else:
+                    met |= (touched_0 ^ begun_0) | (touched_1 ^ begun_1)
+                    again = met & running & ~shorter
+                    if together and again != 0:
+                        again = running
+                    if again == running:
+                        break
+
+                # contacts: forth and back, so that the step stays symmetric
+                struck = spread(0.0)
+                for turn in range(2):
+                    rubbed = spread(0.0)
+                    if (turn == 0) == (stage < 3):
+                        if touched_0 != 0:
+                            jx, jy, gain, rubbed = strike(
+                                effects, state, ends, kick, 0, touched_0, u0, v0, own_0, tau, room
+                            )
+                            struck, u1, v1 = struck + gain, u1 + both * jx, v1 + both * jy
+                        slow_ring(state, ends, 0, rubbed, tau, room)
+                    else:
+                        if touched_1 != 0:
+                            jx, jy, gain, rubbed = strike(
+                                effects, state, ends, kick, 1, touched_1, u1, v1, own_1, tau, room
+                            )
+                            struck, u0, v0 = struck + gain, u0 + both * jx, v0 + both * jy
+                        slow_ring(state, ends, 1, rubbed, tau, room)
+
+                # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
+                omega = load(state, SPIN)
+                middle = omega + 0.5 * tau * slowing(effects, omega, decay, blown, room)
+                slower = tau * slowing(effects, middle, decay, blown, room)
+                store(state, SPIN, omega + slower)
+                book(state, WINDAGE, -inertia * slower * middle)
+                pull, gain = tau * middle * middle, struck + slower
+                cosine, sine = load(state, COSINES), load(state, SINES)
+                along, across = pull * cosine + gain * sine, pull * sine - gain * cosine
+                if forced != 0:
+                    store(room, 0, tau)
+                    store(room, LANES, gone)
+                    for a in range(count):
+                        if (forced & running) >> a & 1:
+                            now = times[way[AHEAD + a]] - usual * way[LEFT + a] / _WHOLE + room[LANES + a]
+                            add_forces(of_lane(m, a), state, modal, a, now, room[a])
+                turned = tau * middle
+                supplied = push(
+                    state, MODES, modal, n, at_end, weight, along, across, load(kick, IMPULSE_X), load(kick, IMPULSE_Y),
+                    load(kick, KICK_STOP + IMPULSE_X), load(kick, KICK_STOP + IMPULSE_Y), tau, turned, struck,
+                )  # fmt: skip
+                book(state, EXTERNAL, supplied)
+                # one plane turns the other, in turns; in the step's second half the other way round
+                if stage < 3:
+                    turn_plane(state, MODES, modal, n, gyro, TURN_Y, X, RATE_X, TURN_X, turned, struck)
+                    turn_plane(state, MODES, modal, n, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turned, -struck)
+                else:
+                    turn_plane(state, MODES, modal, n, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turned, -struck)
+                    turn_plane(state, MODES, modal, n, gyro, TURN_Y, X, RATE_X, TURN_X, turned, struck)
+                for end in range(2):
+                    push_axis(state, ends, kick, damping_of, at, end, 0, spread(0.0), tau)
+                    push_axis(state, ends, kick, damping_of, at, end, 1, gravity, tau)
+            discarded = again | ((1 << LANES) - 1 ^ running)
+            if discarded != 0:
+                take_back(state, kept, size_of_state, discarded)
+            touching = touched_0 | touched_1
+            for a in range(count):
+                if not running >> a & 1:
+                    continue
+                if again >> a & 1:
+                    aloft &= ~(1 << a)
+                    if not longer >> a & 1:
+                        way[SHORTS + a] = _WHOLE
+                    continue
+                way[LEFT + a] -= PARTS[SHORT] if shorter >> a & 1 else PARTS[LONG] if longer >> a & 1 else _WHOLE
+                way[SHORTS + a] = max(0, way[SHORTS + a] - 1)
+                aloft = aloft & ~(1 << a) if touching >> a & 1 else aloft | 1 << a
+                for end in range(2):
+                    peak[a, end] = max(peak[a, end], kick[end * KICK_STOP + PRESSED + a])
+                if way[LEFT + a] == 0 and not settle(
+                    state, ends, n, a, way, instants, to_come, stop, len(parts), states, arrived
+                ):
+                    running &= ~(1 << a)
+                    if reached[a] < times[stop - 1]:
+                        alive &= ~(1 << a)
+            if together and aloft & alive != alive:
+                aloft = 0
+        begin = stop
+    space[0], ways[0] = 0.0, 0  # until here they are in use
+    return reached
+
+
+@called
+def stretch(times, begin, step, parts):  # type: ignore[no-untyped-def]
+    """Return the usual step from an instant on, and the instant from which it is another; fill its parts to each instant."""
+    usual, row = 0.0, begin
+    while row < len(times):
+        span = times[row] - (times[row - 1] if row > 0 else 0.0)
+        count = math.ceil(span / step - 1e-9) if span > 0.0 else 0
+        if count > 0:
+            if usual == 0.0:
+                usual = span / count
+            if abs(span / count - usual) > 1e-12 * step:
+                break
+        parts[row] = _WHOLE * count
+        row += 1
+    return usual, row
+
+
+@called
+def fill_tables(m, usual, swings, taken):  # type: ignore[no-untyped-def]
+    """Fill the tables of drifts and of dampers for steps of the three lengths."""
+    n = len(m.square)
+    swing, damper = np.zeros((len(DRIFT), SWING_STOP)), np.zeros((len(KICK), DAMPER_STOP))
+    for size in range(len(PARTS)):
+        h = usual * PARTS[size] / _WHOLE
+        swing_table(of_lane(m, 0), h, swing)
+        for s in range(len(DRIFT)):
+            for k in range(n):
+                at = ((size * len(DRIFT) + s) * n + k) * SWING
+                swings[at + SAME], swings[at + ALONG] = swing[s, SAME_ROW + k], swing[s, ALONG_ROW + k]
+                swings[at + BACK], swings[at + STAY] = swing[s, BACK_ROW + k], swing[s, STAY_ROW + k]
+        for a in range(LANES):
+            damper_table(of_lane(m, a), h, KICK, damper)
+            for s in range(len(KICK)):
+                at = size * _TAKEN + s * TAKEN_STOP + a
+                for part in range(5):
+                    for axis in range(4):
+                        taken[at + (part * 4 + axis) * LANES] = damper[s, part * ROW_LANES + axis]
+
+
+@called
+def mix(taken, short, long):  # type: ignore[no-untyped-def]
+    """Fill the dampers' table for lanes that take steps of different lengths."""
+    for i in range(0, _TAKEN, LANES):
+        mixed = where(long, load(taken, LONG * _TAKEN + i), load(taken, USUAL * _TAKEN + i))
+        store(taken, _MIXED * _TAKEN + i, where(short, load(taken, SHORT * _TAKEN + i), mixed))
+
+
+@called
+def settle(state, ends, n, a, way, times, parts, stop, rows, out, reached):  # type: ignore[no-untyped-def]
+    """Write the state of a lane where it has arrived, and set it on its way; return whether there is more of that."""
+    width = 4 * n + 30 + len(LEDGER)
+    while way[LEFT + a] == 0:
+        row = way[AHEAD + a]
+        write_state(state, n, a, beyond(out, (a * rows + row) * width))
+        if not math.isfinite(state[MODES + X + a] + state[MODES + Y + a]):
+            return False
+        reached[a] = times[row]
+        if row + 1 == stop:
+            return False
+        way[AHEAD + a], way[LEFT + a], way[SHORTS + a] = row + 1, parts[row + 1], 0
+        direct(state, ends, a)
+    return True
+
+
+@inlined
+def turn_on(state, ends, tau):  # type: ignore[no-untyped-def]
+    """Advance angles, cosines and sines by the spins; anew where a turn is large."""
+    large = 0
+    for k in range(3):
+        turn = tau * load(state, SPIN + k * LANES)
+        store(state, ANGLE + k * LANES, load(state, ANGLE + k * LANES) + turn)
+        large |= bits(abs(turn) > SMALL_TURN)
+        if k > 0:
+            turn = turn * load(ends, (k - 1) * END_STOP + CAGE_RATIO * LANES)
+        cosine, sine = turned_on(load(state, COSINES + k * LANES), load(state, SINES + k * LANES), turn)
+        store(state, COSINES + k * LANES, cosine)
+        store(state, SINES + k * LANES, sine)
+    if large != 0:
+        for a in range(LANES):
+            if large >> a & 1:
+                direct(state, ends, a)
+
+
+@inlined
+def slowing(effects, omega, decay, blown, room):  # type: ignore[no-untyped-def]
+    """Return the angular acceleration of the rotors by what is around them."""
+    slower = -decay * omega
+    if blown != 0:
+        store(room, 0, omega)
+        store(room, LANES, slower)
+        _blow_each(effects, room, blown)
+        slower = load(room, LANES)
+    return slower
+
+
+@called
+def _blow_each(effects, room, blown):  # type: ignore[no-untyped-def]
+    for a in range(LANES):
+        if blown >> a & 1:
+            room[LANES + a] += hooks.windage(room[a], effect_of(effects, a, ROTOR_ROW))
+
+
+@called
+def add_forces(m, state, modal, a, now, tau):  # type: ignore[no-untyped-def]
+    """Note what bow, cross-coupling and magnets push the modes of a lane by; `now` in s after the release."""
+    n = len(m.square)
+    cosine, sine = state[COSINES + a], state[SINES + a]
+    share = tau * hooks.holding(now, m.effect[ROTOR_ROW]) if m.spin[HAS_HOLDING] > 0.0 else 0.0
+    for k in range(n):
+        more_x = tau * m.square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
+        more_y = tau * m.square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
+        for j in range(n):
+            i = MODES + j * MODE_STATE + a
+            more_x -= tau * m.circulatory[k, j] * state[i + Y]
+            more_y += tau * m.circulatory[k, j] * state[i + X]
+        for j in range(len(m.magnet)):
+            more_x += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
+            more_y += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
+        i = k * MODE_STOP + a
+        modal[i + MORE_X], modal[i + MORE_Y] = more_x, more_y

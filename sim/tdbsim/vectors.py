@@ -1,0 +1,250 @@
+"""Eight numbers as one, for kernels that take eight drops side by side: one instruction works on all of them.
+
+numba leaves it to the compiler whether a loop becomes vectors.  Here a value *is* a vector, also on processors whose own are
+shorter, of which the compiler then takes several; and what is written for numbers without branches works on vectors too.
+Where numbers would branch, `where` selects, by masks.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, models, register_model
+
+LANES = 8
+_NUMBERS, _WHOLES, _TRUTHS = (
+    ir.VectorType(kind, LANES) for kind in (ir.DoubleType(), ir.IntType(64), ir.IntType(1))
+)
+
+
+class _Vector(types.Type):  # type: ignore[misc]
+    """Eight numbers, whole numbers or truths."""
+
+    def __init__(self, name: str, kind: Any) -> None:
+        super().__init__(name)
+        self.kind = kind
+
+
+vector, whole, mask = _Vector("vector", _NUMBERS), _Vector("whole", _WHOLES), _Vector("mask", _TRUTHS)
+
+
+@register_model(_Vector)
+class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, kind.kind)
+
+
+def _spread(builder: Any, value: Any) -> Any:
+    """Return a number in all lanes; a vector as it is."""
+    if isinstance(value.type, ir.VectorType):
+        return value
+    kind, place = ir.VectorType(value.type, LANES), ir.IntType(32)
+    empty = ir.Constant(kind, ir.Undefined)
+    first = builder.insert_element(empty, value, ir.Constant(place, 0))
+    return builder.shuffle_vector(first, empty, ir.Constant(ir.VectorType(place, LANES), [ir.Constant(place, 0)] * LANES))
+
+
+def _define(function: Any, emit: Callable[..., Any], result: Any, *arguments: Any) -> None:
+    """Let a function of Python work on vectors; of two, one may be a number."""
+    kinds = [arguments]
+    single = {vector: types.float64, whole: types.int64}.get(arguments[0])
+    if single is not None and len(arguments) == 2:
+        kinds += [(arguments[0], single), (single, arguments[1])]
+
+    class Template(ConcreteTemplate):  # type: ignore[misc]
+        key = function
+        cases = [signature(result, *kind) for kind in kinds]
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return emit(builder, *(_spread(builder, each) for each in args))
+
+    infer_global(function)(Template)
+    for kind in kinds:
+        lower_builtin(function, *kind)(lowered)
+
+
+def _named(name: str) -> Callable[..., Any]:
+    def emit(builder: Any, *args: Any) -> Any:
+        declared = ir.FunctionType(_NUMBERS, [_NUMBERS] * len(args))
+        return builder.call(cgutils.get_or_insert_function(builder.module, declared, f"llvm.{name}.v{LANES}f64"), args)
+
+    return emit
+
+
+for _functions, _emit in (
+    ((operator.add, operator.iadd), lambda b, x, y: b.fadd(x, y)),
+    ((operator.sub, operator.isub), lambda b, x, y: b.fsub(x, y)),
+    ((operator.mul, operator.imul), lambda b, x, y: b.fmul(x, y)),
+    ((operator.truediv, operator.itruediv), lambda b, x, y: b.fdiv(x, y)),
+    ((math.copysign,), _named("copysign")),
+):
+    for _function in _functions:
+        _define(_function, _emit, vector, vector, vector)
+for _function, _emit in (
+    (operator.add, lambda b, x, y: b.add(x, y)),
+    (operator.mul, lambda b, x, y: b.mul(x, y)),
+    (operator.and_, lambda b, x, y: b.and_(x, y)),
+    (operator.or_, lambda b, x, y: b.or_(x, y)),
+    (operator.rshift, lambda b, x, y: b.lshr(x, y)),
+):
+    _define(_function, _emit, whole, whole, whole)
+for _function, _sign in ((operator.lt, "<"), (operator.gt, ">")):
+    _define(_function, lambda b, x, y, sign=_sign: b.icmp_signed(sign, x, y), mask, whole, whole)
+for _function, _sign in ((operator.lt, "<"), (operator.gt, ">"), (operator.le, "<="), (operator.ge, ">=")):
+    _define(_function, lambda b, x, y, sign=_sign: b.fcmp_ordered(sign, x, y), mask, vector, vector)
+for _function, _emit in (
+    (operator.neg, lambda b, x: b.fsub(_spread(b, ir.Constant(ir.DoubleType(), -0.0)), x)),
+    (math.sqrt, _named("sqrt")),
+    (abs, _named("fabs")),
+):
+    _define(_function, _emit, vector, vector)
+for _function, _emit in (
+    (operator.and_, lambda b, x, y: b.and_(x, y)),
+    (operator.or_, lambda b, x, y: b.or_(x, y)),
+):
+    _define(_function, _emit, mask, mask, mask)
+_define(operator.invert, lambda b, x: b.not_(x), mask, mask)
+
+
+@intrinsic  # type: ignore[misc]
+def address(typing, array):  # type: ignore[no-untyped-def]
+    """Return where the numbers of an array stand; kernels that hand it on count no references, which takes longer than work.
+
+    The array must be used after the last use of that.
+    """
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return context.make_array(sig.args[0])(context, builder, args[0]).data
+
+    return types.CPointer(array.dtype)(array), emit
+
+
+@intrinsic  # type: ignore[misc]
+def beyond(typing, place, count):  # type: ignore[no-untyped-def]
+    """Return the place so many numbers beyond."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.gep(args[0], [args[1]])
+
+    return place(place, types.intp), emit
+
+
+def _eight(builder: Any, place: Any, at: Any) -> Any:
+    return builder.bitcast(builder.gep(place, [at]), _NUMBERS.as_pointer())
+
+
+@intrinsic  # type: ignore[misc]
+def load(typing, place, at):  # type: ignore[no-untyped-def]
+    """Return the eight numbers at a place."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.load(_eight(builder, *args), align=8)
+
+    return vector(types.CPointer(types.float64), types.intp), emit
+
+
+@intrinsic  # type: ignore[misc]
+def store(typing, place, at, value):  # type: ignore[no-untyped-def]
+    """Write eight numbers to a place."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        builder.store(_spread(builder, args[2]), _eight(builder, *args[:2]), align=8)
+        return context.get_dummy_value()
+
+    kind = vector if value is vector else types.float64
+    return types.none(types.CPointer(types.float64), types.intp, kind), emit
+
+
+@intrinsic  # type: ignore[misc]
+def gather(typing, place, where_to):  # type: ignore[no-untyped-def]
+    """Return the numbers so many beyond a place, each its own."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        found = ir.Constant(_NUMBERS, ir.Undefined)
+        for k in range(LANES):
+            lane = ir.Constant(ir.IntType(32), k)
+            found = builder.insert_element(
+                found, builder.load(builder.gep(args[0], [builder.extract_element(args[1], lane)])), lane
+            )
+        return found
+
+    return vector(types.CPointer(types.float64), whole), emit
+
+
+@intrinsic  # type: ignore[misc]
+def lane_numbers(typing):  # type: ignore[no-untyped-def]
+    """Return 0, 1, 2 ..."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return ir.Constant(_WHOLES, [ir.Constant(ir.IntType(64), k) for k in range(LANES)])
+
+    return whole(), emit
+
+
+@intrinsic  # type: ignore[misc]
+def as_bits(typing, value):  # type: ignore[no-untyped-def]
+    """Return the bits of numbers."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.bitcast(args[0], _WHOLES)
+
+    return whole(vector), emit
+
+
+@intrinsic  # type: ignore[misc]
+def of_bits(typing, value):  # type: ignore[no-untyped-def]
+    """Return numbers of such bits."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.bitcast(args[0], _NUMBERS)
+
+    return vector(whole), emit
+
+
+@intrinsic  # type: ignore[misc]
+def where(typing, which, there, elsewhere):  # type: ignore[no-untyped-def]
+    """Return `there` in the lanes of a mask, `elsewhere` in the others; vectors, or numbers for all lanes."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.select(args[0], _spread(builder, args[1]), _spread(builder, args[2]))
+
+    result, number = (whole, types.int64) if whole in (there, elsewhere) else (vector, types.float64)
+    return result(mask, *(result if each is result else number for each in (there, elsewhere))), emit
+
+
+@intrinsic  # type: ignore[misc]
+def spread(typing, value):  # type: ignore[no-untyped-def]
+    """Return a number in all lanes."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return _spread(builder, args[0])
+
+    return vector(types.float64), emit
+
+
+@intrinsic  # type: ignore[misc]
+def bits(typing, which):  # type: ignore[no-untyped-def]
+    """Return a mask as a whole number: bit k is lane k's."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.zext(builder.bitcast(args[0], ir.IntType(LANES)), ir.IntType(64))
+
+    return types.int64(mask), emit
+
+
+@intrinsic  # type: ignore[misc]
+def masked(typing, which):  # type: ignore[no-untyped-def]
+    """Return the mask of a whole number's bits."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.bitcast(builder.trunc(args[0], ir.IntType(LANES)), _TRUTHS)
+
+    return mask(types.int64), emit
