@@ -82,6 +82,12 @@ def slide_slowly(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-d
     """Return the same where the law of friction bends within the kick, or friction stops the slip."""
     if grip * coefficient * abs(t) > REGULAR_SLIP:
         return stuck(slip, pull * t, -sliding_force(grip, slip, coefficient) * t, t)
+    return slide_by_parts(slip, pull, grip, t, coefficient)
+
+
+@inlined
+def slide_by_parts(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
+    """Return the same where the law bends and friction does not stop the slip; numbers or vectors."""
     k1 = pull + sliding_force(grip, slip, coefficient)
     k2 = pull + sliding_force(grip, slip + 0.5 * t * k1, coefficient)
     k3 = pull + sliding_force(grip, slip + 0.5 * t * k2, coefficient)

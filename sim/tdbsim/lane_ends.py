@@ -48,6 +48,7 @@ from tdbsim.kick import (
     drag_grip,
     mean_press,
     slide_by_law,
+    slide_by_parts,
     slide_fast,
     slide_slowly,
     weakly_damped,
@@ -262,8 +263,10 @@ def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau,
     coefficient = load(ends, p + FRICTION * LANES)
     changed = slide_fast(slip, pull_t, grip, tau, coefficient)
     by_law = load(ends, p + HAS_SLIP_LAW * LANES) > 0.0
-    slow = (abs(slip) <= SMALL_SLIP) | (grip * coefficient * abs(tau) > REGULAR_SLIP)
-    rare = bits(by_law | slow) & touched
+    slow = abs(slip) <= SMALL_SLIP
+    if bits(slow) & touched > 0:
+        changed = where(slow, slide_by_parts(slip, pull_t, grip, tau, coefficient), changed)
+    rare = bits(by_law | (grip * coefficient * abs(tau) > REGULAR_SLIP)) & touched
     if rare > 0:
         changed = slide_rarely(effects, ends, room, end, rare, changed, slip, pull_t, grip, tau)
     rub = (changed - pull_t * tau) * load(ends, p + SLIDE)
