@@ -6,70 +6,36 @@ Shapes, frequencies and gyroscopics are one rotor's and so the same in all lanes
 from __future__ import annotations
 
 from tdbsim.cache import in_order, inlined
-from tdbsim.vectors import LANES, load, spread, store, where
+from tdbsim.vectors import LANES, load, spread, store
 
 # of a mode in the state, after what comes before the modes there
 X, Y, RATE_X, RATE_Y, MODE_STATE = range(0, 5 * LANES, LANES)
 # of a mode in a kick, as in `tdbsim.mode_rows`
 PUSH_X, PUSH_Y, MORE_X, MORE_Y, TURN_X, TURN_Y, COSINE, SINE, MODE_STOP = range(0, 9 * LANES, LANES)
-SAME, ALONG, BACK, STAY, SWING = range(5)  # of a mode in a drift's table
+SAME, ALONG, BACK, STAY, SWING_STOP = range(0, 5 * LANES, LANES)  # of a mode in a drift's table
 BLOCK = 4  # modes whose gyroscopics are summed together; modes are counted up to a multiple of it
 
 
 @inlined
-def swing(state, modal, i, j, same, along, back, stay):  # type: ignore[no-untyped-def]
-    """Advance a mode, with the pushes that its velocities have still to take; return x, y and their rates."""
-    x, y = load(state, i + X), load(state, i + Y)
-    u = load(state, i + RATE_X) + load(modal, j + PUSH_X)
-    v = load(state, i + RATE_Y) + load(modal, j + PUSH_Y)
-    x, u = same * x + along * u, back * x + stay * u
-    y, v = same * y + along * v, back * y + stay * v
-    store(state, i + X, x)
-    store(state, i + Y, y)
-    store(state, i + RATE_X, u)
-    store(state, i + RATE_Y, v)
-    store(modal, j + PUSH_X, 0.0)
-    store(modal, j + PUSH_Y, 0.0)
-    return x, y, u, v
-
-
-@inlined
 def drift(state, modes, modal, n, at_end, table):  # type: ignore[no-untyped-def]
-    """Advance all modes; return x, y and their rates at both ends."""
+    """Advance all modes, with the pushes that velocities have still to take; return x, y and their rates at both ends."""
     x0, y0, u0, v0 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     x1, y1, u1, v1 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     for k in range(n):
-        i = k * SWING
-        x, y, u, v = swing(
-            state, modal, modes + k * MODE_STATE, k * MODE_STOP,
-            table[i + SAME], table[i + ALONG], table[i + BACK], table[i + STAY],
-        )  # fmt: skip
-        first, second = at_end[k], at_end[n + k]
-        x0 += first * x
-        y0 += first * y
-        u0 += first * u
-        v0 += first * v
-        x1 += second * x
-        y1 += second * y
-        u1 += second * u
-        v1 += second * v
-    return x0, y0, u0, v0, x1, y1, u1, v1
-
-
-@inlined
-def drift_apart(state, modes, modal, n, at_end, usual, shorter, longer, short, long):  # type: ignore[no-untyped-def]
-    """Advance all modes by the tables of usual steps and, in the lanes of two masks, by those of short and of long ones."""
-    x0, y0, u0, v0 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
-    x1, y1, u1, v1 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
-    for k in range(n):
-        i = k * SWING
-        x, y, u, v = swing(
-            state, modal, modes + k * MODE_STATE, k * MODE_STOP,
-            where(short, shorter[i + SAME], where(long, longer[i + SAME], usual[i + SAME])),
-            where(short, shorter[i + ALONG], where(long, longer[i + ALONG], usual[i + ALONG])),
-            where(short, shorter[i + BACK], where(long, longer[i + BACK], usual[i + BACK])),
-            where(short, shorter[i + STAY], where(long, longer[i + STAY], usual[i + STAY])),
-        )  # fmt: skip
+        i, j, t = modes + k * MODE_STATE, k * MODE_STOP, k * SWING_STOP
+        same, along = load(table, t + SAME), load(table, t + ALONG)
+        back, stay = load(table, t + BACK), load(table, t + STAY)
+        x, y = load(state, i + X), load(state, i + Y)
+        u = load(state, i + RATE_X) + load(modal, j + PUSH_X)
+        v = load(state, i + RATE_Y) + load(modal, j + PUSH_Y)
+        x, u = same * x + along * u, back * x + stay * u
+        y, v = same * y + along * v, back * y + stay * v
+        store(state, i + X, x)
+        store(state, i + Y, y)
+        store(state, i + RATE_X, u)
+        store(state, i + RATE_Y, v)
+        store(modal, j + PUSH_X, 0.0)
+        store(modal, j + PUSH_Y, 0.0)
         first, second = at_end[k], at_end[n + k]
         x0 += first * x
         y0 += first * y

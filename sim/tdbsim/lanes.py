@@ -49,8 +49,6 @@ from tdbsim.lane_ends import (
     strike,
 )
 from tdbsim.lane_modes import (
-    ALONG,
-    BACK,
     BLOCK,
     MODE_STATE,
     MODE_STOP,
@@ -58,15 +56,12 @@ from tdbsim.lane_modes import (
     MORE_Y,
     RATE_X,
     RATE_Y,
-    SAME,
-    STAY,
-    SWING,
+    SWING_STOP,
     TURN_X,
     TURN_Y,
     X,
     Y,
     drift,
-    drift_apart,
     lost,
     push,
     turn_plane,
@@ -101,7 +96,7 @@ from tdbsim.mode_rows import BACK as BACK_ROW
 from tdbsim.mode_rows import LANES as ROW_LANES
 from tdbsim.mode_rows import SAME as SAME_ROW
 from tdbsim.mode_rows import STAY as STAY_ROW
-from tdbsim.mode_rows import SWING_STOP
+from tdbsim.mode_rows import SWING_STOP as SWING_ROWS
 from tdbsim.rhs import EXTERNAL, LEDGER, MODAL, WINDAGE
 from tdbsim.ring_rows import DAMPER_STOP, damper_table
 from tdbsim.splitting import FLIGHT_STEP, LONG, PARTS, SHORT, USUAL
@@ -111,9 +106,7 @@ from tdbsim.vectors import LANES, address, beyond, bits, load, masked, spread, s
 _WHOLE = PARTS[USUAL]
 # the way of each lane: the instant ahead, how far it is in parts of a usual step, short steps to come
 AHEAD, LEFT, SHORTS, WAY_STOP = range(0, 4 * LANES, LANES)
-_TAKEN = len(KICK) * TAKEN_STOP
 _PLACES = 12 * LANES  # of the rings
-_MIXED = len(PARTS)  # where dampers stand whose lanes take steps of different lengths
 
 
 @reassociated
@@ -150,9 +143,10 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
     # all numbers in one array, since places in it cost no counting of references
     size_of_state = MODES + padded * MODE_STATE
     most = m.ball_cosine.shape[2] * BALL_STOP
+    tables_size = len(DRIFT) * n * SWING_STOP + len(KICK) * TAKEN_STOP
     sizes = (
         size_of_state, size_of_state, 2 * END_STOP, 2 * most, padded * MODE_STOP, 2 * KICK_STOP, 2 * POWERS_STOP, 8 * LANES,
-        (len(PARTS) + 1) * _TAKEN, padded * padded, len(PARTS) * len(DRIFT) * padded * SWING,
+        padded * padded, (len(PARTS) + 1) * tables_size,
     )  # fmt: skip
     space = vectors(sum(sizes) // LANES + len(sizes))
     state = address(space)
@@ -164,9 +158,10 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
     kick = beyond(modal, padded * MODE_STOP)
     powers = beyond(kick, 2 * KICK_STOP)
     room = beyond(powers, 2 * POWERS_STOP)
-    taken = beyond(room, 8 * LANES)
-    gyro = beyond(taken, (len(PARTS) + 1) * _TAKEN)
-    swings = beyond(gyro, padded * padded)
+    gyro = beyond(room, 8 * LANES)
+    tables = beyond(gyro, padded * padded)
+    mixed = beyond(tables, len(PARTS) * tables_size)
+    dampers = beyond(mixed, len(DRIFT) * n * SWING_STOP)
     at_end, weight, damping = address(m.at_end), address(m.weight), address(m.damping)
     effects, states = address(m.effect), address(out)
     read_state(y, n, state)
@@ -198,7 +193,8 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
     begin = 0
     while begin < len(parts):
         usual, stop = stretch(times, begin, step, parts)
-        fill_tables(m, usual, swings, taken)
+        fill_tables(m, usual, tables)
+        shorter_before, longer_before, begun_anew, h = 0, 0, True, spread(0.0)
         flight = usual * PARTS[LONG] < _WHOLE * (1 + 1e-9) * FLIGHT_STEP
         running = 0
         for a in range(count):
@@ -218,20 +214,11 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
                         shorter |= 1 << a
                     elif flight and aloft >> a & 1 and way[LEFT + a] >= PARTS[LONG]:
                         longer |= 1 << a
-            size = -1
-            if shorter == running:
-                size = SHORT
-            elif longer == running:
-                size = LONG
-            elif shorter == 0 and longer == 0:
-                size = USUAL
-            short, long = masked(shorter), masked(longer)
-            damping_of = beyond(taken, (_MIXED if size < 0 else size) * _TAKEN)
-            if size < 0:
-                mix(taken, short, long)
-                h = where(short, PARTS[SHORT] * 1.0, where(long, PARTS[LONG] * 1.0, PARTS[USUAL] * 1.0)) * (usual / _WHOLE)
-            else:
-                h = spread(usual * PARTS[size] / _WHOLE)
+            if shorter != shorter_before or longer != longer_before or begun_anew:
+                shorter_before, longer_before, begun_anew = shorter, longer, False
+                short, long = masked(shorter), masked(longer)
+                mix(tables, tables_size, short, long, mixed)
+                h = where(short, 1.0 * PARTS[SHORT], where(long, 1.0 * PARTS[LONG], 1.0 * _WHOLE)) * (usual / _WHOLE)
             keep(state, kept, size_of_state)
             store(kick, PRESSED, 0.0)
             store(kick, KICK_STOP + PRESSED, 0.0)
@@ -242,15 +229,8 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
                 s = min(stage, 6 - stage)
                 tau = DRIFT[s] * h
                 gone += tau
-                if size >= 0:
-                    table = beyond(swings, (size * len(DRIFT) + s) * n * SWING)
-                    x0, y0, u0, v0, x1, y1, u1, v1 = drift(state, MODES, modal, n, at_end, table)
-                else:
-                    x0, y0, u0, v0, x1, y1, u1, v1 = drift_apart(
-                        state, MODES, modal, n, at_end, beyond(swings, (USUAL * len(DRIFT) + s) * n * SWING),
-                        beyond(swings, (SHORT * len(DRIFT) + s) * n * SWING),
-                        beyond(swings, (LONG * len(DRIFT) + s) * n * SWING), short, long,
-                    )  # fmt: skip
+                table = beyond(mixed, s * n * SWING_STOP)
+                x0, y0, u0, v0, x1, y1, u1, v1 = drift(state, MODES, modal, n, at_end, table)
                 if stage == 3:
                     book(state, MODAL, h * lost(state, MODES, n, damping))
                 for i in range(0, _PLACES, LANES):
@@ -264,8 +244,8 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
                 tau = KICK[s] * h
                 at = s * TAKEN_STOP
                 for end in range(2):
-                    damp_axis(state, kick, damping_of, at, end, 0)
-                    damp_axis(state, kick, damping_of, at, end, 1)
+                    damp_axis(state, kick, dampers, at, end, 0)
+                    damp_axis(state, kick, dampers, at, end, 1)
                 # forces that go by the places
                 ex, ey = x0 - load(state, RING), y0 - load(state, RING + LANES)
                 touched_0 = meet(effects, state, ends, kick, powers, 0, ex, ey, shaped_0)
@@ -334,8 +314,8 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
                     turn_plane(state, MODES, modal, n, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turned, -struck)
                     turn_plane(state, MODES, modal, n, gyro, TURN_Y, X, RATE_X, TURN_X, turned, struck)
                 for end in range(2):
-                    push_axis(state, ends, kick, damping_of, at, end, 0, spread(0.0), tau)
-                    push_axis(state, ends, kick, damping_of, at, end, 1, gravity, tau)
+                    push_axis(state, ends, kick, dampers, at, end, 0, spread(0.0), tau)
+                    push_axis(state, ends, kick, dampers, at, end, 1, gravity, tau)
             discarded = again | ((1 << LANES) - 1 ^ running)
             if discarded != 0:
                 take_back(state, kept, size_of_state, discarded)
@@ -384,33 +364,34 @@ def stretch(times, begin, step, parts):  # type: ignore[no-untyped-def]
 
 
 @called
-def fill_tables(m, usual, swings, taken):  # type: ignore[no-untyped-def]
+def fill_tables(m, usual, tables):  # type: ignore[no-untyped-def]
     """Fill the tables of drifts and of dampers for steps of the three lengths."""
     n = len(m.square)
-    swing, damper = np.zeros((len(DRIFT), SWING_STOP)), np.zeros((len(KICK), DAMPER_STOP))
+    swing, damper = np.zeros((len(DRIFT), SWING_ROWS)), np.zeros((len(KICK), DAMPER_STOP))
+    i = 0
     for size in range(len(PARTS)):
         h = usual * PARTS[size] / _WHOLE
         swing_table(of_lane(m, 0), h, swing)
         for s in range(len(DRIFT)):
             for k in range(n):
-                at = ((size * len(DRIFT) + s) * n + k) * SWING
-                swings[at + SAME], swings[at + ALONG] = swing[s, SAME_ROW + k], swing[s, ALONG_ROW + k]
-                swings[at + BACK], swings[at + STAY] = swing[s, BACK_ROW + k], swing[s, STAY_ROW + k]
+                for part in (SAME_ROW, ALONG_ROW, BACK_ROW, STAY_ROW):
+                    store(tables, i, swing[s, part + k])
+                    i += LANES
         for a in range(LANES):
             damper_table(of_lane(m, a), h, KICK, damper)
             for s in range(len(KICK)):
-                at = size * _TAKEN + s * TAKEN_STOP + a
                 for part in range(5):
                     for axis in range(4):
-                        taken[at + (part * 4 + axis) * LANES] = damper[s, part * ROW_LANES + axis]
+                        tables[i + s * TAKEN_STOP + (part * 4 + axis) * LANES + a] = damper[s, part * ROW_LANES + axis]
+        i += len(KICK) * TAKEN_STOP
 
 
 @called
-def mix(taken, short, long):  # type: ignore[no-untyped-def]
-    """Fill the dampers' table for lanes that take steps of different lengths."""
-    for i in range(0, _TAKEN, LANES):
-        mixed = where(long, load(taken, LONG * _TAKEN + i), load(taken, USUAL * _TAKEN + i))
-        store(taken, _MIXED * _TAKEN + i, where(short, load(taken, SHORT * _TAKEN + i), mixed))
+def mix(tables, size, short, long, mixed):  # type: ignore[no-untyped-def]
+    """Fill the tables of lanes that take usual steps or, in the lanes of two masks, short and long ones."""
+    for i in range(0, size, LANES):
+        other = where(long, load(tables, LONG * size + i), load(tables, USUAL * size + i))
+        store(mixed, i, where(short, load(tables, SHORT * size + i), other))
 
 
 @called
