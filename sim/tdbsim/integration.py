@@ -39,15 +39,13 @@ class Integration:
         InputError
             If the rotor has more modes than the method takes.
         """
-        if plan.method == "splitting" and model.n > MOST_MODES:
-            raise InputError(
-                f"{model.n} modes a plane are more than 'splitting' takes; let 'bending' be less by {model.n - MOST_MODES}"
-            )
+        if plan.method == "splitting":
+            check_modes(model.n)
         self.model, self.plan, self.time = model, plan, 0.0
         self.state = start.copy()
         self._peak = peak
         self._adaptive_step = 1e-6
-        self._step = usual_step(model.machine) if plan.step is None else plan.step
+        self._step = longest_step(model, plan)
         self._pace = np.array(splitting.START)
 
     def through(self, times: Array, out: Array) -> None:
@@ -66,8 +64,7 @@ class Integration:
         t = splitting.integrate(
             self.model.arrays, self.state, self.time, self._step, times, out, self._peak, self._pace
         )
-        if t < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
-            raise InputError(f"the integration left all bounds {t:.6g} s after the release; make 'step' smaller")
+        check_finite(t, times, out)
         self.time = t
 
     def _through_adaptive(self, times: Array, out: Array) -> None:
@@ -79,6 +76,23 @@ class Integration:
             raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
         # its last step went beyond the last instant
         self.state, self.time, self._adaptive_step = out[-1].copy(), float(times[-1]), step
+
+
+def longest_step(model: DropModel, plan: DropPlan) -> float:
+    """Return the greatest usual step of a drop by the splitting, s."""
+    return usual_step(model.machine) if plan.step is None else plan.step
+
+
+def check_modes(n: int) -> None:
+    """Raise InputError where a rotor has more modes a plane than the splitting takes."""
+    if n > MOST_MODES:
+        raise InputError(f"{n} modes a plane are more than 'splitting' takes; let 'bending' be less by {n - MOST_MODES}")
+
+
+def check_finite(reached: float, times: Array, out: Array) -> None:
+    """Raise InputError where a drop by the splitting reached less than its instants, or ended in what is not finite."""
+    if reached < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
+        raise InputError(f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller")
 
 
 def error_scale(n: int) -> Array:

@@ -110,7 +110,7 @@ _PLACES = 12 * LANES  # of the rings
 
 
 @reassociated
-def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no-untyped-def]
+def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no-untyped-def]
     """Advance the states of drops from the release through instants.
 
     Parameters
@@ -119,16 +119,15 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
         Of the first drop what is the rotor's (``square``, ``damping``, ``gyro``, ``at_end``, ``weight``), of all lanes the
         others, lane by lane; lanes beyond the drops repeat one of them.
     y : (lanes, size) array
-        States at the release.
-    count : int
-        How many lanes hold a drop.
+        States at the release, likewise.
     step : float
         The greatest usual step, s.
     times : (k,) array
         Rising instants, s after the release.
-    out : (lanes, k, size) array
-        Filled with the states at them.
-    peak : (lanes, 2) array
+    out : (drops, k + first, size) array
+        Filled with the states at them, from the row `first` on.
+    first : int
+    peak : (drops, 2) array
         Raised to the greatest normal forces, N.
     together : bool
         Whether all lanes take the same steps.
@@ -138,7 +137,7 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
     (lanes,) array
         Times reached; those fall short where a state ceased to be finite.
     """
-    n = len(m.square)
+    n, count = len(m.square), len(out)
     padded = (n + BLOCK - 1) // BLOCK * BLOCK
     # all numbers in one array, since places in it cost no counting of references
     size_of_state = MODES + padded * MODE_STATE
@@ -163,7 +162,7 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
     mixed = beyond(tables, len(PARTS) * tables_size)
     dampers = beyond(mixed, len(DRIFT) * n * SWING_STOP)
     at_end, weight, damping = address(m.at_end), address(m.weight), address(m.damping)
-    effects, states = address(m.effect), address(out)
+    effects, states = address(m.effect), beyond(address(out), first * out.shape[2])
     read_state(y, n, state)
     fill_ends(m, ends)
     count_0, count_1 = fill_balls(m, 0, balls_0), fill_balls(m, 1, balls_1)
@@ -201,7 +200,7 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
             if alive >> a & 1:
                 way[AHEAD + a], way[LEFT + a], way[SHORTS + a] = begin, to_come[begin], 0
                 direct(state, ends, a)
-                if settle(state, ends, n, a, way, instants, to_come, stop, len(parts), states, arrived):
+                if settle(state, ends, n, a, way, instants, to_come, stop, out.shape[1], states, arrived):
                     running |= 1 << a
                 elif reached[a] < times[stop - 1]:
                     alive &= ~(1 << a)
@@ -334,7 +333,7 @@ def integrate(m, y, count, step, times, out, peak, together):  # type: ignore[no
                 for end in range(2):
                     peak[a, end] = max(peak[a, end], kick[end * KICK_STOP + PRESSED + a])
                 if way[LEFT + a] == 0 and not settle(
-                    state, ends, n, a, way, instants, to_come, stop, len(parts), states, arrived
+                    state, ends, n, a, way, instants, to_come, stop, out.shape[1], states, arrived
                 ):
                     running &= ~(1 << a)
                     if reached[a] < times[stop - 1]:

@@ -177,23 +177,82 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
 
     The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
     """
-    model = model.copy()
-    start, whirl = _released(model, plan)
-    count = 1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)
-    time = np.arange(count) / plan.sampling
-    state = np.empty((count, len(start)))
-    levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
-    fill_levitated(whirl, time[:levitated] - plan.levitated, start, state[:levitated])
-    peak = np.zeros(2)
-    since, out = time[levitated:] - plan.levitated, state[levitated:]
-    if model.machine.has_heat:
+    ready = released(model, plan)
+    ready.fill_levitated()
+    start, since, out, peak = ready.start, ready.since, ready.state[ready.levitated :], ready.peak
+    if ready.model.machine.has_heat:
         from tdbsim.heat_coupling import WarmIntegration
 
-        warm = WarmIntegration(model, plan, start, peak)
+        warm = WarmIntegration(ready.model, plan, start, peak)
         warm.through(since, out)
-        return Trajectory(model, plan, time, state, peak, whirl, warm.warmth(levitated))
-    Integration(model, plan, start, peak).through(since, out)
-    return Trajectory(model, plan, time, state, peak, whirl)
+        return ready.trajectory(warm.warmth(ready.levitated))
+    Integration(ready.model, plan, start, peak).through(since, out)
+    return ready.trajectory()
+
+
+@dataclass(frozen=True, eq=False)
+class Released:
+    """A drop about to be integrated.
+
+    Attributes
+    ----------
+    model : DropModel
+        Of its own, with the plan's angles and magnetic forces.
+    plan : DropPlan
+    start : (size,) array
+        State at the release.
+    whirl : (n,) complex array
+        See `Trajectory`.
+    time : (k,) array
+        Instants of the record, s, from the first sample.
+    levitated : int
+        How many of them are before the release.
+    state : (k, size) array
+        To be filled.
+    peak : (2,) array
+        To be raised to the greatest normal forces, N.
+    """
+
+    model: DropModel
+    plan: DropPlan
+    start: Array
+    whirl: NDArray[np.complex128]
+    time: Array
+    levitated: int
+    state: Array
+    peak: Array
+
+    @property
+    def since(self) -> Array:
+        """Instants from the release on, s after it."""
+        return self.time[self.levitated :] - self.plan.levitated
+
+    def fill_levitated(self) -> None:
+        """Fill the states before the release."""
+        before = self.time[: self.levitated] - self.plan.levitated
+        fill_levitated(self.whirl, before, self.start, self.state[: self.levitated])
+
+    def trajectory(self, warmth: Warmth | None = None) -> Trajectory:
+        """Return the drop when it has been integrated."""
+        return Trajectory(self.model, self.plan, self.time, self.state, self.peak, self.whirl, warmth)
+
+
+def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Released:
+    """Return a drop at its release (raises as `simulate`); the model stays as it was.
+
+    `room` : (k, size), for its states, where they shall not stand in an array of their own.
+    """
+    model = model.copy()
+    start, whirl = _released(model, plan)
+    time = instants(plan)
+    levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
+    state = np.empty((len(time), len(start))) if room is None else room
+    return Released(model, plan, start, whirl, time, levitated, state, np.zeros(2))
+
+
+def instants(plan: DropPlan) -> Array:
+    """Return the instants of a drop's record, s, from the first sample."""
+    return np.arange(1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)) / plan.sampling
 
 
 def initial_state(model: DropModel, plan: DropPlan) -> Array:
