@@ -132,9 +132,17 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
     InputError
         If the values are impossible: the levitated shaft reaches the ring, or the simulation does not converge.
     """
-    first, count = window(drop, horizon)
-    motion = run(model, drop_plan(drop, own, first, count))
-    n = model.n
+    return predicted(drop, run(*simulation(drop, model, own, horizon)), horizon)
+
+
+def simulation(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -> tuple[DropModel, DropPlan]:
+    """Return what is simulated for a prediction."""
+    return model, drop_plan(drop, own, *window(drop, horizon))
+
+
+def predicted(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Prediction:
+    """Return the prediction of a simulation."""
+    model, n = motion.model, motion.model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
     angle = motion.state[:, 2 * n + 12]
@@ -142,7 +150,7 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
     at_first = whirl * np.exp(1j * angle[0])
     mean = motion.state[0, :n] + 1j * motion.state[0, n : 2 * n] - at_first
     return Prediction(
-        first=first,
+        first=window(drop, horizon)[0],
         motion=motion,
         x=shapes @ motion.state[:, :n].T,
         y=shapes @ motion.state[:, n : 2 * n].T,

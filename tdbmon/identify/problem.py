@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
@@ -21,6 +21,7 @@ from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
 from tdbmon.identify.prediction import Prediction, Sensors, predict, readings, residuals, with_surface
+from tdbmon.identify.slopes import slopes
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -203,40 +204,7 @@ class Problem:
 
         Of all columns, or of those whose parameters are named in `among`, the others left zero.
         """
-        measured, machine = self.drops[drop], self.model.machine
-        shared, own = self.values(point, drop)
-        model, effects = self.setting(shared, own, drop)
-        prediction = predict(measured, model, own, horizon)
-        sensors = self.sensors(effects, shared, own, drop)
-        base = residuals(prediction, measured, machine, sensors)
-        where = self.columns(drop)
-        jacobian = np.zeros((len(base), len(where)))
-        acting_names = {each.name for each in self.free}
-        for k, (column, parameter) in enumerate(zip(where, (*self.shared, *self.own[drop]), strict=True)):
-            stays = self.low[column] == self.high[column]
-            if stays or (among is not None and parameter.name not in among):
-                continue
-            step = side * parameter.nudge
-            if not self.low[column] <= point[column] + step <= self.high[column]:
-                step = -step
-            near = point.copy()
-            near[column] += step
-            moved_shared, moved_own = self.values(near, drop)
-            moved, acting = prediction, effects
-            moved_model = model
-            try:
-                if k < len(self.shared) or parameter.name.partition(".")[0] in acting_names:
-                    moved_model, acting = self.setting(moved_shared, moved_own, drop)
-                if parameter.moves:  # then the probes stay as they are
-                    moved = predict(measured, moved_model, moved_own, horizon)
-                    probes = replace(sensors, shared=moved_shared, own=moved_own)
-                else:
-                    probes = self.sensors(acting, moved_shared, moved_own, drop)
-            except InputError:
-                continue
-            seen = residuals(moved, measured, machine, probes)
-            jacobian[:, k] = (seen - base) / step
-        return base, jacobian
+        return slopes(self, point, drop, horizon, among, side)
 
     def linearised(self, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> list[tuple[Array, Array]]:
         """Return `slopes` of every drop, their mean over some sides."""
