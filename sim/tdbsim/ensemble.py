@@ -47,7 +47,9 @@ def run_many(cases: Sequence[Case], threads: int | None = None) -> list[Trajecto
     else:
         with ThreadPoolExecutor(count) as pool:
             done = list(pool.map(lambda batch: _run_batch([cases[k] for k in batch]), batches))
-    found = {k: each for batch, several in zip(batches, done, strict=True) for k, each in zip(batch, several, strict=True)}
+    found = {
+        k: each for batch, several in zip(batches, done, strict=True) for k, each in zip(batch, several, strict=True)
+    }
     trajectories = []
     for k in range(len(cases)):
         each = found[k]

@@ -86,7 +86,9 @@ def longest_step(model: DropModel, plan: DropPlan) -> float:
 def check_modes(n: int) -> None:
     """Raise InputError where a rotor has more modes a plane than the splitting takes."""
     if n > MOST_MODES:
-        raise InputError(f"{n} modes a plane are more than 'splitting' takes; let 'bending' be less by {n - MOST_MODES}")
+        raise InputError(
+            f"{n} modes a plane are more than 'splitting' takes; let 'bending' be less by {n - MOST_MODES}"
+        )
 
 
 def check_finite(reached: float, times: Array, out: Array) -> None:

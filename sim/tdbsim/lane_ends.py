@@ -53,6 +53,7 @@ from tdbsim.kick import (
     slide_slowly,
     weakly_damped,
 )
+from tdbsim.lane_power import POWERS_STOP, powers_of
 from tdbsim.lane_rows import (
     ANGLE,
     ARM,
@@ -80,7 +81,6 @@ from tdbsim.lane_rows import (
     WORK,
     effect_of,
 )
-from tdbsim.lane_power import POWERS_STOP, powers_of
 from tdbsim.rhs import DRAGGED, EXTERNAL, HEAT, ROLLED, RUBBED, STRUCK, YIELDED
 from tdbsim.ring_rows import damp, pushed
 from tdbsim.support import linear_spring
@@ -177,7 +177,10 @@ def press_wavy(effects, state, ends, kick, balls, end, rare):  # type: ignore[no
     i = 2 * end * LANES
     for a in range(LANES):
         if rare >> a & 1:
-            ex, ey = state[RING + i + a] - state[OUTER + i + a], state[RING + i + LANES + a] - state[OUTER + i + LANES + a]
+            ex, ey = (
+                state[RING + i + a] - state[OUTER + i + a],
+                state[RING + i + LANES + a] - state[OUTER + i + LANES + a],
+            )
             count, turned = int(ends[BALL_COUNT * LANES + a]), state[ANGLE + (1 + end) * LANES + a]
             cosine, sine = state[COSINES + (1 + end) * LANES + a], state[SINES + (1 + end) * LANES + a]
             along, across = ex * cosine + ey * sine, ey * cosine - ex * sine
@@ -228,7 +231,7 @@ def book(state, kind, work):  # type: ignore[no-untyped-def]
 
 @inlined
 def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau, room):  # type: ignore[no-untyped-def]
-    """Let the rotors that touch press and rub on their rings; return impulses (x, y), change of the shafts' speed, friction's work.
+    """Let the rotors that touch press and rub on their rings; return impulses, gain of the shafts' speed, friction's work.
 
     (speed_x, speed_y) : the rotors' velocities there; `own` : what an impulse makes of them; `room` : for numbers of lanes.
     """

@@ -57,7 +57,7 @@ def effect_of(effects, a, end):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def vectors(count):  # type: ignore[no-untyped-def]
+def room_for(count):  # type: ignore[no-untyped-def]
     """Return room for so many vectors of zeros, each in one line of the processor's cache."""
     space = np.zeros((count + 1) * LANES)
     return space[-(space.ctypes.data // 8) % LANES :]

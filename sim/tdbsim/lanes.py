@@ -66,8 +66,10 @@ from tdbsim.lane_modes import (
     push,
     turn_plane,
 )
+from tdbsim.lane_power import POWERS_STOP, fill_powers
 from tdbsim.lane_rows import (
     ANGLE,
+    BALL_STOP,
     COSINES,
     END_STOP,
     MODES,
@@ -75,7 +77,6 @@ from tdbsim.lane_rows import (
     RING_RATE,
     SINES,
     SPIN,
-    BALL_STOP,
     direct,
     effect_of,
     fill_balls,
@@ -86,11 +87,10 @@ from tdbsim.lane_rows import (
     keep,
     of_lane,
     read_state,
+    room_for,
     take_back,
-    vectors,
     write_state,
 )
-from tdbsim.lane_power import POWERS_STOP, fill_powers
 from tdbsim.mode_rows import ALONG as ALONG_ROW
 from tdbsim.mode_rows import BACK as BACK_ROW
 from tdbsim.mode_rows import LANES as ROW_LANES
@@ -147,7 +147,7 @@ def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no
         size_of_state, size_of_state, 2 * END_STOP, 2 * most, padded * MODE_STOP, 2 * KICK_STOP, 2 * POWERS_STOP, 8 * LANES,
         padded * padded, (len(PARTS) + 1) * tables_size,
     )  # fmt: skip
-    space = vectors(sum(sizes) // LANES + len(sizes))
+    space = room_for(sum(sizes) // LANES + len(sizes))
     state = address(space)
     kept = beyond(state, size_of_state)
     ends = beyond(kept, size_of_state)

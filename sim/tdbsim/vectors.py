@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from llvmlite import ir
 from numba import types
@@ -20,12 +20,10 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
-_NUMBERS, _WHOLES, _TRUTHS = (
-    ir.VectorType(kind, LANES) for kind in (ir.DoubleType(), ir.IntType(64), ir.IntType(1))
-)
+_NUMBERS, _WHOLES, _TRUTHS = (ir.VectorType(kind, LANES) for kind in (ir.DoubleType(), ir.IntType(64), ir.IntType(1)))
 
 
-class _Vector(types.Type):  # type: ignore[misc]
+class _Vector(types.Type):
     """Eight numbers, whole numbers or truths."""
 
     def __init__(self, name: str, kind: Any) -> None:
@@ -37,7 +35,7 @@ vector, whole, mask = _Vector("vector", _NUMBERS), _Vector("whole", _WHOLES), _V
 
 
 @register_model(_Vector)
-class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
+class _VectorModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, kind.kind)
 
@@ -49,7 +47,9 @@ def _spread(builder: Any, value: Any) -> Any:
     kind, place = ir.VectorType(value.type, LANES), ir.IntType(32)
     empty = ir.Constant(kind, ir.Undefined)
     first = builder.insert_element(empty, value, ir.Constant(place, 0))
-    return builder.shuffle_vector(first, empty, ir.Constant(ir.VectorType(place, LANES), [ir.Constant(place, 0)] * LANES))
+    return builder.shuffle_vector(
+        first, empty, ir.Constant(ir.VectorType(place, LANES), [ir.Constant(place, 0)] * LANES)
+    )
 
 
 def _define(function: Any, emit: Callable[..., Any], result: Any, *arguments: Any) -> None:
@@ -59,9 +59,9 @@ def _define(function: Any, emit: Callable[..., Any], result: Any, *arguments: An
     if single is not None and len(arguments) == 2:
         kinds += [(arguments[0], single), (single, arguments[1])]
 
-    class Template(ConcreteTemplate):  # type: ignore[misc]
+    class Template(ConcreteTemplate):
         key = function
-        cases = [signature(result, *kind) for kind in kinds]
+        cases: ClassVar[list[Any]] = [signature(result, *kind) for kind in kinds]
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return emit(builder, *(_spread(builder, each) for each in args))
@@ -79,42 +79,46 @@ def _named(name: str) -> Callable[..., Any]:
     return emit
 
 
-for _functions, _emit in (
-    ((operator.add, operator.iadd), lambda b, x, y: b.fadd(x, y)),
-    ((operator.sub, operator.isub), lambda b, x, y: b.fsub(x, y)),
-    ((operator.mul, operator.imul), lambda b, x, y: b.fmul(x, y)),
-    ((operator.truediv, operator.itruediv), lambda b, x, y: b.fdiv(x, y)),
-    ((math.copysign,), _named("copysign")),
-):
-    for _function in _functions:
-        _define(_function, _emit, vector, vector, vector)
-for _function, _emit in (
-    (operator.add, lambda b, x, y: b.add(x, y)),
-    (operator.mul, lambda b, x, y: b.mul(x, y)),
-    (operator.and_, lambda b, x, y: b.and_(x, y)),
-    (operator.or_, lambda b, x, y: b.or_(x, y)),
-    (operator.rshift, lambda b, x, y: b.lshr(x, y)),
-):
-    _define(_function, _emit, whole, whole, whole)
-for _function, _sign in ((operator.lt, "<"), (operator.gt, ">")):
-    _define(_function, lambda b, x, y, sign=_sign: b.icmp_signed(sign, x, y), mask, whole, whole)
-for _function, _sign in ((operator.lt, "<"), (operator.gt, ">"), (operator.le, "<="), (operator.ge, ">=")):
-    _define(_function, lambda b, x, y, sign=_sign: b.fcmp_ordered(sign, x, y), mask, vector, vector)
-for _function, _emit in (
-    (operator.neg, lambda b, x: b.fsub(_spread(b, ir.Constant(ir.DoubleType(), -0.0)), x)),
-    (math.sqrt, _named("sqrt")),
-    (abs, _named("fabs")),
-):
+_ARITHMETIC: dict[Any, Callable[..., Any]] = {
+    operator.add: lambda b, x, y: b.fadd(x, y),
+    operator.sub: lambda b, x, y: b.fsub(x, y),
+    operator.mul: lambda b, x, y: b.fmul(x, y),
+    operator.truediv: lambda b, x, y: b.fdiv(x, y),
+    operator.iadd: lambda b, x, y: b.fadd(x, y),
+    operator.isub: lambda b, x, y: b.fsub(x, y),
+    operator.imul: lambda b, x, y: b.fmul(x, y),
+    math.copysign: _named("copysign"),
+}
+_OF_ONE: dict[Any, Callable[..., Any]] = {
+    operator.neg: lambda b, x: b.fsub(_spread(b, ir.Constant(ir.DoubleType(), -0.0)), x),
+    math.sqrt: _named("sqrt"),
+    abs: _named("fabs"),
+}
+_OF_BITS: dict[Any, Callable[..., Any]] = {
+    operator.and_: lambda b, x, y: b.and_(x, y),
+    operator.or_: lambda b, x, y: b.or_(x, y),
+}
+_OF_WHOLES: dict[Any, Callable[..., Any]] = _OF_BITS | {
+    operator.add: lambda b, x, y: b.add(x, y),
+    operator.mul: lambda b, x, y: b.mul(x, y),
+    operator.rshift: lambda b, x, y: b.lshr(x, y),
+}
+_COMPARISONS: dict[Any, str] = {operator.lt: "<", operator.gt: ">", operator.le: "<=", operator.ge: ">="}
+
+for _function, _emit in _ARITHMETIC.items():
+    _define(_function, _emit, vector, vector, vector)
+for _function, _emit in _OF_ONE.items():
     _define(_function, _emit, vector, vector)
-for _function, _emit in (
-    (operator.and_, lambda b, x, y: b.and_(x, y)),
-    (operator.or_, lambda b, x, y: b.or_(x, y)),
-):
+for _function, _emit in _OF_WHOLES.items():
+    _define(_function, _emit, whole, whole, whole)
+for _function, _emit in _OF_BITS.items():
     _define(_function, _emit, mask, mask, mask)
-_define(operator.invert, lambda b, x: b.not_(x), mask, mask)
+for _function, _sign in _COMPARISONS.items():
+    _define(_function, lambda b, x, y, sign=_sign: b.fcmp_ordered(sign, x, y), mask, vector, vector)
+    _define(_function, lambda b, x, y, sign=_sign: b.icmp_signed(sign, x, y), mask, whole, whole)
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def address(typing, array):  # type: ignore[no-untyped-def]
     """Return where the numbers of an array stand; kernels that hand it on count no references, which takes longer than work.
 
@@ -127,7 +131,7 @@ def address(typing, array):  # type: ignore[no-untyped-def]
     return types.CPointer(array.dtype)(array), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def beyond(typing, place, count):  # type: ignore[no-untyped-def]
     """Return the place so many numbers beyond."""
 
@@ -141,7 +145,7 @@ def _eight(builder: Any, place: Any, at: Any) -> Any:
     return builder.bitcast(builder.gep(place, [at]), _NUMBERS.as_pointer())
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def load(typing, place, at):  # type: ignore[no-untyped-def]
     """Return the eight numbers at a place."""
 
@@ -151,7 +155,7 @@ def load(typing, place, at):  # type: ignore[no-untyped-def]
     return vector(types.CPointer(types.float64), types.intp), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def store(typing, place, at, value):  # type: ignore[no-untyped-def]
     """Write eight numbers to a place."""
 
@@ -163,7 +167,7 @@ def store(typing, place, at, value):  # type: ignore[no-untyped-def]
     return types.none(types.CPointer(types.float64), types.intp, kind), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def gather(typing, place, where_to):  # type: ignore[no-untyped-def]
     """Return the numbers so many beyond a place, each its own."""
 
@@ -179,7 +183,7 @@ def gather(typing, place, where_to):  # type: ignore[no-untyped-def]
     return vector(types.CPointer(types.float64), whole), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def lane_numbers(typing):  # type: ignore[no-untyped-def]
     """Return 0, 1, 2 ..."""
 
@@ -189,7 +193,7 @@ def lane_numbers(typing):  # type: ignore[no-untyped-def]
     return whole(), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def as_bits(typing, value):  # type: ignore[no-untyped-def]
     """Return the bits of numbers."""
 
@@ -199,7 +203,7 @@ def as_bits(typing, value):  # type: ignore[no-untyped-def]
     return whole(vector), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def of_bits(typing, value):  # type: ignore[no-untyped-def]
     """Return numbers of such bits."""
 
@@ -209,7 +213,7 @@ def of_bits(typing, value):  # type: ignore[no-untyped-def]
     return vector(whole), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def where(typing, which, there, elsewhere):  # type: ignore[no-untyped-def]
     """Return `there` in the lanes of a mask, `elsewhere` in the others; vectors, or numbers for all lanes."""
 
@@ -220,7 +224,7 @@ def where(typing, which, there, elsewhere):  # type: ignore[no-untyped-def]
     return result(mask, *(result if each is result else number for each in (there, elsewhere))), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def spread(typing, value):  # type: ignore[no-untyped-def]
     """Return a number in all lanes."""
 
@@ -230,7 +234,7 @@ def spread(typing, value):  # type: ignore[no-untyped-def]
     return vector(types.float64), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def bits(typing, which):  # type: ignore[no-untyped-def]
     """Return a mask as a whole number: bit k is lane k's."""
 
@@ -240,7 +244,7 @@ def bits(typing, which):  # type: ignore[no-untyped-def]
     return types.int64(mask), emit
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def masked(typing, which):  # type: ignore[no-untyped-def]
     """Return the mask of a whole number's bits."""
 
