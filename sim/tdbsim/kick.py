@@ -148,7 +148,10 @@ def strongly_damped(rate):  # type: ignore[no-untyped-def]
 def mean_press(elastic, approach, pull, light, damping, t):  # type: ignore[no-untyped-def]
     """Return the mean normal force in a kick, where approach' = pull - light elastic (1 + damping approach), exactly."""
     rate = light * elastic * damping * t
-    phi1, phi2 = strongly_damped(rate) if abs(rate) > STRONG else weakly_damped(rate)
+    if abs(rate) > STRONG:
+        phi1, phi2 = strongly_damped(rate)
+    else:
+        phi1, phi2 = weakly_damped(rate)
     mean = damped_press(elastic, approach, pull, light, damping, t, phi1, phi2)
     return mean if mean > 0.0 else 0.0
 

@@ -82,7 +82,7 @@ from tdbsim.lane_rows import (
     effect_of,
 )
 from tdbsim.rhs import DRAGGED, EXTERNAL, HEAT, ROLLED, RUBBED, STRUCK, YIELDED
-from tdbsim.ring_rows import damp, pushed
+from tdbsim.ring_rows import damp
 from tdbsim.support import linear_spring
 from tdbsim.vectors import LANES, beyond, bits, load, masked, spread, store, where
 
@@ -401,12 +401,11 @@ def damped(taken, at, i, ring, outer, base):  # type: ignore[no-untyped-def]
 def push_axis(state, ends, kick, taken, at, end, axis, fall, tau):  # type: ignore[no-untyped-def]
     """Let forces and impulses act along an axis for the whole kick and the dampers for its second half; book their work."""
     p, i, q = end * END_STOP, (2 * end + axis) * LANES, end * KICK_STOP + axis * LANES
-    ring, outer, base = pushed(
-        load(state, RING_RATE + i), load(state, OUTER_RATE + i), load(state, BASE_RATE + i),
-        load(kick, q + BALL_X), load(kick, q + SPRING_X), load(kick, q + IMPULSE_X),
-        load(ends, p + RING_LIGHT), load(ends, p + OUTER_LIGHT), load(ends, p + FOUNDATION_MOBILITY * LANES),
-        load(ends, p + FOUNDATION_STIFFNESS * LANES) * load(state, BASE + i), fall, tau,
-    )  # fmt: skip
+    ball, spring, impulse = load(kick, q + BALL_X), load(kick, q + SPRING_X), load(kick, q + IMPULSE_X)
+    held = load(ends, p + FOUNDATION_STIFFNESS * LANES) * load(state, BASE + i)
+    ring = load(state, RING_RATE + i) + (tau * ball - impulse) * load(ends, p + RING_LIGHT) - tau * fall
+    outer = load(state, OUTER_RATE + i) + tau * (spring - ball) * load(ends, p + OUTER_LIGHT)
+    base = load(state, BASE_RATE + i) - tau * load(ends, p + FOUNDATION_MOBILITY * LANES) * (spring + held)
     roll, sway = 0.5 * (load(kick, q + ROLL_X) + ring - outer), 0.5 * (load(kick, q + YIELD_X) + outer - base)
     book(state, ROLLED + end, tau * load(ends, p + BALL_DAMPING * LANES) * roll * roll)
     support, base_damping = load(ends, p + SUPPORT_DAMPING * LANES), load(ends, p + FOUNDATION_DAMPING * LANES)

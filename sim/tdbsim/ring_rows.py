@@ -118,15 +118,6 @@ def damp(ring, outer, base, a, b, c, d, e):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def pushed(  # type: ignore[no-untyped-def]
-    ring, outer, base, ball, spring, impulse, ring_light, outer_light, base_light, held, fall, tau
-):
-    """Return velocities along an axis after forces of balls, support and foundation, an impulse on the rotor, and weight."""
-    ring = ring + (tau * ball - impulse) * ring_light - tau * fall
-    return ring, outer + tau * (spring - ball) * outer_light, base - tau * base_light * (spring + held)
-
-
-@inlined
 def move_rings(rows, axes, tau):  # type: ignore[no-untyped-def]
     """Advance the places."""
     for a in range(axes):
@@ -154,11 +145,9 @@ def push_rings(rows, axes, table, size, s, tau):  # type: ignore[no-untyped-def]
     """Let forces and impulses act for the whole kick and the dampers for its second half; book the dampers' work."""
     for a in range(axes):
         ball, spring = rows[BALL_FORCE + a], rows[SPRING_FORCE + a]
-        ring, outer, base = pushed(
-            rows[RING_RATE + a], rows[OUTER_RATE + a], rows[BASE_RATE + a], ball, spring, rows[IMPULSE + a],
-            rows[RING_LIGHT + a], rows[OUTER_LIGHT + a], rows[BASE_LIGHT + a],
-            rows[BASE_STIFFNESS + a] * rows[BASE + a], rows[FALL + a], tau,
-        )  # fmt: skip
+        ring = rows[RING_RATE + a] + (tau * ball - rows[IMPULSE + a]) * rows[RING_LIGHT + a] - tau * rows[FALL + a]
+        outer = rows[OUTER_RATE + a] + tau * (spring - ball) * rows[OUTER_LIGHT + a]
+        base = rows[BASE_RATE + a] - tau * rows[BASE_LIGHT + a] * (spring + rows[BASE_STIFFNESS + a] * rows[BASE + a])
         roll, sway = 0.5 * (rows[ROLL + a] + ring - outer), 0.5 * (rows[YIELD + a] + outer - base)
         rows[ROLLING + a] += tau * rows[ROLL_DAMPING + a] * roll * roll
         rows[YIELDING + a] += tau * (rows[YIELD_DAMPING + a] * sway * sway + rows[BASE_DAMPING + a] * base * base)
