@@ -56,7 +56,7 @@ def main() -> None:
     for k, (each, _) in enumerate(near):
         each.arrays.end[:, GAP] *= 1 + 1e-6 * k
     print(beside("drop of an ensemble", cases, lambda: run_many(cases, 1)))
-    print(beside("run of a fit", near, lambda: run_side_by_side(near, together=True)))
+    print(beside("run of a fit", near, lambda: run_side_by_side(near)))
 
     plain = PlainDrop(machine, 150.0)
     start = plain.from_state(initial_state(model.copy(), DropPlan(150.0)))

@@ -3,8 +3,7 @@
 A drop alone is mostly waiting (`tdbsim.splitting`): here eight drops wait together.  The laws of motion, the order of a step's
 parts and the choice of steps are those of `splitting`, and each lane has its own way: where a contact begins or ends in it, its
 step is discarded and taken anew in four while the others go on; lanes may be at different instants.  So a drop takes the steps
-that it takes alone, and differs from that by rounding.  `together` lets all lanes take the steps that any of them needs:
-then differences between neighbouring drops are free of what unlike steps make of them.
+that it takes alone, and differs from that by rounding.
 """
 
 from __future__ import annotations
@@ -110,7 +109,7 @@ _PLACES = 12 * LANES  # of the rings
 
 
 @reassociated
-def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no-untyped-def]
+def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-def]
     """Advance the states of drops from the release through instants.
 
     Parameters
@@ -129,8 +128,6 @@ def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no
     first : int
     peak : (drops, 2) array
         Raised to the greatest normal forces, N.
-    together : bool
-        Whether all lanes take the same steps.
 
     Returns
     -------
@@ -259,8 +256,6 @@ def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no
                 else:
                     met |= (touched_0 ^ begun_0) | (touched_1 ^ begun_1)
                     again = met & running & ~shorter
-                    if together and again != 0:
-                        again = running
                     if again == running:
                         break
 
@@ -338,8 +333,6 @@ def integrate(m, y, step, times, out, first, peak, together):  # type: ignore[no
                     running &= ~(1 << a)
                     if reached[a] < times[stop - 1]:
                         alive &= ~(1 << a)
-            if together and aloft & alive != alive:
-                aloft = 0
         begin = stop
     space[0], ways[0] = 0.0, 0  # until here they are in use
     return reached

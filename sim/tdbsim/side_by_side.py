@@ -28,22 +28,19 @@ def shared(model: DropModel, plan: DropPlan) -> Hashable:
     return rotor, shapes, longest_step(model, plan), plan.seconds, plan.levitated, plan.sampling
 
 
-def run_side_by_side(cases: Sequence[Case], together: bool = False) -> list[Trajectory | InputError]:
+def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
     """Integrate drops that have `shared` in common, on one thread, without Python's lock.
 
     Parameters
     ----------
     cases : sequence of (DropModel, DropPlan)
         At most `MOST`.
-    together : bool
-        Whether all take the steps that any of them needs.  Then differences between neighbouring drops are free of what
-        unlike steps make of them, and each is as exact as alone, but not the same; otherwise it is what `run` gives, to
-        rounding.
 
     Returns
     -------
     list of Trajectory or InputError
-        In the order of the cases; what `run` would raise where a drop cannot be, which does no harm to the others.
+        In the order of the cases, as `run` gives them, to rounding; what that would raise where a drop cannot be, which
+        does no harm to the others.
     """
     count = len(instants(cases[0][1]))
     states = np.empty((len(cases), count, 4 * cases[0][0].n + 30 + len(LEDGER)))
@@ -55,7 +52,7 @@ def run_side_by_side(cases: Sequence[Case], together: bool = False) -> list[Traj
         except InputError as error:
             found.append(error)
     ready = [each for each in found if isinstance(each, Released)]
-    ends = iter(_integrate(ready, states[: len(ready)], together) if ready else ())
+    ends = iter(_integrate(ready, states[: len(ready)]) if ready else ())
     return [_finished(each, next(ends)) if isinstance(each, Released) else each for each in found]
 
 
@@ -68,7 +65,7 @@ def _finished(drop: Released, reached: float) -> Trajectory | InputError:
     return drop.trajectory()
 
 
-def _integrate(ready: list[Released], states: Array, together: bool) -> list[float]:
+def _integrate(ready: list[Released], states: Array) -> list[float]:
     """Fill the drops' states, and return the times reached."""
     from tdbsim.lanes import integrate
 
@@ -86,7 +83,7 @@ def _integrate(ready: list[Released], states: Array, together: bool) -> list[flo
     )
     start, peak = np.stack([drop.start for drop in repeated]), np.zeros((len(ready), 2))
     step = longest_step(ready[0].model, ready[0].plan)
-    reached = integrate(arrays, start, step, ready[0].since, states, ready[0].levitated, peak, together)
+    reached = integrate(arrays, start, step, ready[0].since, states, ready[0].levitated, peak)
     for drop, greatest in zip(ready, peak, strict=True):
         drop.peak[:] = greatest
     return [float(time) for time in reached]

@@ -1,7 +1,7 @@
 """Slopes of a drop's residuals by differences, the drop and what nudges make of it simulated side by side.
 
-The drop itself is in every batch: so it and the drops that it is compared with took the very same steps, and where a nudge
-changes nothing, before the first touch for one, the difference is zero.
+The drop itself is simulated beside them once more: what a nudge does not change, before the first touch for one, is then the
+same to the last bit.  Each takes the steps that it would take alone.
 """
 
 from __future__ import annotations
@@ -63,17 +63,29 @@ def slopes(
     motion = run(*case)
     base = residuals_of(motion, sensors)
     jacobian = np.zeros((len(base), len(problem.columns(drop))))
-    moving = []
+    common, beside = shared(*case), []
     for nudged in _nudges(problem, point, drop, horizon, among, side):
-        if nudged.case is None:
-            jacobian[:, nudged.column] = (residuals_of(motion, nudged.sensors) - base) / nudged.step
-        else:
-            moving.append((nudged, nudged.case))
-    for several, still in _simulated(case, motion, moving):
-        unmoved = base if still is motion else residuals_of(still, sensors)
-        for nudged, moved in several:
-            jacobian[:, nudged.column] = (residuals_of(moved, nudged.sensors) - unmoved) / nudged.step
+        if nudged.case is not None and common is not None and shared(*nudged.case) == common:
+            beside.append((nudged, nudged.case))
+            continue
+        try:
+            moved = motion if nudged.case is None else run(*nudged.case)
+        except InputError:
+            continue
+        jacobian[:, nudged.column] = (residuals_of(moved, nudged.sensors) - base) / nudged.step
+    found = _in_batches([case, *(each for _, each in beside)]) if beside else iter([motion])
+    still = next(found)
+    unmoved = base if isinstance(still, InputError) else residuals_of(still, sensors)
+    for (nudged, _), each in zip(beside, found, strict=True):
+        if not isinstance(each, InputError):
+            jacobian[:, nudged.column] = (residuals_of(each, nudged.sensors) - unmoved) / nudged.step
     return base, jacobian
+
+
+def _in_batches(cases: Sequence[Case]) -> Iterator[Trajectory | InputError]:
+    """Yield drops side by side, a batch after the other, so that not all states are held at once."""
+    for first in range(0, len(cases), MOST):
+        yield from run_side_by_side(cases[first : first + MOST])
 
 
 def _nudges(
@@ -106,30 +118,3 @@ def _nudges(
                 yield _Nudged(k, step, None, problem.sensors(acting, *moved_values, drop))
         except InputError:
             continue
-
-
-def _simulated(
-    case: Case, motion: Trajectory, moving: Sequence[tuple[_Nudged, Case]]
-) -> Iterator[tuple[list[tuple[_Nudged, Trajectory]], Trajectory]]:
-    """Yield nudged drops, simulated, and the drop as it was simulated beside them; those that cannot be are left out."""
-    common = shared(*case)
-    beside = [each for each in moving if common is not None and shared(*each[1]) == common]
-    for first in range(0, len(beside), MOST - 1):
-        batch = beside[first : first + MOST - 1]
-        still, *found = run_side_by_side([case, *(nudged_case for _, nudged_case in batch)], together=True)
-        if isinstance(still, InputError):
-            raise still
-        yield (
-            [
-                (nudged, each)
-                for (nudged, _), each in zip(batch, found, strict=True)
-                if not isinstance(each, InputError)
-            ],
-            still,
-        )
-    for nudged, nudged_case in moving:
-        if common is None or shared(*nudged_case) != common:
-            try:
-                yield [(nudged, run(*nudged_case))], motion
-            except InputError:
-                continue

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from changed_machine import at_ends
 from tdbsim.columns import CONTACT_DAMPING, CONTACT_POWER, FRICTION, FRICTION_POWER, GAP
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
@@ -48,11 +47,10 @@ def assert_as_alone(found, case, apart=1e-12):
     np.testing.assert_array_equal(found.whirl, alone.whirl)
 
 
-@pytest.mark.parametrize("together", [False, True])
 @pytest.mark.parametrize("count", range(1, MOST + 1))
-def test_equal_drops_are_the_drop_alone(machine, count, together):
+def test_equal_drops_are_the_drop_alone(machine, count):
     case = build_model(machine), replace(PLAN, levitated=0.0031)
-    for found in run_side_by_side([case] * count, together):
+    for found in run_side_by_side([case] * count):
         assert_as_alone(found, case)
 
 
@@ -76,30 +74,12 @@ def test_laws_and_instants_of_all_kinds(machine):
         assert_as_alone(found, case, 1e-10)
 
 
-def test_steps_in_common_are_as_exact(machine):
-    """Together, drops take more short steps than alone: not the same, but as near to what finer steps give."""
-    cases = varied(machine)
-    together = run_side_by_side(cases, together=True)
-    errors = []
-    for found, (model, plan) in zip(together, cases, strict=True):
-        exact = at_ends(run(model, replace(plan, method="dormand_prince", tolerance=1e-11)))
-        errors.append([np.abs(at_ends(each) - exact).max() for each in (found, run(model, plan))])
-    shared_steps, own_steps = np.array(errors).T
-    assert own_steps.max() < 1e-8
-    assert shared_steps.max() < 1e-8
-    assert np.median(shared_steps) < 2 * np.median(own_steps) + 1e-10
-    fine = run_side_by_side([(model, replace(plan, step=5e-6)) for model, plan in cases], together=True)
-    for found, (model, plan) in zip(fine, cases, strict=True):
-        exact = at_ends(run(model, replace(plan, method="dormand_prince", tolerance=1e-11)))
-        assert np.abs(at_ends(found) - exact).max() < 1e-9
-
-
-def test_together_a_nudge_changes_nothing_before_it_acts(machine):
-    """Drops that differ by friction alone are the same, to the last bit, until they touch."""
+def test_what_a_nudge_does_not_change_is_the_same_to_the_last_bit(machine):
+    """Drops that differ by friction alone, until they touch."""
     base = build_model(machine)
     nudged = base.copy()
     nudged.arrays.end[:, FRICTION] *= 1 + 1e-6
-    still, moved = run_side_by_side([(base, PLAN), (nudged, PLAN)], together=True)
+    still, moved = run_side_by_side([(base, PLAN), (nudged, PLAN)])
     fall = still.time < 0.006
     np.testing.assert_array_equal(still.state[fall], moved.state[fall])
     assert np.abs(still.state - moved.state)[~fall].max() > 0
