@@ -47,6 +47,7 @@ from tdbsim.lane_ends import (
     slow_ring,
     strike,
 )
+from tdbsim.lane_forces import COUPLED, add_forces, fill_forces, held, slowing
 from tdbsim.lane_modes import (
     BLOCK,
     MODE_STATE,
@@ -142,7 +143,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
     tables_size = len(DRIFT) * n * SWING_STOP + len(KICK) * TAKEN_STOP
     sizes = (
         size_of_state, size_of_state, 2 * END_STOP, 2 * most, padded * MODE_STOP, 2 * KICK_STOP, 2 * POWERS_STOP, 8 * LANES,
-        padded * padded, (len(PARTS) + 1) * tables_size,
+        padded * padded, (len(PARTS) + 1) * tables_size, LANES, n * (COUPLED + n * LANES),
     )  # fmt: skip
     space = room_for(sum(sizes) // LANES + len(sizes))
     state = address(space)
@@ -158,6 +159,8 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
     tables = beyond(gyro, padded * padded)
     mixed = beyond(tables, len(PARTS) * tables_size)
     dampers = beyond(mixed, len(DRIFT) * n * SWING_STOP)
+    since = beyond(mixed, tables_size)
+    forces = beyond(since, LANES)
     at_end, weight, damping = address(m.at_end), address(m.weight), address(m.damping)
     effects, states = address(m.effect), beyond(address(out), first * out.shape[2])
     read_state(y, n, state)
@@ -165,6 +168,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
     count_0, count_1 = fill_balls(m, 0, balls_0), fill_balls(m, 1, balls_1)
     fill_unbalance(m, modal)
     fill_gyro(m.gyro, gyro)
+    fill_forces(m, forces)
     own_0, own_1, both = 0.0, 0.0, 0.0
     for k in range(n):
         own_0 += m.at_end[0, k] * m.at_end[0, k]
@@ -180,7 +184,8 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
     wavy_0, wavy_1 = flagged(m.end[:, 0], HAS_WAVES), flagged(m.end[:, 1], HAS_WAVES)
     sprung_0, sprung_1 = flagged(m.end[:, 0], HAS_SPRING), flagged(m.end[:, 1], HAS_SPRING)
     blown = flagged(m.spin, HAS_WINDAGE)
-    forced = flagged(m.spin, HAS_BOW) | flagged(m.spin, HAS_CIRCULATORY) | flagged(m.spin, HAS_HOLDING)
+    coupled, holding = flagged(m.spin, HAS_CIRCULATORY), flagged(m.spin, HAS_HOLDING)
+    forced = flagged(m.spin, HAS_BOW) | coupled | holding
 
     ways, reached, parts = np.zeros(WAY_STOP, np.int64), np.zeros(LANES), np.zeros(len(times), np.int64)
     way, to_come, arrived = address(ways), address(parts), address(reached)
@@ -210,6 +215,8 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                         shorter |= 1 << a
                     elif flight and aloft >> a & 1 and way[LEFT + a] >= PARTS[LONG]:
                         longer |= 1 << a
+                    if holding >> a & 1:
+                        since[a] = times[way[AHEAD + a]] - usual * way[LEFT + a] / _WHOLE
             if shorter != shorter_before or longer != longer_before or begun_anew:
                 shorter_before, longer_before, begun_anew = shorter, longer, False
                 short, long = masked(shorter), masked(longer)
@@ -288,12 +295,8 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                 cosine, sine = load(state, COSINES), load(state, SINES)
                 along, across = pull * cosine + gain * sine, pull * sine - gain * cosine
                 if forced != 0:
-                    store(room, 0, tau)
-                    store(room, LANES, gone)
-                    for a in range(count):
-                        if (forced & running) >> a & 1:
-                            now = times[way[AHEAD + a]] - usual * way[LEFT + a] / _WHOLE + room[LANES + a]
-                            add_forces(of_lane(m, a), state, modal, a, now, room[a])
+                    share = held(effects, load(since, 0) + gone, holding, room)
+                    add_forces(state, MODES, modal, forces, n, coupled, cosine, sine, share, tau)
                 turned = tau * middle
                 supplied = push(
                     state, MODES, modal, n, at_end, weight, along, across, load(kick, IMPULSE_X), load(kick, IMPULSE_Y),
@@ -420,42 +423,3 @@ def turn_on(state, ends, tau):  # type: ignore[no-untyped-def]
         for a in range(LANES):
             if large >> a & 1:
                 direct(state, ends, a)
-
-
-@inlined
-def slowing(effects, omega, decay, blown, room):  # type: ignore[no-untyped-def]
-    """Return the angular acceleration of the rotors by what is around them."""
-    slower = -decay * omega
-    if blown != 0:
-        store(room, 0, omega)
-        store(room, LANES, slower)
-        _blow_each(effects, room, blown)
-        slower = load(room, LANES)
-    return slower
-
-
-@called
-def _blow_each(effects, room, blown):  # type: ignore[no-untyped-def]
-    for a in range(LANES):
-        if blown >> a & 1:
-            room[LANES + a] += hooks.windage(room[a], effect_of(effects, a, ROTOR_ROW))
-
-
-@called
-def add_forces(m, state, modal, a, now, tau):  # type: ignore[no-untyped-def]
-    """Note what bow, cross-coupling and magnets push the modes of a lane by; `now` in s after the release."""
-    n = len(m.square)
-    cosine, sine = state[COSINES + a], state[SINES + a]
-    share = tau * hooks.holding(now, m.effect[ROTOR_ROW]) if m.spin[HAS_HOLDING] > 0.0 else 0.0
-    for k in range(n):
-        more_x = tau * m.square[k] * (m.bow[0, k] * cosine - m.bow[1, k] * sine)
-        more_y = tau * m.square[k] * (m.bow[0, k] * sine + m.bow[1, k] * cosine)
-        for j in range(n):
-            i = MODES + j * MODE_STATE + a
-            more_x -= tau * m.circulatory[k, j] * state[i + Y]
-            more_y += tau * m.circulatory[k, j] * state[i + X]
-        for j in range(len(m.magnet)):
-            more_x += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FX]
-            more_y += share * m.at_magnet[j, k] * m.magnet[j, MAGNET_FY]
-        i = k * MODE_STOP + a
-        modal[i + MORE_X], modal[i + MORE_Y] = more_x, more_y
