@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from tdbsim import hooks
 from tdbsim.cache import called, inlined, reassociated
 from tdbsim.columns import (
     CAGE_RATIO,
@@ -27,9 +26,6 @@ from tdbsim.columns import (
     HAS_WAVES,
     HAS_WINDAGE,
     INERTIA,
-    MAGNET_FX,
-    MAGNET_FY,
-    ROTOR_ROW,
 )
 from tdbsim.kick import DRIFT, KICK, swing_table
 from tdbsim.lane_ends import (
@@ -52,8 +48,6 @@ from tdbsim.lane_modes import (
     BLOCK,
     MODE_STATE,
     MODE_STOP,
-    MORE_X,
-    MORE_Y,
     RATE_X,
     RATE_Y,
     SWING_STOP,
@@ -78,7 +72,6 @@ from tdbsim.lane_rows import (
     SINES,
     SPIN,
     direct,
-    effect_of,
     fill_balls,
     fill_ends,
     fill_gyro,

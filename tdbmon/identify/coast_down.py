@@ -109,7 +109,7 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
         model.copy(), plan, _LONGER * usual_step(machine), measured.time - measured.time[0]
     )
     took = clock.thread_time() - began
-    offset = np.array([centre(machine, shared, probe.position) for probe in machine.probes])
+    offset = centre(machine, shared, [probe.position for probe in machine.probes])
     noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
     usual = float(np.median(list(noise.values())))
     chain = SensorChain(

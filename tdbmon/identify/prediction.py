@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from tdbsim import hooks
 from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
@@ -179,7 +179,7 @@ def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
 
 def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return what the probes read of a prediction, (probes, k), m."""
-    offset = np.array([centre(machine, sensors.shared, probe.position) for probe in drop.probes])
+    offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])
     x, y = prediction.x + offset.real[:, None], prediction.y + offset.imag[:, None]
     out = clean_readings(x, y, prediction.angle, drop.probes, sensors.chain)
     for row, probe in zip(out, drop.probes, strict=True):
@@ -189,35 +189,35 @@ def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, senso
 
 def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
     """Return what the probes read of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
-    means = np.empty(len(drop.probes))
-    phasors = np.zeros((len(drop.probes), 2), dtype=complex)
-    for i, probe in enumerate(drop.probes):
-        link = sensors.chain.of(probe.name)
-        axis = cmath.exp(-1j * (probe.angle + link.angle_error))
-        place = prediction.mean[i] + centre(machine, sensors.shared, probe.position)
-        means[i] = link.gain * (place * axis).real + link.offset
-        seen = [prediction.whirl[i] * axis, 0j]
+    links = [sensors.chain.of(probe.name) for probe in drop.probes]
+    pairs = list(zip(drop.probes, links, strict=True))
+    axes = np.exp(-1j * np.array([probe.angle + link.angle_error for probe, link in pairs]))
+    gain = np.array([link.gain for link in links])
+    place = prediction.mean + centre(machine, sensors.shared, [probe.position for probe in drop.probes])
+    means = gain * (place * axes).real + np.array([link.offset for link in links])
+    phasors = np.zeros((len(links), 2), dtype=complex)
+    phasors[:, 0] = prediction.whirl * axes
+    for seen, axis, link in zip(phasors, axes.tolist(), links, strict=True):
         for surface in link.runout:
             if surface.order <= len(seen):
                 seen[surface.order - 1] += surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
-        late = cmath.exp(-1j * prediction.omega * link.lag * drop.interval)
-        phasors[i] = link.gain * seen[0] * late, link.gain * seen[1] * late**2
+    late = np.exp(-1j * prediction.omega * drop.interval * np.array([link.lag for link in links]))
+    phasors *= gain[:, None] * np.column_stack([late, late**2])
     rows = {probe.name: i for i, probe in enumerate(drop.probes)}
     alone = means.copy(), phasors.copy()
     for name, (source, part) in sensors.chain.leaks.items():
         if name in rows and source in rows:
             means[rows[name]] += part * alone[0][rows[source]]
             phasors[rows[name]] += part * alone[1][rows[source]]
-    for i, probe in enumerate(drop.probes):
-        means[i] += sensors.own[f"zero_{probe.name}"]
+    means += np.array([sensors.own[f"zero_{probe.name}"] for probe in drop.probes])
     return Levitated(means, phasors)
 
 
-def centre(machine: Machine, shared: Values, position: float) -> complex:
-    """Return where the line of the bearings' centres passes a plane in the probes' zero, x + i y, m."""
+def centre(machine: Machine, shared: Values, position: ArrayLike) -> NDArray[np.complex128]:
+    """Return where the line of the bearings' centres passes a plane, or several, in the probes' zero, x + i y, m."""
     a, b = machine.touchdown_bearings
     at = [complex(shared[f"{end.name}.centre_x"], shared[f"{end.name}.centre_y"]) for end in (a, b)]
-    return at[0] + (at[1] - at[0]) * (position - a.position) / (b.position - a.position)
+    return np.asarray(at[0] + (at[1] - at[0]) * (np.asarray(position) - a.position) / (b.position - a.position))
 
 
 def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
