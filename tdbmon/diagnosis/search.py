@@ -39,9 +39,7 @@ _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
-_ALIKE = (
-    2.0  # times what the best leaves at the first contact, that another may leave before it is fitted from the fall on
-)
+_ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 3  # times at most that all suspects are fitted
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
