@@ -26,7 +26,9 @@ _FALL_SHARE = 0.6  # of the way from levitation to the first turning point: sure
 _HEAD_S = 0.02  # at the start, that shows where the shaft levitates
 _START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
 _LEAST_HEAD_S = 5e-3
-_FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more (zone A of ISO 14839-2 ends there)
+# of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
+# (zone A of ISO 14839-2 ends at 0.3 from the middle)
+_FALLEN = 0.6
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ def fit_drops(
         undetermined=_undetermined(problem, covariance),
         drops=fits,
         horizon=usable[-1],
-        misfit=float(np.sqrt(np.mean([_at(fit.residuals, trusted).ratio ** 2 for fit in fits]))),
+        misfit=float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits]))),
         remarks=tuple(remarks),
         seconds=time.monotonic() - began,
         problem=problem,
@@ -165,10 +165,6 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
         velocity={name: (v[0], v[1]) for name, v in velocity.items()},
         residuals=tuple(residuals),
     )
-
-
-def _at(residuals: Sequence[Residual], horizon: float) -> Residual:
-    return next(r for r in residuals if r.horizon >= horizon - 1e-9)
 
 
 def _estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Estimate]:
@@ -224,7 +220,7 @@ def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ..
 
 def _odd_drops(fits: Sequence[DropFit], horizon: float) -> list[str]:
     """Name drops that fit far worse than the others: of another machine, or of the same one changed."""
-    ratios = np.array([_at(fit.residuals, horizon).ratio for fit in fits])
+    ratios = np.array([fit.residual_to(horizon).ratio for fit in fits])
     out = []
     for i, each in enumerate(fits):
         others = np.delete(ratios, i)

@@ -66,6 +66,10 @@ class DropFit:
     velocity: dict[str, tuple[Estimate, Estimate]]
     residuals: tuple[Residual, ...]
 
+    def residual_to(self, horizon: float) -> Residual:
+        """Return the residual to the first horizon that is no shorter than this one, s."""
+        return next(r for r in self.residuals if r.horizon >= horizon - 1e-9)
+
 
 @dataclass(frozen=True)
 class Undetermined:
