@@ -29,6 +29,10 @@ _LEAST_HEAD_S = 5e-3
 # of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
 # (zone A of ISO 14839-2 ends at 0.3 from the middle)
 _FALLEN = 0.6
+_DROPPED, _LEFT = (
+    0.5,
+    0.2,
+)  # of the radial gap beyond the orbit: a shaft that goes so far was dropped; and has left its orbit
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,7 @@ def find_release(
     begin = int(np.argmax(np.isfinite(z).all(axis=0)))  # a logger may start late
     time, z = time[begin:], z[:, begin:]
     gaps = np.repeat([machine.bearing(end).radial_gap.nominal for end in ends], 2)
-    rough = _rough(z, rate, _levitated(z, rate, gaps, machine.gravity))
+    rough = _rough(z, rate, gaps, _levitated(z, rate, gaps, machine.gravity))
     if rough is None:
         return None
     start, stop = rough
@@ -187,10 +191,10 @@ def _levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> 
     return max(int(np.argmax(fallen)) - falling, 0) if fallen.any() else most
 
 
-def _rough(z: np.ndarray, rate: float, levitated: int) -> tuple[int, int] | None:
+def _rough(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tuple[int, int] | None:
     """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall.
 
-    `levitated` of the first samples show the orbit.
+    `levitated` of the first samples show the orbit.  A wide one is left by less than a multiple of itself: by a share of the gap.
     """
     shortest = max(int(_LEAST_HEAD_S * rate), 8)
     if z.shape[1] < 3 * shortest:
@@ -203,7 +207,8 @@ def _rough(z: np.ndarray, rate: float, levitated: int) -> tuple[int, int] | None
     away = np.abs(z - middle[:, None])
     orbit = np.nanmax(away[:, :lead], axis=1)
     reach = np.nanmax(away, axis=1)
-    if not np.any(reach > np.maximum(8 * orbit, 20e-6)):
+    dropped = reach > np.maximum(np.minimum(8 * orbit, orbit + _DROPPED * gaps), 20e-6)
+    if not np.any(dropped):
         if np.any(orbit > 20e-6):
             return None  # it moves from the first sample on: the record starts after the release
         raise InputError(
@@ -212,9 +217,9 @@ def _rough(z: np.ndarray, rate: float, levitated: int) -> tuple[int, int] | None
         )
     free = stop = np.inf
     for row in range(z.shape[0]):
-        if reach[row] <= max(8 * orbit[row], 20e-6):
+        if not dropped[row]:
             continue
-        threshold = max(3 * orbit[row], 3e-6)
+        threshold = max(min(3 * orbit[row], orbit[row] + _LEFT * gaps[row]), 3e-6)
         outside = away[row] > threshold
         run = max(int(0.002 * rate), 4)
         sustained = np.convolve(outside, np.ones(run), "valid") >= run

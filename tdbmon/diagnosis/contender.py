@@ -151,9 +151,11 @@ class Contender:
     def fails_beside(self, plain: Contender) -> bool:
         """True where more than noise is left, and not only little of what the plain model leaves.
 
-        Little may be left by a cause whose law is a little off; but no law of contacts has a part in how the rotor coasts.
+        Little may be left by a cause in contacts, whose law is a little off; but that has no part in how the rotor coasts, and
+        what acts elsewhere has exact laws.
         """
-        return self.fails and not (self.causes and self.excess < MINOR * plain.excess and self.coasts)
+        inexact = any(cause.in_contacts for cause in self.causes)
+        return self.fails and not (inexact and self.excess < MINOR * plain.excess and self.coasts)
 
     @property
     def coasts(self) -> bool:

@@ -5,8 +5,7 @@ to as far as it came: roughly, with slopes that are known; those that come out b
 with it; those that fall behind drop out.  So the competition takes place where the model begins to fail, before wrong
 values have made up for what it lacks.
 
-Where nothing is clearly better than the plain model as far as all are followed, it is followed further, for what acts
-later.
+The best is followed further than all are, for what acts later.
 """
 
 from __future__ import annotations
@@ -29,7 +28,8 @@ from tdbmon.diagnosis.contender import (
     settled,
     without_each,
 )
-from tdbmon.diagnosis.met_alike import in_neighbouring_orders, met_alike, neighbours, of_any_kind
+from tdbmon.diagnosis.held_out import proved
+from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, met_alike, neighbours, of_any_kind
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
@@ -78,12 +78,17 @@ def contest(
     held = _Contest(Search(plain, suspects, horizons, progress), plain)
     over = held.met([horizon for horizon in horizons if horizon <= FOLLOWED_S])
     held.simplify()
-    if not over and held.best.bic > held.plain.bic - PLAIN_LEAD:
+    later = [horizon for horizon in horizons if horizon > FOLLOWED_S]
+    if later and not over:
         early = replace(held)
-        held.met([horizon for horizon in horizons if horizon > FOLLOWED_S])
+        held.met(later)
         held.simplify()
-        if held.plain.ratio < _ACTS_LATER * floor and held.best.fails:
-            held = early  # paths with impacts part
+        if early.best.bic > early.plain.bic - PLAIN_LEAD:
+            parted = held.plain.ratio < _ACTS_LATER * floor and held.best.fails
+        else:
+            parted = not held.adds_to(early.best)
+        if parted:  # paths with impacts do
+            held = early
     return sorted(with_twins([held.plain, *held.others], held.best, suspects), key=lambda each: each.bic)
 
 
@@ -103,6 +108,8 @@ class _Contest:
         Those of the other models that left noise alone there, where it was late enough to tell.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
+    lain : list of str
+        Models whose last cause was begun at other angles.
     reordered : list of tuple
         Balls, waves and lobes, by name, in whose place all others were tried, and whether that was early.
     other_kinds : bool
@@ -125,6 +132,7 @@ class _Contest:
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
+    lain: list[str] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
     other_kinds: bool = True
     freed: bool = False
@@ -146,6 +154,17 @@ class _Contest:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
         self.plain, self.others = _simplified(self.plain, self.others)
+
+    def adds_to(self, named: Contender) -> bool:
+        """True where the best model has a cause beyond those of one that was followed on, proved on a drop held out.
+
+        That proof is its own: the other causes gain enough for both.
+        """
+        best, known = self.best, {cause.name for cause in named.causes}
+        if best.fails or not known < {cause.name for cause in best.causes}:
+            return False
+        before = settled(named, self.horizon, SLOPES)
+        return before.ratio > HARDLY * before.floor and proved(before, best).seen
 
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""
@@ -195,6 +214,9 @@ class _Contest:
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
+        if deeper.fails_beside(self.plain) and cause.lies and deeper.name not in self.lain:
+            self.lain.append(deeper.name)
+            deeper = at_other_angles(self.search.fallen, deeper, self.search.horizons)
         if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]

@@ -1,4 +1,4 @@
-"""What contacts meet alike: waves and lobes of another order, and a ball of another size, tried in the place of what fails.
+"""What contacts meet alike: other angles, waves and lobes of another order, a ball of another size, tried where a model fails.
 
 Contacts happen where the weight presses, and there waves of one order look much like those of the next.  At the first contact
 lobes of any order do, and a ball as well, each with a size and angles of its own; which is right shows at the next one.
@@ -47,6 +47,29 @@ def in_neighbouring_orders(
         for each in near:
             apart = _orders_apart(each, best.causes[-1])
             others.append(with_cause(bare, each, _turned_to_the_load(start, each, apart)))
+    except InputError:
+        return best
+    return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
+
+
+def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
+    """Return a contender, or the best of those whose last cause begins at its usual size and quarters of its period.
+
+    One contact hardly tells how large an oval is from which way it lies; a fit that leans one way at first stays there.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    best : Contender
+        With a cause.
+    horizons : sequence of float
+        All; fits go along those up to the contender's own.
+    """
+    cause = best.causes[-1]
+    try:
+        bare = without_cause(best, len(best.causes) - 1)
+        others = [with_cause(bare, cause, start) for start in cause.usual()]
     except InputError:
         return best
     return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)

@@ -79,6 +79,11 @@ class Suspect:
         return counted and self.in_contacts and not self.turning
 
     @property
+    def lies(self) -> bool:
+        """True for what acts in contacts and lies some way, the same in all drops: an oval, a support softer one way."""
+        return bool(self.usual()) and not self.standing_waves and any(angle is not None for _, angle in self.sizes)
+
+    @property
     def of_each_drop(self) -> bool:
         """True for what has an angle or a number of its own in every drop: it fits anything a little."""
         return self.turning or self.counted is not None

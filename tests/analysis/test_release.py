@@ -17,14 +17,14 @@ from tdbmon.shipped import shipped
 from tests.analysis.planes import G, planes_of
 
 
-def drop(seed, *, rate=20000.0, speed=97.0, decay=0.0, noise=0.27e-6, levitated=0.1, orbit=1e-6):
+def drop(seed, *, rate=20000.0, speed=97.0, decay=0.0, noise=0.27e-6, levitated=0.1, orbit=1e-6, fall=0.006):
     """A levitated rotor that is let go, by its own equation of motion, integrated in fine steps.
 
     The levitated shaft is forced round its orbit; free, it keeps its velocity and turns about its inertia axis.
     """
     rng = np.random.default_rng(seed)
     release = levitated + rng.uniform(0, 1 / rate)
-    time = np.arange(int(0.106 * rate)) / rate
+    time = np.arange(round((0.1 + fall) * rate)) / rate
     w, phase = 2 * np.pi * speed, rng.uniform(0, 2 * np.pi)
     shaft = {}
     for end in ("NDE", "DE"):
@@ -155,6 +155,15 @@ def test_a_logger_that_starts_late_does_not_hide_the_release(machine):
     planes.displacement[:, :, :800] = np.nan
     found = find_release(planes, machine, 97.0).time
     assert found.low <= truth <= found.high
+
+
+def test_a_wide_orbit_is_no_fall_wherever_on_it_the_record_begins(machine):
+    """A bent shaft whirls through a third of the gap (here 0.3 to 0.45 of it from edge to edge) and still levitates."""
+    for seed in range(12):
+        planes, truth = drop(seed, speed=58.0, orbit=45e-6, fall=0.0085)
+        found = find_release(planes, machine, 58.0)
+        assert found is not None
+        assert abs(found.time.value - truth) < 2e-4
 
 
 def test_a_levitated_record_holds_no_drop(machine):

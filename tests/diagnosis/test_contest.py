@@ -8,9 +8,10 @@ import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
-from tdbmon.diagnosis.contest import contest, decided, only_accompanies
-from tdbmon.diagnosis.met_alike import in_neighbouring_orders, neighbours, of_any_kind
+from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
+from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
+from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.twins import twins, with_paths_sought
 from tdbmon.diagnosis.verdict import Kind, verdict
@@ -84,7 +85,7 @@ def test_nothing_hidden_is_none(crew):
 def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     plain = next(each for each in competed if not each.causes)
     extended = next(each for each in competed if each.causes)
-    worse = replace(extended, fit=replace(extended.fit, misfit=2.0 * extended.residuals))
+    worse = contender(extended, {"oval_clearance@NDE"}, 0.0, 2.0)
     lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
     assert worse.fails
     assert not worse.fails_beside(lost)
@@ -93,6 +94,8 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     # it slows before the release as no law of contacts says
     driven = tuple(np.append(r[:-1], 20.0) for r in worse.fit.residuals)
     assert replace(worse, fit=replace(worse.fit, residuals=driven)).fails_beside(lost)
+    # a channel that lags does just that, so what it leaves is another's
+    assert contender(extended, {"channel_lag@NDE_A"}, 0.0, 2.0).fails_beside(lost)
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
@@ -195,6 +198,48 @@ def test_lobes_of_a_wrong_order_are_found_anew(crew):
     assert found.causes[-1].held["order"] == 2
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
+
+
+def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
+    problem = problem_of(crew, "oval_clearance:end=DE,amplitude=22 um,angle=20 deg")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    horizons = (0.006, 0.01, 0.014, 0.018)
+    wrong = with_cause(fallen, oval, Start({"amplitude": 5e-6, "angle": math.radians(100)}))
+    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.018), horizon=0.018)
+    found = at_other_angles(fallen, wrong, horizons)
+    start = found.starts()[0].shared
+    across = 0.0 if start["amplitude"] > 0 else math.pi / 2  # a negative one is the same a quarter turn on
+    assert found.horizon == 0.018
+    assert abs(start["amplitude"]) == pytest.approx(22e-6, rel=0.1)
+    assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
+
+
+def test_only_what_lies_some_way_in_contacts_is_begun_at_other_angles(gained):
+    _, everyone = gained
+    lying = {each.declared.identifier for each in everyone if each.lies}
+    assert lying == {"oval_clearance", "support_anisotropy"}
+
+
+@pytest.mark.parametrize(("seen", "left", "adds"), [(True, 1.5, True), (False, 1.5, False), (True, 1.2, False)])
+def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monkeypatch, seen, left, adds):
+    """The named cause gains enough for two; and where it leaves little beyond noise, paths only part."""
+    from types import SimpleNamespace
+
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    named = contender(plain, ("probe_gain@DE_A",), 0, 0.9)
+    both = contender(plain, ("probe_gain@DE_A", "stribeck_friction@both"), 900, 0.9)
+    monkeypatch.setattr(
+        module, "settled", lambda each, *_: contender(plain, ("probe_gain@DE_A",), 0, left * each.floor)
+    )
+    monkeypatch.setattr(module, "proved", lambda before, after: SimpleNamespace(seen=seen))
+    held = _Contest(Search(plain, (), (0.006,), lambda _: None), plain, [both], plain.horizon)
+    assert held.adds_to(named) is adds
+    assert not replace(held, others=[named]).adds_to(named)
+    assert not replace(held, others=[contender(plain, ("stribeck_friction@both",), 900, 0.9)]).adds_to(named)
 
 
 def test_a_ball_is_found_in_the_place_of_waves(crew):
