@@ -176,8 +176,9 @@ class _Contest:
         self.search.progress(f"fitting the first {horizon * 1e3:g} ms")
         self.horizon = horizon
         self._refit()
-        self._deepen()
-        self._free_stated_values()
+        if horizon <= FOLLOWED_S or not self.best.causes:  # a cause is named by then, and paths part
+            self._deepen()
+            self._free_stated_values()
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         least = min(each.ratio for each in [self.plain, *self.others])
         self.others = _kept(self.others)

@@ -27,6 +27,8 @@ A case is right when nothing hidden gives "none", something outside the catalogu
 named with nothing else; "ambiguous" is right where its set holds them, and is counted apart.
 """
 
+Judged = Sequence[tuple[Outcome, Judgement]]
+
 KIND = {
     "none": "nothing hidden",
     "effect": "one effect",
@@ -35,6 +37,9 @@ KIND = {
 }
 SIGNAL_EDGES = (0.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, math.inf)
 LEVEL_EDGES = (0.0, 0.25, 0.5, 0.75, 1.0)
+PLAIN_SIGNAL = 10.0  # standard deviations of the noise
+STRONG_LEVEL = 0.5
+ACCUSING = ("named", "ambiguous")
 PROBABILITY_EDGES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 1.0)
 
 
@@ -67,7 +72,7 @@ def calibration_error(stated: Sequence[tuple[float, bool]]) -> float:
 
 def page(outcomes: Sequence[Outcome], command: str, remark: str = "") -> str:
     """Return the page in Markdown, with a remark of how the cases were run."""
-    lines = [HEAD.format(command=command)] + ([remark, ""] if remark else [])
+    lines = [HEAD.format(command=command)] + ([remark, ""] if remark else []) + _goals(outcomes)
     for title, chosen in (
         ("Plain laws", [o for o in outcomes if o.strangeness == 0.0]),
         ("Strange laws", [o for o in outcomes if o.strangeness > 0.0]),
@@ -75,6 +80,39 @@ def page(outcomes: Sequence[Outcome], command: str, remark: str = "") -> str:
         if chosen:
             lines += [f"## {title}", "", *_section(chosen)]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _goals(outcomes: Sequence[Outcome]) -> list[str]:
+    """What the project has set itself beside what was reached, over all cases."""
+    judged = [(o, o.judgement) for o in outcomes if o.judgement is not None]
+    plainly = [(o, j) for o, j in judged if j.kind == "effect" and o.signal >= PLAIN_SIGNAL]
+    hidden = [(o, j) for o, j in judged if j.kind in ("effect", "pair")]
+    outside = [(o, j) for o, j in judged if j.kind == "outside"]
+    sizes = [size for o, j in judged if min(o.levels, default=0.0) >= STRONG_LEVEL for size in j.sizes]
+    near = [abs(size.value / size.true - 1) <= 0.1 for size in sizes]
+    gains = [o.gain for o, j in hidden if j.right and o.gain is not None]
+    stated = [each for _, j in judged for each in j.stated]
+    seconds = [o.processor_seconds for o in outcomes]
+    rows = [
+        (f"one effect, signal of {PLAIN_SIGNAL:g} times the noise or more: right", "95 %", _count(plainly, lambda j: j.right)),
+        ("its place right too", "90 %", _count(plainly, lambda j: j.right and j.place)),
+        ("the same: all that is hidden is among what was named", "98 %", _count(plainly, lambda j: set(j.hidden) <= set(j.said))),
+        ("nothing hidden, a cause named", "3 % at most", _count_of_kind(judged, "none", lambda j: j.verdict in ACCUSING)),
+        ("outside the catalogue: unknown", "85 %", _count(outside, lambda j: j.verdict == "unknown")),
+        ("outside the catalogue: a cause named", "8 % at most", _count(outside, lambda j: j.verdict == "named")),
+        ("two at once: both", "80 %", _count_of_kind(judged, "pair", lambda j: j.right)),
+        (f"sizes within 10 %, level {STRONG_LEVEL:g} or more", "all", share(sum(near), len(near))),
+        ("median gain on a drop held out, rightly named", "0.8", f"{np.median(gains):.2f}" if gains else "no case"),
+        ("made worse there", "2 % at most", share(sum(gain < 0 for gain in gains), len(gains))),
+        ("calibration error of the probabilities", "0.05", f"{calibration_error(stated):.3f}" if stated else "no case"),
+        ("processor time of a case, median and 90th percentile", "180 s (90 s on two cores)",
+         f"{np.median(seconds):.0f} s, {np.quantile(seconds, 0.9):.0f} s"),
+    ]  # fmt: skip
+    return ["## Goals, all cases together", "", *_table(("what", "goal", "reached"), rows)]
+
+
+def _count_of_kind(judged: Judged, kind: str, true: Callable[[Judgement], bool]) -> str:
+    return _count([(o, j) for o, j in judged if j.kind == kind], true)
 
 
 def _section(outcomes: Sequence[Outcome]) -> list[str]:
@@ -92,9 +130,6 @@ def _section(outcomes: Sequence[Outcome]) -> list[str]:
     lines += [f"- seed {o.seed}: {o.error}" for o in failed] + ([""] if failed else [])
     lines += _kinds(judged) + _confusion(judged) + _detection(judged) + _sizes(judged)
     return lines + _probabilities([stated for _, j in judged for stated in j.stated]) + _gains(judged)
-
-
-Judged = Sequence[tuple[Outcome, Judgement]]
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
@@ -128,7 +163,7 @@ def _kinds(judged: Judged) -> list[str]:
     outside = [(o, j) for o, j in judged if j.kind == "outside"]
     pairs = [(o, j) for o, j in judged if j.kind == "pair"]
     lines += [
-        f"- False alarms, nothing hidden and yet a cause named: {_count(nothing, lambda j: j.verdict in ('named', 'ambiguous'))};"
+        f"- False alarms, nothing hidden and yet a cause named: {_count(nothing, lambda j: j.verdict in ACCUSING)};"
         f" called unknown: {_count(nothing, lambda j: j.verdict == 'unknown')}.",
         f"- Outside the catalogue, called unknown: {_count(outside, lambda j: j.verdict == 'unknown')};"
         f" taken for an effect of the catalogue: {_count(outside, lambda j: j.verdict == 'named')}.",
