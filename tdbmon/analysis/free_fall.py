@@ -10,14 +10,16 @@ from tdbmon.analysis.release import Release
 from tdbmon.record.finding import Check
 
 _LEAST = 1 / math.sqrt(2)  # of gravity: nearer to it than to half of it
+_TELLING = 0.3  # of gravity
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
 def check_free_fall(release: Release, machine: Machine) -> list[Check]:
     """Check that each end falls with gravity.
 
-    A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  Unbalance and a
-    field that dies away slowly change it as well, though rarely by so much.
+    A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  A field that dies
+    away slowly changes it as well, though rarely by so much; and so does a bent shaft, which turns on in the fall, by about
+    what its wide orbit turned with.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
@@ -25,7 +27,10 @@ def check_free_fall(release: Release, machine: Machine) -> list[Check]:
     for end, (_, y) in release.fall.items():
         share = -y / machine.gravity
         detail = f"falls with {-y:.3g} m/s2, {share:.2f} of gravity, before it touches"
-        passed = _LEAST < share < 1 / _LEAST
+        doubt = release.whirl[end] / machine.gravity
+        passed = _LEAST - doubt < share < 1 / _LEAST + doubt
+        if doubt > _TELLING:
+            detail += f", which tells little: its wide orbit turns with {release.whirl[end]:.3g} m/s2"
         cure = "" if passed else f": {_suspects(share, machine, end)}"
         found.append(Check("free fall", end, passed, detail + cure))
     return found

@@ -61,6 +61,8 @@ class Release:
         Mean levitated position (x, y) an end, m.
     fall : dict
         Acceleration (x, y) fitted to the free fall an end, m/s^2: a check on units and directions.
+    whirl : dict
+        Vertical acceleration of a wide levitated orbit an end, 0-pk, m/s^2; 0 where it is narrow.
     force_decay : Estimate
         Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
     """
@@ -71,6 +73,7 @@ class Release:
     noise: dict[str, float]
     levitated: dict[str, tuple[float, float]]
     fall: dict[str, tuple[float, float]]
+    whirl: dict[str, float]
 
 
 def find_release(
@@ -119,12 +122,12 @@ def find_release(
     turning = _turning_speed(t[clear], data[:, clear], speed_hz, mains)
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, bending_hz)
     best = fit.search(time[start] - _CLEAR_S, time[start] + 0.004)
-    states, noise, levitated, fall = {}, {}, {}, {}
+    states, noise, levitated, fall, whirl = {}, {}, {}, {}, {}
     (position, velocity), spread = fit.state(
         best.time, best.decay[0] if best.decay is not None and best.decay[1] else 0.0
     )
     remains, place = fit.noise(best.time), fit.place(best.time)
-    acceleration = fit.acceleration(best.time)
+    acceleration, turning_back = fit.acceleration(best.time), fit.whirl(best.time)
     for i, end in enumerate(ends):
         rows = (2 * i, 2 * i + 1)
         values = [position[rows[0]], position[rows[1]], velocity[rows[0]], velocity[rows[1]]]
@@ -138,6 +141,7 @@ def find_release(
         noise[end] = float(np.sqrt(np.mean(remains[list(rows)] ** 2)))
         levitated[end] = (float(place[rows[0]]), float(place[rows[1]]))
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
+        whirl[end] = float(turning_back[rows[1]])
     rule = "levitated orbit and free fall joined without a jump, both ends"
     when = Estimate(best.time, best.low, best.high, "s", rule)
     if best.decay is None:
@@ -145,7 +149,7 @@ def find_release(
     else:
         unsure = "" if best.decay[1] > 0 else "; a sudden release explains the fall nearly as well"
         decay = Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
-    return Release(when, decay, states, noise, levitated, fall)
+    return Release(when, decay, states, noise, levitated, fall, whirl)
 
 
 def _turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains_hz: float | None) -> float | None:

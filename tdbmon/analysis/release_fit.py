@@ -30,6 +30,7 @@ _STEP_S = 2.5e-4  # of the first search
 _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
 _ANEW_S = 8e-3  # the same where gravity is left free
 _LEAST_DECAY_S = 1e-4
+_WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
 
@@ -203,6 +204,13 @@ class ReleaseFit:
     def place(self, t0: float) -> Array:
         """Mean levitated position a channel, m."""
         return np.asarray(self._solve(t0)[0][0])
+
+    def whirl(self, t0: float) -> Array:
+        """Acceleration of a wide levitated orbit a channel, 0-pk, m/s^2; 0 where it is narrow, or the speed is not known."""
+        if not self.speed_hz:
+            return np.zeros(len(self.data))
+        size = np.hypot(*self._solve(t0)[0][1:3])
+        return np.where(size > _WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
 
     def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
         """Position and velocity a channel at the instant, and their standard deviations: (2, 2 n) each, m and m/s.
