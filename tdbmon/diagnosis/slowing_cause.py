@@ -173,7 +173,12 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
         return list(field), None
     judged.sort(key=lambda each: each.bic)
     base = next(each for each in judged if not _slows(each.causes))
-    if base.later < WORTH or len(base.causes) == MOST_CAUSES or len(base.problem.drops) < LEAST_DROPS:
+    # whatever else acts makes the simulated path one of more
+    if (
+        base.later < WORTH * (1 + len(base.causes))
+        or len(base.causes) == MOST_CAUSES
+        or len(base.problem.drops) < LEAST_DROPS
+    ):
         return judged, None
     # what such a cause does up to the horizon, another may have been taken for
     plain = next(each for each in judged if not each.causes)
