@@ -178,8 +178,8 @@ class Search:
 
 
 def only_parts(best: Contender) -> bool:
-    """True for a model that leaves little more than noise after it held longer than all are followed: paths part."""
-    return best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
+    """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
+    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
 
 
 def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:

@@ -111,7 +111,7 @@ def test_a_plain_model_that_parts_late_and_little_is_not_searched(competed):
     assert only_parts(late)
     assert not only_parts(replace(late, horizon=0.04))
     assert not only_parts(replace(late, floor=0.7))
-    assert only_parts(replace(contender(plain, ("loose_support@DE",), 0, 1.0), horizon=0.055, floor=0.8))
+    assert not only_parts(replace(contender(plain, ("loose_support@DE",), 0, 1.0), horizon=0.055, floor=0.8))
     search = Search(late, (), (0.006, 0.04, 0.055), lambda _: None)
     assert search.compared(late, [], 0.055) == (late, [])
     assert search.rounds == Search.rounds
