@@ -294,7 +294,7 @@ class _Contest:
         self.lost = self.lost + 1 if least > _LOST else 0
         if self.horizon > FOLLOWED_S:
             return self.lost > 0
-        no_search_left = not self.search.rounds and least > _GIVEN_UP and self.horizon >= _EARLIEST_S
+        no_search_left = not self.search.may_ask(self.best) and least > _GIVEN_UP and self.horizon >= _EARLIEST_S
         return self.lost >= _LOST_HORIZONS or no_search_left
 
 

@@ -42,6 +42,7 @@ HARDLY = 1.3  # times the floor: a plain model that leads as far as all are foll
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
+_FURTHER = 2  # of them kept for further causes: what three did not find a first cause for has none in the catalogue
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _ASKED_ANYWAY = 3  # of the best scores, whatever they promise
@@ -78,13 +79,17 @@ class Search:
     weak: bool = True
     began: float = math.inf
 
+    def may_ask(self, best: Contender) -> bool:
+        """True where rounds are left to seek a cause beside the best contender."""
+        return self.rounds > (0 if best.causes else _FURTHER)
+
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
         last = max(h for h in self.horizons if h <= FOLLOWED_S)
         best = leader(plain, field, horizon)
         if best.hardly_better(plain):
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
-        while len(best.causes) < MOST_CAUSES and self.rounds and not only_parts(best):
+        while len(best.causes) < MOST_CAUSES and self.may_ask(best) and not only_parts(best):
             # what is weak may show later only
             weak = self.weak and horizon == last and not best.causes and not slows_otherwise(best)
             if not (best.fails_beside(plain) or weak):

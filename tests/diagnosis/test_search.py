@@ -115,3 +115,16 @@ def test_a_plain_model_that_parts_late_and_little_is_not_searched(competed):
     search = Search(late, (), (0.006, 0.04, 0.055), lambda _: None)
     assert search.compared(late, [], 0.055) == (late, [])
     assert search.rounds == Search.rounds
+
+
+def test_rounds_are_kept_for_further_causes(competed):
+    plain = next(each for each in competed if not each.causes)
+    named = contender(plain, ("loose_support@DE",), 0, 1.0)
+    search = Search(plain, (), (0.006,), lambda _: None)
+    assert search.may_ask(plain)
+    assert search.may_ask(named)
+    search.rounds -= 3
+    assert not search.may_ask(plain)
+    assert search.may_ask(named)
+    search.rounds = 0
+    assert not search.may_ask(named)
