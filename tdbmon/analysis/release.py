@@ -29,10 +29,8 @@ _LEAST_HEAD_S = 5e-3
 # of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
 # (zone A of ISO 14839-2 ends at 0.3 from the middle)
 _FALLEN = 0.6
-_DROPPED, _LEFT = (
-    0.5,
-    0.2,
-)  # of the radial gap beyond the orbit: a shaft that goes so far was dropped; and has left its orbit
+_DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
+_LEFT = 0.2  # the same: it has left its orbit
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def find_release(
         best.time, best.decay[0] if best.decay is not None and best.decay[1] else 0.0
     )
     remains, place = fit.noise(best.time), fit.place(best.time)
-    acceleration, turning_back = fit.acceleration(best.time), fit.whirl(best.time)
+    acceleration, whirling = fit.acceleration(best.time), fit.whirl(best.time)
     for i, end in enumerate(ends):
         rows = (2 * i, 2 * i + 1)
         values = [position[rows[0]], position[rows[1]], velocity[rows[0]], velocity[rows[1]]]
@@ -141,7 +139,7 @@ def find_release(
         noise[end] = float(np.sqrt(np.mean(remains[list(rows)] ** 2)))
         levitated[end] = (float(place[rows[0]]), float(place[rows[1]]))
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
-        whirl[end] = float(turning_back[rows[1]])
+        whirl[end] = float(whirling[rows[1]])
     rule = "levitated orbit and free fall joined without a jump, both ends"
     when = Estimate(best.time, best.low, best.high, "s", rule)
     if best.decay is None:

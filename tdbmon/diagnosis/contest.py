@@ -28,7 +28,7 @@ from tdbmon.diagnosis.contender import (
     settled,
     without_each,
 )
-from tdbmon.diagnosis.held_out import proved
+from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, met_alike, neighbours, of_any_kind
 from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
@@ -158,13 +158,16 @@ class _Contest:
     def adds_to(self, named: Contender) -> bool:
         """True where the best model has a cause beyond those of one that was followed on, proved on a drop held out.
 
-        That proof is its own: the other causes gain enough for both.
+        That proof is its own: the other causes gain enough for both.  One drop alone proves nothing.
         """
         best, known = self.best, {cause.name for cause in named.causes}
-        if best.fails or not known < {cause.name for cause in best.causes}:
+        if best.fails or not known < {cause.name for cause in best.causes} or len(best.problem.drops) < LEAST_DROPS:
             return False
-        before = settled(named, self.horizon, SLOPES)
-        return before.ratio > HARDLY * before.floor and proved(before, best).seen
+        try:
+            before = settled(named, self.horizon, SLOPES)
+            return before.ratio > HARDLY * before.floor and proved(before, best).seen
+        except InputError:
+            return False
 
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""

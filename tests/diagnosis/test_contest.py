@@ -239,6 +239,8 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
     held = _Contest(Search(plain, (), (0.006,), lambda _: None), plain, [both], plain.horizon)
     assert held.adds_to(named) is adds
     assert not replace(held, others=[named]).adds_to(named)
+    one_drop = replace(both, problem=replace(both.problem, drops=both.problem.drops[:1]))
+    assert not replace(held, others=[one_drop]).adds_to(named)
     assert not replace(held, others=[contender(plain, ("stribeck_friction@both",), 900, 0.9)]).adds_to(named)
 
 
