@@ -41,15 +41,9 @@ def in_neighbouring_orders(
     """
     if not near:
         return best
-    start, others = best.starts()[-1], []
-    try:
-        bare = without_cause(best, len(best.causes) - 1)
-        for each in near:
-            apart = _orders_apart(each, best.causes[-1])
-            others.append(with_cause(bare, each, _turned_to_the_load(start, each, apart)))
-    except InputError:
-        return best
-    return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
+    start, cause = best.starts()[-1], best.causes[-1]
+    begun = [(each, _turned_to_the_load(start, each, _orders_apart(each, cause))) for each in near]
+    return _in_place_of_the_last(fallen, best, begun, horizons)
 
 
 def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
@@ -67,9 +61,16 @@ def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float
         All; fits go along those up to the contender's own.
     """
     cause = best.causes[-1]
+    return _in_place_of_the_last(fallen, best, [(cause, start) for start in cause.usual()], horizons)
+
+
+def _in_place_of_the_last(
+    fallen: Contender, best: Contender, begun: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
+) -> Contender:
+    """Return a contender, or the best of those fitted from the fall on with one of these in the place of its last cause."""
     try:
         bare = without_cause(best, len(best.causes) - 1)
-        others = [with_cause(bare, cause, start) for start in cause.usual()]
+        others = [with_cause(bare, *each) for each in begun]
     except InputError:
         return best
     return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
