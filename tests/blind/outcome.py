@@ -19,7 +19,10 @@ from tests.blind.projected_signal import projected_signal
 
 @dataclass(frozen=True)
 class Outcome:
-    """A case and its judgement; `judgement` is missing and `error` says why where the command failed."""
+    """A case and its judgement; `judgement` is missing and `error` says why where the command failed.
+
+    `levels` and `where` are those of what is hidden in alphabetical order.
+    """
 
     seed: int
     strangeness: float
@@ -66,13 +69,15 @@ def diagnose_case(
         result = json.loads(done.read_text(encoding="utf-8")) if done.exists() else {}
         process.returncode = code = os.waitstatus_to_exitcode(status)
         error = "" if result and code in (0, 3) else f"exit code {code}: {said[-1] if said else 'no output'}"
+    levels = {h.name: level for h, level in zip(case.hidden, case.levels, strict=True)}
+    where = {h.name: h.where for h in case.hidden}
     outcome = Outcome(
         seed=seed,
         strangeness=case.strangeness,
-        levels=case.levels,
+        levels=tuple(levels[name] for name in sorted(levels)),
         signal=projected_signal(case),
         machine=case.machine.name,
-        where=tuple(h.where for h in case.hidden),
+        where=tuple(where[name] for name in sorted(where)),
         seconds=seconds,
         processor_seconds=usage.ru_utime + usage.ru_stime,
         gain=result.get("gain"),

@@ -129,7 +129,8 @@ def _section(outcomes: Sequence[Outcome]) -> list[str]:
     lines = [f"{len(outcomes)} cases, seeds {first} to {last}; the command failed on {len(failed)}.{took}", ""]
     lines += [f"- seed {o.seed}: {o.error}" for o in failed] + ([""] if failed else [])
     lines += _kinds(judged) + _confusion(judged) + _detection(judged) + _sizes(judged)
-    return lines + _probabilities([stated for _, j in judged for stated in j.stated]) + _gains(judged)
+    lines += _probabilities([stated for _, j in judged for stated in j.stated]) + _gains(judged)
+    return lines + _wrong(judged)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
@@ -280,3 +281,19 @@ def _gains(judged: Judged) -> list[str]:
             worse = sum(gain < 0 for gain in gains)
             rows.append((title, len(gains), f"{np.median(gains):.2f}", share(worse, len(gains))))
     return [*lines, *_table(("effects", "cases", "median gain", "made worse"), rows)]
+
+
+def _wrong(judged: Judged) -> list[str]:
+    """Each case that was not right, so that it can be run again."""
+    rows = []
+    for o, j in judged:
+        if not j.right or not j.place:
+            hidden = (
+                ", ".join(f"`{name}` at {where}" for name, where in zip(j.hidden, o.where, strict=True)) or "nothing"
+            )
+            said = " or ".join(j.said) if j.ambiguous else ", ".join(j.said)
+            level = ", ".join(f"{level:.2f}" for level in o.levels) or "-"
+            rows.append((o.seed, hidden, level, f"{o.signal:.0f}", f"{said} (place)" if j.right else said))
+    return (
+        ["### Cases that were wrong", "", *_table(("seed", "hidden", "level", "signal", "said"), rows)] if rows else []
+    )

@@ -127,7 +127,7 @@ def test_the_page_counts_what_it_was_given(tmp_path: Path) -> None:
     for seed, (hidden, said) in enumerate(cases):
         outcomes.append(
             Outcome(
-                seed=seed, strangeness=0.0, levels=(0.6,) * len(hidden), signal=200.0, machine="m", where=("DE",), seconds=10.0,
+                seed=seed, strangeness=0.0, levels=(0.6,) * len(hidden), signal=200.0, machine="m", where=tuple(hidden.values()), seconds=10.0,
                 processor_seconds=9.0, gain=0.8, judgement=judge(answer(**hidden), said), error="", result=said,
             )
         )  # fmt: skip
@@ -179,3 +179,15 @@ def test_an_outcome_is_kept_and_read_again(tmp_path: Path) -> None:
     path = tmp_path / "case_0000003.json"
     path.write_text(json.dumps(asdict(outcome)))
     assert load(path) == outcome
+
+
+def test_the_page_lists_each_case_that_was_wrong() -> None:
+    hidden = answer(oval_clearance="DE", ring_drag="NDE")
+    wrong, right = result("named", oval_clearance="DE"), result("named", oval_clearance="DE", ring_drag="NDE")
+    outcomes = [
+        Outcome(seed, 0.0, (0.5, 0.7), 120.0, "m", ("DE", "NDE"), 10.0, 9.0, 0.8, judge(hidden, said), "", said)
+        for seed, said in ((4, wrong), (6, right))
+    ]
+    listed = page(outcomes, "command").split("### Cases that were wrong")[1]
+    assert "| 4 | `oval_clearance` at DE, `ring_drag` at NDE | 0.50, 0.70 | 120 | oval_clearance |" in listed
+    assert "| 6 |" not in listed
