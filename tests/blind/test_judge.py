@@ -128,7 +128,8 @@ def test_the_page_counts_what_it_was_given(tmp_path: Path) -> None:
         outcomes.append(
             Outcome(
                 seed=seed, strangeness=0.0, levels=(0.6,) * len(hidden), signal=200.0, machine="m",
-                where=tuple(hidden.values()), seconds=10.0, processor_seconds=9.0, gain=0.8, judgement=judge(answer(**hidden), said), error="", result=said,
+                where=tuple(hidden.values()), seconds=10.0, processor_seconds=9.0, gain=0.8,
+                judgement=judge(answer(**hidden), said), error="", result=said,
             )
         )  # fmt: skip
     failed = Outcome(9, 0.0, (), 0.0, "m", (), 1.0, 1.0, None, None, "exit code 2: no such file", {})
