@@ -28,6 +28,7 @@ SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fi
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
+EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
 _COASTS = 6.0  # standard deviations of the deceleration before the release
 _NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing
@@ -152,9 +153,9 @@ class Contender:
         """True where more than noise is left, and not only little of what the plain model leaves.
 
         Little may be left by a cause in contacts, whose law is a little off; but that has no part in how the rotor coasts, and
-        what acts elsewhere has exact laws.
+        what acts elsewhere has exact laws.  Where the plain model is far off, a second cause may be as little.
         """
-        inexact = any(cause.in_contacts for cause in self.causes)
+        inexact = any(cause.in_contacts for cause in self.causes) and self.ratio <= EXPLAINED
         return self.fails and not (inexact and self.excess < MINOR * plain.excess and self.coasts)
 
     @property

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from tdbsim.errors import InputError
+
 from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
 from tdbmon.diagnosis.contender import (
     AHEAD,
@@ -21,6 +23,7 @@ from tdbmon.diagnosis.contender import (
     negligible,
     replaced,
     settled,
+    with_cause,
     without_each,
     without_last,
 )
@@ -36,6 +39,7 @@ _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
+_LAIN = 3  # of ovals and soft directions, that are begun at other angles
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
@@ -92,7 +96,9 @@ class Search:
         while len(best.causes) < MOST_CAUSES and self.may_ask(best) and not only_parts(best):
             # what is weak may show later only
             weak = self.weak and horizon == last and not best.causes and not slows_otherwise(best)
-            if not (best.fails_beside(plain) or weak):
+            # while paths have hardly parted, what is left is a cause more often than a law that is off
+            early = best.fails and horizon <= SOUND_S
+            if not (best.fails_beside(plain) or early or weak):
                 break
             self.rounds -= 1
             self.began = min(self.began, horizon)
@@ -135,7 +141,23 @@ class Search:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
             if found:
                 return found
+        if horizon <= SOUND_S and best.causes and not any(cause.in_contacts for cause in best.causes):
+            return [each for each in self._lain(best, horizon) if best.misfit - each.misfit > _SHARE * best.excess]
         return []
+
+    def _lain(self, best: Contender, horizon: float) -> list[Contender]:
+        """Return the contender with an oval or a soft direction, begun in the fall at its usual size and at several angles.
+
+        The plain model makes up for the first contact by gap and clearance; a fit that begins there does not leave them.
+        """
+        lying = [s for s in self.suspects if s.lies]
+        promised = scores(best.problem, best.fit, horizon, lying)[:_LAIN]
+        try:
+            starts = [with_cause(best, each.suspect, start) for each in promised for start in each.suspect.usual()]
+        except InputError:
+            return []
+        ranked = sorted(all_from_the_fall(self.fallen, starts, self.horizons), key=lambda each: each.bic)
+        return _best_of_each_name(ranked)[:_SEATED_LATER]
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.

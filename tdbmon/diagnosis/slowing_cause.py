@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import EXPLAINED, MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
 from tdbmon.diagnosis.slowing import WORTH, Slowing, lag_factor, slowing_misfit, slowings_at, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
-from tdbmon.diagnosis.verdict import EXPLAINED
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import FOLLOWED_S, MINOR, PLAIN_LEAD, Contender
+from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, MINOR, PLAIN_LEAD, Contender
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.estimate import Estimate
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
 _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
-EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 _NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
 _MOST = 0.5  # of what the plain model leaves beyond noise
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody

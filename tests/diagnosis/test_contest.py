@@ -85,17 +85,19 @@ def test_nothing_hidden_is_none(crew):
 def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     plain = next(each for each in competed if not each.causes)
     extended = next(each for each in competed if each.causes)
-    worse = contender(extended, {"oval_clearance@NDE"}, 0.0, 2.0)
+    worse = contender(extended, {"oval_clearance@NDE"}, 0.0, 1.5)
     lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
     assert worse.fails
     assert not worse.fails_beside(lost)
     assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.residuals)))
+    # more than a model that explains the drops may leave is more than a law that is a little off
+    assert contender(extended, {"oval_clearance@NDE"}, 0.0, 2.0).fails_beside(lost)
     assert lost.fails_beside(lost)
     # it slows before the release as no law of contacts says
     driven = tuple(np.append(r[:-1], 20.0) for r in worse.fit.residuals)
     assert replace(worse, fit=replace(worse.fit, residuals=driven)).fails_beside(lost)
     # a channel that lags does just that, so what it leaves is another's
-    assert contender(extended, {"channel_lag@NDE_A"}, 0.0, 2.0).fails_beside(lost)
+    assert contender(extended, {"channel_lag@NDE_A"}, 0.0, 1.5).fails_beside(lost)
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):

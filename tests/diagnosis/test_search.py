@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.search import Search, elsewhere, only_parts, others_of_the_field, siblings_first, worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
@@ -128,3 +128,26 @@ def test_rounds_are_kept_for_further_causes(competed):
     assert search.may_ask(named)
     search.rounds = 0
     assert not search.may_ask(named)
+
+
+def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
+    """By the first contact gap and clearance have made up for it; begun at its usual size and several angles it is found."""
+    problem = problem_of(
+        crew, "oval_clearance:end=DE,amplitude=30 um,angle=75 deg", "channel_lag:probe=NDE_A,delay=1 ms"
+    )
+    horizons = (0.006, 0.01, 0.014)
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    lag = next(s for s in everyone if s.name == "channel_lag@NDE_A")
+    best = with_cause(fallen, lag, Start({"delay": 1e-3}))
+    for horizon in horizons:
+        best = settled(best, horizon, 3)
+    assert best.fails
+    search = Search(fallen, [s for s in everyone if s.lies and s.where == "DE"], horizons, lambda _: None)
+    found = search._lain(best, 0.014)[0]
+    assert found.name == "channel_lag@NDE_A + oval_clearance@DE"
+    assert not found.fails
+    assert found.starts()[1].shared["amplitude"] > 20e-6  # the first contact of two drops tells its size no better
+    # what a lag leaves is another's; beside what acts in contacts an oval is sought as all others
+    search.suspects = ()
+    assert search._found_beside(contender(best, ("loose_support@DE",), 0.0, 3.0), 0.014, [], True) == []

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from tdbmon.diagnosis.contender import EXPLAINED
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.left_over import Line, spectra
 from tdbmon.diagnosis.unexplained import Unexplained, unexplained
-from tdbmon.diagnosis.verdict import EXPLAINED
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
 from tdbmon.report.sections.diagnosis_force import table
 

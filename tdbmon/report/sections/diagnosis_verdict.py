@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tdbsim.effect import catalogue
 
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import EXPLAINED, Kind
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
 
 _TONE: dict[Kind, Tone] = {
