@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -15,6 +16,8 @@ from tdbsim.errors import InputError
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder; on success it takes the place of `path`, else it is removed.
 
+    A link stays one: what it points to is replaced.  What is no file (a pipe, a terminal) is written to.
+
     Raises
     ------
     InputError
@@ -22,6 +25,16 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     temporary = None
     try:
+        if path.exists() and not path.is_file():
+            with tempfile.TemporaryDirectory() as folder:
+                part = Path(folder) / path.name
+                yield part
+                with path.open("wb") as stream:
+                    stream.write(part.read_bytes())
+            return
+        path = path.resolve()
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
         os.close(handle)
         temporary = Path(name)

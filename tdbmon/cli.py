@@ -64,8 +64,10 @@ def inspect(
     json_file: JsonFile = None,
 ) -> None:
     """Show what is in a file: channels, units, rates, duration, gaps.  Needs no machine."""
+    from tdbmon.output_file import check_outputs
     from tdbmon.record.inspect import inspect as look
 
+    check_outputs([json_file], [file])
     found = look(file)
     for line in found.lines():
         typer.echo(line)
@@ -120,10 +122,12 @@ def simulate(
     from tdbsim.errors import InputError
     from tdbsim.machine import load_machine
 
+    from tdbmon.output_file import check_outputs
     from tdbmon.simulation import simulate_drop, simulation_json, simulation_lines
 
     if out.suffix.lower() != ".nc":
         raise InputError(f"{out}: a simulated record is netCDF; name it {out.with_suffix('.nc').name}")
+    check_outputs([out, json_file], [machine])
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
         drop = simulate_drop(load_machine(machine), speed, seconds, effect or [], seed, tell)
@@ -156,13 +160,13 @@ def diagnose(
     from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
     from tdbmon.diagnosis.diagnose import diagnose as run
     from tdbmon.identify.crew import all_cores
+    from tdbmon.machine_file import check_suffix
+    from tdbmon.output_file import check_outputs
     from tdbmon.record.read import read
 
     writers = report_writers(report)
-    if extended is not None:
-        from tdbmon.machine_file import check_new_file
-
-        check_new_file(extended, machine)
+    check_suffix(extended)
+    check_outputs([json_file, *(report or []), extended], [machine, *records, *(reference or [])])
     with on_terminal() as tell:
         tell("reading the machine and the records")
         channels = [read(path) for path in records]
@@ -220,7 +224,9 @@ def identifiability(
     from tdbmon.diagnosis.identifiability import identifiability as run
     from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
     from tdbmon.option_quantity import noise_of, speed_of
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file], [machine])
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
         found = run(load_machine(machine), [speed_of(text) for text in speed], noise_of(noise), tell)

@@ -142,16 +142,14 @@ def write_machine(machine: Machine, path: Path, head: str = "") -> None:
     write_text(path, text)
 
 
-def check_new_file(path: Path, machine_file: Path) -> None:
-    """Raise InputError where a machine cannot be written to a path: before the time for a fit is spent."""
+def check_suffix(path: Path | None) -> None:
+    """Raise InputError where the name of a machine file to write is not one: before the time for a fit is spent."""
+    if path is None:
+        return
     if path.suffix.lower() != ".toml":
         raise InputError(
             f"{path}: a machine file is .toml, not '{path.suffix}'; name it {path.with_suffix('.toml').name}"
         )
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
-    if path.exists() and machine_file.exists() and path.samefile(machine_file):
-        raise InputError(f"{path}: is the machine file that is read; name another, so that both stay")
 
 
 def calibration_head(calibration: Calibration, machine_file: Path) -> str:

@@ -18,7 +18,7 @@ def report_writers(paths: Sequence[Path] | None) -> list[ReportWriter]:
     Raises
     ------
     InputError
-        If a path is neither .html nor .pdf, or its folder does not exist.
+        If a path is neither .html nor .pdf.
     """
     return [_writer(path) for path in paths or ()]
 
@@ -29,8 +29,6 @@ def _writer(path: Path) -> ReportWriter:
     suffix = path.suffix.lower()
     if suffix not in (".html", ".pdf"):
         raise InputError(f"{path}: a report is .html or .pdf, not '{suffix}'; name it {path.with_suffix('.html').name}")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
 
     def write(document: Document) -> None:
         if suffix == ".html":

@@ -27,6 +27,14 @@ from tdbsim.units import scale, si_unit_of, split_kind, to_si
         ("20 %", "1", 0.2),
         (0.3, "1", 0.3),
         ("0.08 s/m", "s/m", 0.08),
+        ("200 mV/mil", "V/m", 0.2 / 25.4e-6),
+        ("15 mNm", "N m", 0.015),
+        ("2 Ns/m", "N s/m", 2.0),
+        ("0.08 kgm2", "kg m^2", 0.08),
+        ("40 gmm", "kg m", 40e-6),
+        ("7850 kg/m3", "kg/m^3", 7850.0),
+        ("5 nm", "m", 5e-9),
+        ("5 Nm", "N m", 5.0),
     ],
 )
 def test_text_to_si(text, si, expected):

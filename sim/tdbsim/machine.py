@@ -21,12 +21,12 @@ from tdbsim.quantity import (
     Angle,
     Damping,
     Density,
+    ElasticModulus,
     Inertia,
     Length,
     Mass,
     Number,
     Part,
-    Pressure,
     Sensitivity,
     Tolerant,
     TolerantAngle,
@@ -90,8 +90,8 @@ class Rotor(Part):
     sections: tuple[Section, ...] = Field(min_length=1)
     disks: tuple[Disk, ...] = ()
     unbalance: tuple[Unbalance, ...] = ()
-    elastic_modulus: Pressure = Field(ge=1e9)
-    density: Density = Field(gt=0)
+    elastic_modulus: ElasticModulus
+    density: Density
     poisson_ratio: Number = Field(0.3, gt=0, lt=0.5)
     modal_damping_ratio: Number = Field(0.0, ge=0, lt=1)
     speed_decay_time: TolerantTime | None = None

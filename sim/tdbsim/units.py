@@ -25,6 +25,10 @@ _VENDOR = {
     "counts": "dimensionless", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
 }  # fmt: skip
 
+# products that are written together; here capitals matter, since nm is a length
+_TOGETHER = {"Nm": "N m", "mNm": "mN m", "kNm": "kN m", "Ns/m": "N s/m", "kNs/m": "kN s/m", "Nmm": "N mm", "kgm": "kg m",
+             "kgm^2": "kg m^2", "gmm": "g mm", "kgmm": "kg mm", "gcm": "g cm"}  # fmt: skip
+
 _NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -45,7 +49,11 @@ def split_kind(unit: str) -> tuple[str, str | None]:
 
 def _spelling(unit: str) -> str:
     text = unit.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("²", "^2").replace("³", "^3")
-    return _VENDOR.get(text.lower(), text)
+    if text.lower() in _VENDOR:
+        return _VENDOR[text.lower()]
+    text = re.sub(r"\bmils?\b", "thou", text)
+    text = re.sub(r"(?<=[a-zA-Z])([23])(?!\d)", r"^\1", text)
+    return _TOGETHER.get(text, text)
 
 
 @cache

@@ -11,6 +11,8 @@ from tdbmon.analysis.analyse import analyse as run
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.json_file import write_json
+from tdbmon.machine_file import calibration_head, check_suffix, write_machine
+from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
 from tdbmon.report_file import report_writers
@@ -27,10 +29,8 @@ def analyse(
 ) -> None:
     """Analyse a record, fit the simulation where asked, and write what was asked for."""
     writers = report_writers(report)
-    if calibrated is not None:
-        from tdbmon.machine_file import calibration_head, check_new_file, write_machine
-
-        check_new_file(calibrated, machine)
+    check_suffix(calibrated)
+    check_outputs([json_file, *(report or []), calibrated], [machine, record, *(also or [])])
     with on_terminal() as tell:
         tell("reading the machine and the record")
         plan = load_machine(machine)

@@ -33,7 +33,9 @@ def archive_add(
 ) -> None:
     """Analyse drops and file them; what is filed already is passed over."""
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file], [machine, *records])
     with on_terminal() as tell:
         code = command.add(archive, machine, records, forces, assembly, dropped, workers, scheduler, json_file, tell)
     raise typer.Exit(code)
@@ -101,7 +103,9 @@ def archive_report(
     """Report a machine over all its drops, or the fleet, worst first."""
     writers = report_writers(report)
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs(report or [], [])
     with on_terminal() as tell:
         command.report(archive, drop, machine, writers, tell)
     for path in report or []:
@@ -120,7 +124,9 @@ def compare(
     """Say whether a drop differs from those before it, in what, and what that means."""
     writers = report_writers(report)
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file, *(report or [])], [machine, Path(drop) if drop else None])
     with on_terminal() as tell:
         code = command.compare(archive, drop, machine, forces, fail_on, json_file, writers, tell)
     for path in report or []:

@@ -8,6 +8,8 @@ from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import Machine, Probe
 from tdbsim.units import scale
 
+_PAUSE = 0.5  # s
+
 _QUANTITIES = {
     "m": "a displacement", "Hz": "a speed or frequency", "V": "a voltage", "s": "a time", "rad": "an angle",
     "m/s": "a velocity", "m/s^2": "an acceleration", "N": "a force", "A": "a current", "1": "a plain number",
@@ -33,8 +35,8 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     Raises
     ------
     InputError
-        If no channel of the machine is in the file, a channel is of the wrong quantity or without a usable unit, or
-        one channel of the file is asked for twice.
+        If no channel of the machine is in the file, a channel is of the wrong quantity or without a usable unit, one
+        channel of the file is asked for twice, or a time base has a gap of half a second or more.
     """
     source = str(ds.attrs.get("source_file", "record"))
     wanted = {name: machine.channel_in_file(name) for name in machine.channel_names()}
@@ -167,13 +169,31 @@ def _rescaled(array: xr.DataArray, factor: float, offset: float, units: str) -> 
     return out
 
 
+def _without_pause(time: np.ndarray, source: str) -> None:
+    """Refuse a record that pauses: what comes after belongs to another time, and speeds and frequencies would count it."""
+    steps = np.diff(time)
+    if steps.size == 0:
+        return
+    at = int(np.argmax(steps))
+    if steps[at] > max(_PAUSE, 3 * float(np.median(steps))):
+        raise InputError(
+            f"{source}: no samples for {steps[at]:.6g} s after {time[at]:.6g} s; cut the record there and give the stretch"
+            " with the drop"
+        )
+
+
 def _collect(data: dict[str, xr.DataArray], ds: xr.Dataset, wanted: dict[str, str]) -> xr.Dataset:
-    """Put the channels together; the first one's time base becomes ``time``."""
+    """Put the channels together; the first one's time base becomes ``time``, and what is infinite is missing."""
     dimensions = list(dict.fromkeys(array.dims[0] for array in data.values()))
+    for old in dimensions:
+        _without_pause(ds[old].values, str(ds.attrs.get("source_file", "record")))
     names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
     out = xr.Dataset(coords={names[old]: (names[old], ds[old].values, ds[old].attrs) for old in dimensions})
     for name, array in data.items():
-        out[name] = (names[array.dims[0]], np.asarray(array.values), dict(array.attrs))
+        values = np.asarray(array.values)
+        if np.isinf(values).any():
+            values = np.where(np.isinf(values), np.nan, values)
+        out[name] = (names[array.dims[0]], values, dict(array.attrs))
         out[name].encoding = dict(array.encoding)
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]

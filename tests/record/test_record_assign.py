@@ -154,3 +154,27 @@ def test_the_probes_time_base_becomes_time() -> None:
     assert out["NDE_A"].dims == ("time",)
     assert out["speed"].dims == ("time_2",)
     assert out.sizes == {"time": 50, "time_2": 5}
+
+
+def _two_probes(values, time):
+    record = xr.Dataset({name: ("time", values, {"units": "m"}) for name in ("NDE_A", "NDE_B")}, coords={"time": time})
+    return record.assign_attrs(source_file="drop.csv")
+
+
+def test_what_is_infinite_is_missing():
+    values = np.linspace(-1e-4, 1e-4, 200)
+    values[[3, 50]] = np.inf, -np.inf
+    found = assign(_two_probes(values, np.arange(200) * 1e-4), machine())
+    assert np.flatnonzero(np.isnan(found.NDE_A.values)).tolist() == [3, 50]
+
+
+@pytest.mark.parametrize(("pause", "refused"), [(0.4, False), (0.6, True), (86400.0, True)])
+def test_a_record_that_pauses_is_refused(pause, refused):
+    time = np.arange(200) * 1e-4
+    time[120:] += pause
+    record = _two_probes(np.linspace(-1e-4, 1e-4, 200), time)
+    if not refused:
+        assert assign(record, machine()).time.size == 200
+        return
+    with pytest.raises(InputError, match=r"drop.csv: no samples for .* s after 0.0119 s; cut the record there"):
+        assign(record, machine())

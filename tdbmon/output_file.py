@@ -1,0 +1,40 @@
+"""The files that a command is to write: what is wrong with them is told before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from tdbsim.errors import InputError
+
+
+def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:
+    """Check where results are to go.
+
+    Parameters
+    ----------
+    outputs : iterable of Path or None
+        Files to write; None where none was asked for.
+    inputs : iterable of Path or None
+        Files that the command reads.
+
+    Raises
+    ------
+    InputError
+        If a folder does not exist, a file is a folder, two outputs are one file, or one is a file that is read: a record
+        that was written over cannot be measured again.
+    """
+    read = [each for each in inputs if each is not None and each.exists()]
+    seen: set[Path] = set()
+    for path in outputs:
+        if path is None:
+            continue
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; name a file in it")
+        if path.exists() and any(path.samefile(each) for each in read):
+            raise InputError(f"{path}: is a file that this command reads; name another, so that both stay")
+        if path.resolve() in seen:
+            raise InputError(f"{path}: is named for two results; name two files")
+        seen.add(path.resolve())
