@@ -163,3 +163,20 @@ def test_a_huge_header_does_not_take_long(tmp_path: Path) -> None:
     assert record["A"].size == 2
     with pytest.raises(InputError, match="without a table of numbers"):
         _read(tmp_path, "a line of words\n" * 100_000)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "day"),
+    [
+        ("03/11/2026 09:00:00.0", "03/11/2026 09:00:00.1", ""),  # March or November: the file does not say
+        ("03/13/2026 09:00:00.0", "03/13/2026 09:00:00.1", "2026-03-13T09:00:00"),
+        ("13/03/2026 09:00:00.0", "13/03/2026 09:00:00.1", "2026-03-13T09:00:00"),
+        ("03.11.2026 09:00:00.0", "03.11.2026 09:00:00.1", "2026-11-03T09:00:00"),
+        ("03/11/2026 23:59:59.95", "03/12/2026 00:00:00.05", "2026-03-11T23:59:59.950000"),
+        ("05/05/2026 09:00:00.0", "05/05/2026 09:00:00.1", "2026-05-05T09:00:00"),
+    ],
+)
+def test_a_day_that_may_be_two_is_left_open(first: str, last: str, day: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"time,A\n{first},1\n{last},2\n")
+    np.testing.assert_allclose(record["time"].values, [0.0, 0.1])
+    assert record.attrs["drop_time"] == day

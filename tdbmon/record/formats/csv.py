@@ -106,16 +106,20 @@ def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -
 def _moments(texts: Any, name: str, path: Path) -> _Column:
     import pandas as pd
 
+    texts = texts.str.replace(",", ".")
     try:
-        day_first = not texts.iloc[0][:4].isdigit()
-        moments = pd.to_datetime(
-            texts.str.replace(",", "."), dayfirst=day_first, format="mixed" if day_first else "ISO8601"
-        )
+        if texts.iloc[0][:4].isdigit():
+            readings = [pd.to_datetime(texts, format="ISO8601")]
+        else:
+            orders = (True, False) if "/" in texts.iloc[0] else (True,)  # 03/11/2026 is two days at two places
+            readings = [pd.to_datetime(texts, dayfirst=order, format="mixed") for order in orders]
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
-    return np.asarray((moments - moments.iloc[0]).dt.total_seconds(), dtype=np.float64), str(
-        moments.iloc[0].isoformat()
-    )
+    elapsed = [np.asarray((each - each.iloc[0]).dt.total_seconds(), dtype=np.float64) for each in readings]
+    # past midnight the wrong order jumps by weeks; within a day both give one time, and the day stays open
+    right = min(range(len(readings)), key=lambda k: float(np.ptp(elapsed[k])))
+    open_day = len({str(each.iloc[0]) for each in readings}) > 1 and np.ptp(elapsed[0]) == np.ptp(elapsed[-1])
+    return elapsed[right], "" if open_day else str(readings[right].iloc[0].isoformat())
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:
