@@ -14,6 +14,9 @@ _GROUPS = 200  # parts in which the end of rotation is looked for
 _REST_SHARE = 0.01  # of the speed at release: a steady level below it is the zero of the signal, not a speed
 _TURNING, _LOST = 4.0, 1.0  # standard deviations at which a part surely turns, and at which nothing more is seen
 _CREEP = 3.0  # level over its fall within half the tail, of a creep with a decay time of 1.5 tails
+# times as long as the speed takes to go from what surely turns to what is lost, that the signal must stay at rest after it:
+# a creep that fades for ever is lost near the end of every record, wherever that is
+_QUIET = 2.0
 _DRAWS = 2000
 _FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
 
@@ -79,8 +82,14 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     final = int(turning[-1])
     lost = np.flatnonzero(mean[final:] < _LOST * one)
     lost_from = float(end[final + lost[0]]) if lost.size else last
+    until = float(end[final])
+    fading = lost_from - until
+    if turns is not None and len(turns):
+        until, lost_from = max(until, float(turns.end[-1])), max(lost_from, float(turns.end[-1]))
+    if last - lost_from < _QUIET * fading:
+        return none
     creep = float(np.hypot(sigma, _CREEP * max(fall, 0.0)))
-    return Rest(True, float(end[final]), lost_from, level, sigma, creep, _TURNING * one)
+    return Rest(True, until, lost_from, level, sigma, creep, _TURNING * one)
 
 
 def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: float) -> Estimate:

@@ -103,7 +103,9 @@ def test_every_check_passes_on_a_sound_record(result):
 
 
 def test_phases_follow_each_other(result):
-    assert [phase.name for phase in result.phases] == ["levitated", "fall", "contacts", "run-down", "rest"]
+    # the rotor of this generator creeps on for ever: it comes to no rest that the record could show
+    assert [phase.name for phase in result.phases] == ["levitated", "fall", "contacts", "run-down"]
+    assert not result.rundown.standstill_time.known
 
 
 def test_the_json_is_plain(result):

@@ -247,6 +247,18 @@ def test_a_missing_and_a_false_pulse_do_not_lose_the_angle() -> None:
     assert np.sum(turns.mean * (turns.end - turns.begin)) == pytest.approx(len(pulses) - 1)
 
 
+@pytest.mark.parametrize("last", [24.0, 30.0, 36.0, 42.0])
+def test_a_rotor_that_creeps_on_has_no_standstill(last: float) -> None:
+    """Dry drag that vanishes below 3 Hz: wherever the record ends, the speed fades into the noise a little before."""
+    t = np.arange(0, last, 1 / 1000.0)
+    dry = DragLaw(RELEASE, 100.0, 1 / 5.0, 1.0)
+    slow = t[np.flatnonzero(dry.speed_at(t) < 3.0)[0]]
+    creep = float(dry.speed_at(slow)) * np.exp(-(t - slow) / 4.5)
+    speed = np.where(t < RELEASE, 100.0, np.where(t < slow, dry.speed_at(t), creep))
+    speed = speed + np.random.default_rng(0).normal(0, 0.02, len(t))
+    assert not fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).standstill_time.known
+
+
 def test_record_that_ends_early_extrapolates_its_standstill() -> None:
     runs = []
     for law in (DragLaw(RELEASE, 100.0, constant=6.0), DragLaw(RELEASE, 100.0, linear=0.2)):
