@@ -11,7 +11,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.moved_mark import moved_mark
@@ -124,7 +124,8 @@ def diagnose(
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
             proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain, extended[0])
-        judged = verdict(field, proof)
+        # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
+        judged = verdict(field, proof, PLAIN_LEAD if slowed is None else 0.0)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]
         without = {extended[0].name: proof.without} if proof is not None else {}

@@ -115,7 +115,8 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
-    is no proof, two are to be one: a ball of another size may hardly be met in one of them.
+    is no proof, two are to be one: a ball of another size may hardly be met in one of them.  So are two where the plain model
+    leaves noise alone and the cause acts in contacts: there something always fits a little better.
 
     Parameters
     ----------
@@ -129,7 +130,8 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """
     first, *further = telling_drops(plain)
     proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
-    suffices = proof.seen if extended.of_each_drop else proof.holds
+    weak = not plain.fails and any(cause.in_contacts for cause in extended.causes)
+    suffices = proof.seen if extended.of_each_drop else proof.holds and not weak
     if suffices or not further:
         return proof
     return proof.along_with(held_out(plain, extended, further[0], [extended.horizon]))

@@ -14,7 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import EXPLAINED, MOST_CAUSES, SIMPLER, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import (
+    EXPLAINED,
+    FOLLOWED_S,
+    MOST_CAUSES,
+    SIMPLER,
+    SLOPES,
+    Contender,
+    settled,
+    with_cause,
+)
+from tdbmon.diagnosis.contest import HORIZONS
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
 from tdbmon.diagnosis.slowing import WORTH, Slowing, lag_factor, slowing_misfit, slowings_at, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
@@ -82,7 +92,11 @@ class Slowed:
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
         start = Start({size: float(self.sizes[best])}, known={size: sigma})
-        found = settled(with_cause(self.base, self.suspect, start), self.base.horizon, SLOPES)
+        found = with_cause(self.base, self.suspect, start)
+        # a ring that is held moves the late paths a little: they are found from the earlier ones on
+        for horizon in (each for each in HORIZONS if FOLLOWED_S <= each < self.base.horizon):
+            found = settled(found, horizon, SLOPES)
+        found = settled(found, self.base.horizon, SLOPES)
         # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 

@@ -50,7 +50,7 @@ class Verdict:
     why: str
 
 
-def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
+def verdict(contenders: Sequence[Contender], proof: HeldOut | None, lead: float = PLAIN_LEAD) -> Verdict:
     """Judge.
 
     Parameters
@@ -59,9 +59,11 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None) -> Verdict:
         The best first; the plain model is among them.
     proof : HeldOut or None
         Of the best one with a cause against the plain model; None where no drop could be held out.
+    lead : float
+        Of the plain model in the criterion: less where few suspects were asked.
     """
     plain = next(each for each in contenders if not each.causes)
-    probabilities = _probabilities(contenders)
+    probabilities = _probabilities(contenders, lead)
     best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
     if not best.causes and best.ratio <= EXPLAINED:
         return Verdict(
@@ -156,8 +158,8 @@ def _explains(best: Contender, plain: Contender) -> bool:
     return best.ratio <= EXPLAINED or (best.ratio <= _NEARLY and best.excess < MINOR * plain.excess)
 
 
-def _probabilities(contenders: Sequence[Contender]) -> tuple[float, ...]:
-    criteria = [each.bic - (0.0 if each.causes else PLAIN_LEAD) for each in contenders]
+def _probabilities(contenders: Sequence[Contender], lead: float) -> tuple[float, ...]:
+    criteria = [each.bic - (0.0 if each.causes else lead) for each in contenders]
     least = min(criteria)
     best = contenders[criteria.index(least)]
     # what even the best model leaves says how little a difference means

@@ -12,7 +12,8 @@ FLOOR = 0.95
 
 def plain(speeds, ratios):
     drops = tuple(SimpleNamespace(speed=speed) for speed in speeds)
-    return SimpleNamespace(problem=SimpleNamespace(drops=drops), floor=FLOOR, ratio_of_drops=list(ratios))
+    fails = max(ratios) > 1.1 * FLOOR
+    return SimpleNamespace(problem=SimpleNamespace(drops=drops), floor=FLOOR, ratio_of_drops=list(ratios), fails=fails)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +30,7 @@ def test_a_drop_in_which_the_plain_model_fails_is_held_out_the_middle_one_of_sev
     assert telling_drops(plain(speeds, ratios)) == order
 
 
-def proof_of(monkeypatch, left):
+def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True):
     """The proof where plain and extended model leave so many times the noise (1 um) at the horizons in turn."""
     seen = dict(zip((0.022, 0.027, 0.033, 0.04), left, strict=True))
 
@@ -40,8 +41,8 @@ def proof_of(monkeypatch, left):
     # whatever the horizon to which they are judged, both are taught all that the other drops know
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
-    extended = SimpleNamespace(horizon=0.04, of_each_drop=False)
-    return held_out.proved(plain((60, 100, 150, 210), (5.4, 1.25, 1.12, 1.15)), extended)
+    extended = SimpleNamespace(horizon=0.04, of_each_drop=False, causes=(SimpleNamespace(in_contacts=in_contacts),))
+    return held_out.proved(plain((60, 100, 150, 210), ratios), extended)
 
 
 def test_a_drop_proves_nothing_before_the_plain_model_fails_there(monkeypatch):
@@ -61,3 +62,9 @@ def test_two_drops_are_asked_where_one_is_no_proof(monkeypatch):
     assert proof.drops == ("drop_0", "drop_1")
     assert not proof.holds
     assert proof.named == "drop_0 and drop_1, each held out by itself"
+
+
+@pytest.mark.parametrize(("in_contacts", "asked"), [(True, 2), (False, 1)])
+def test_beside_a_plain_model_that_leaves_noise_what_acts_in_contacts_needs_two_drops(monkeypatch, in_contacts, asked):
+    left = [(1.1, 1.1), (1.1, 1.1), (1.1, 1.1), (1.3, 1.1)]
+    assert len(proof_of(monkeypatch, left, (0.9, 0.94, 0.95, 0.92), in_contacts).drops) == asked

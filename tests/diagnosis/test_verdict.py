@@ -55,6 +55,7 @@ def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(compete
     bare = contender(plain, (), 0, 0.95 * plain.floor)
     little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
     assert verdict([little, bare], None).kind is Kind.NONE
+    assert verdict([little, bare], None, lead=0.0).accused == (little,)  # few suspects were asked
     assert verdict([far, bare], None).kind is Kind.NAMED
     lost = contender(plain, (), 0, 2.5)
     assert verdict([little, lost], None).kind is Kind.NAMED
