@@ -52,6 +52,8 @@ class Contender:
         Misfit a residual of the fall before the first contact, where the model can hardly be wrong: that of the noise.
     later : float
         Sum of squares of how the rotor slows after the horizon (see `tdbmon.diagnosis.slowing`); 0 as long as nobody asked.
+    failed_s : float
+        Horizon at which it failed after it had held up to its own, s; 0 where it did not.
     """
 
     causes: tuple[Suspect, ...]
@@ -60,6 +62,7 @@ class Contender:
     horizon: float
     floor: float
     later: float = 0.0
+    failed_s: float = 0.0
 
     @property
     def misfit(self) -> float:
@@ -120,6 +123,11 @@ class Contender:
     def of_each_drop(self) -> bool:
         """True where one of its causes has angles or a number of its own in every drop, by which it fits much."""
         return any(cause.of_each_drop for cause in self.causes)
+
+    @property
+    def fits_much(self) -> bool:
+        """True where one of its causes is a ball, waves or lobes, which have many orders, numbers and angles to fit with."""
+        return any(cause.of_each_drop or cause.standing_waves for cause in self.causes)
 
     @property
     def negligible(self) -> bool:

@@ -287,7 +287,8 @@ class _Contest:
         if self.sound and not fine:
             earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
             if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in self.sound):
-                self.plain, self.others, self.horizon = earlier, list(self.sound), earlier.horizon
+                self.plain, self.others = earlier, [replace(each, failed_s=self.horizon) for each in self.sound]
+                self.horizon = earlier.horizon
                 return True
         self.sound = tuple(self.others) if fine and self.horizon >= SOUND_S else ()
         return False

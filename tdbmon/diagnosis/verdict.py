@@ -86,6 +86,12 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None, lead: float 
         gains = "too little" if proof.holds else "nothing"
         why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
+    if best.failed_s and best.fits_much:
+        why = (
+            f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms, and what"
+            " has as many orders and angles as that explains a little of anything"
+        )
+        return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if proof is not None and not proof.seen and not plain.fails and any(each.in_contacts for each in best.causes):
         why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"

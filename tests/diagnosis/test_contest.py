@@ -246,6 +246,24 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
     assert not replace(held, others=[contender(plain, ("stribeck_friction@both",), 900, 0.9)]).adds_to(named)
 
 
+def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, monkeypatch):
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    held = replace(contender(plain, ("off_sized_ball@DE",), 0, 0.95), horizon=0.027)
+    failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 1.5), horizon=0.033)
+    monkeypatch.setattr(module, "settled", lambda each, horizon, _: replace(each, horizon=horizon))
+    contest_of = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [failing], 0.033, sound=(held,))
+    assert contest_of._earlier_witness()
+    (witness,) = contest_of.others
+    assert (contest_of.horizon, witness.horizon, witness.failed_s) == (0.027, 0.027, 0.033)
+    # where one leaves noise alone, no other is needed
+    fine = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [held], 0.027, sound=(held,))
+    assert not fine._earlier_witness()
+    assert fine.others[0].failed_s == 0.0
+
+
 def test_a_ball_is_found_in_the_place_of_waves(crew):
     """At the first contact waves of an outer race do what a ball too large does."""
     problem = problem_of(crew, "off_sized_ball:end=DE,ball=3,deviation=25 um")

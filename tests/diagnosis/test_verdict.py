@@ -79,6 +79,17 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
     assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
 
 
+def test_what_fits_much_and_fails_further_on_is_not_named(competed):
+    plain = next(each for each in competed if not each.causes)
+    lost, proof = contender(plain, (), 0, 8.0), HeldOut(("drop_80.nc",), 9e-7, 4e-7, 3e-7, 9000.0, 2000.0)
+    for name, kind in (("off_sized_ball@DE", Kind.UNKNOWN), ("oval_clearance@DE", Kind.NAMED)):
+        held = contender(plain, (name,), 0, 0.95)
+        assert verdict([held, lost], proof).kind is Kind.NAMED
+        judged = verdict([replace(held, failed_s=0.033), lost], proof)
+        assert judged.kind is kind
+        assert ("not the first 33 ms" in judged.why) == (kind is Kind.UNKNOWN)
+
+
 def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):
     plain = next(each for each in competed if not each.causes)
     bare = contender(plain, (), 0, 1.4)
