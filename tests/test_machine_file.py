@@ -301,3 +301,9 @@ def test_a_place_that_cannot_be_is_said_before_the_fit(capsys, tmp_path, name, s
     assert says in err
     assert mine.read_text() == shipped("short/machine.toml").read_text()
     assert [each.name for each in tmp_path.iterdir()] == ["machine.toml"]
+
+
+def test_a_byte_order_mark_at_the_head_is_no_mistake(tmp_path):
+    text = shipped("short/machine.toml").read_text(encoding="utf-8")
+    (tmp_path / "machine.toml").write_text(text, encoding="utf-8-sig")
+    assert load_machine(tmp_path / "machine.toml") == load_machine(shipped("short/machine.toml"))

@@ -411,13 +411,13 @@ def load_machine(path: str | Path) -> Machine:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the machine's TOML file") from None
     except IsADirectoryError:
         raise InputError(f"{path}: is a folder; give the machine's TOML file") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file; give the machine's TOML file") from None
+        raise InputError(f"{path}: is not a text file in UTF-8; give the machine's TOML file, or save it as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: is not valid TOML: {error}") from None
     except OSError as error:

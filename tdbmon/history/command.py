@@ -97,7 +97,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
             notes += ["synthetic"] if entry.synthetic else []
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
             when = entry.dropped or f"filed {entry.filed}"
-            typer.echo(f"  {entry.id}  {when:<26}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
+            typer.echo(f"  {entry.id}  {when:<34}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
     write_json(json_file, {"drops": [entry_json(e) for e in entries]})
 
 

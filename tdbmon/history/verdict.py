@@ -12,6 +12,7 @@ from tdbmon.report.quantity import words
 Word = Literal["as before", "changed", "inspect", "too few drops"]
 
 _SUSPICIOUS = 0.4  # of all quantities: wear changes a few
+_BLIND = 0.5  # of the quantities of earlier drops: who tells less is not known to be as before
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Verdict:
 
 def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
-    inspect = [*_limits(comparison), *_life(comparison)]
+    inspect = [*_limits(comparison), *_life(comparison), *_blind(comparison)]
     changed = [_sentence(change, comparison) for change in comparison.flagged]
     if comparison.likeness.strange:
         changed.insert(0, comparison.likeness.sentence)
@@ -90,6 +91,25 @@ def _limits(comparison: Comparison) -> list[str]:
         if change.kind.name == "whirl_backward_s" and value > limits.backward_whirl:
             found.append(f"{change.end}: backward whirl for {value:.3g} s, longer than {limits.backward_whirl:.3g} s")
     return found
+
+
+def _blind(comparison: Comparison) -> list[str]:
+    """Say where most of what the earlier drops tell is missing of this one: "as before" would be a guess."""
+    least = comparison.settings.compare.least_drops
+    told = [
+        change
+        for change in comparison.changes
+        if change.kind.judged and not change.kind.forces and sum(known.known for _, known in change.earlier) >= least
+    ]
+    known = sum(change.estimate.known for change in told)
+    if known >= _BLIND * len(told):
+        return []
+    failed = comparison.entry.failed_checks
+    why = f"; its record failed {len(failed)} checks: {', '.join(failed)}" if failed else ""
+    return [
+        f"this drop tells only {known} of {len(told)} quantities that earlier drops tell{why}: see to the probes before the"
+        " next drop"
+    ]
 
 
 def _life(comparison: Comparison) -> list[str]:

@@ -295,3 +295,26 @@ def test_the_shipped_answer_is_what_the_archive_hides():
 
     answer = json.loads((YEARS / "answer.json").read_text())
     assert (answer["worn_from_drop"], answer["end"]) == (8, "NDE")
+
+
+def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(years):
+    seventh = machine_history(years, years.machines()[0]).judged[6]
+    assert seventh.verdict.word == "as before"
+    found = seventh.comparison
+    entry = replace(found.entry, failed_checks=("dead NDE_A", "dead DE_B"))
+
+    def without(share: float):
+        lost = [
+            replace(change, estimate=Estimate.missing(change.kind.unit, "a probe is dead"), flag=False)
+            if k < share * len(found.changes)
+            else change
+            for k, change in enumerate(found.changes)
+        ]
+        return verdict_of(replace(found, entry=entry, changes=tuple(lost)))
+
+    assert without(0.2).word == "as before"
+    blind = without(0.8)
+    assert blind.word == "inspect"
+    assert blind.alarm
+    assert "tells only" in blind.reasons[0]
+    assert "2 checks: dead NDE_A, dead DE_B" in blind.reasons[0]
