@@ -64,6 +64,10 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     progress("checking the channels")
     record = assign(record, machine)
     checks = list(check(record, machine))
+    if machine.effects:
+        carried = ", ".join(f"{effect.name} at {effect.where}" for effect in machine.effects)
+        told = f"{carried}: the simulation has them (--forces); readings, and what is told from them alone, stay as recorded"
+        checks.append(Check("effects", "machine file", True, told))
     record = without_dropouts(without_refuted(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None

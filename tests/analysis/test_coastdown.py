@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from tdbsim.machine import EffectSetting, load_machine
 from tdbsim.modes import supported
 from tdbsim.rotor import static_loads
 
@@ -214,3 +215,14 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
     said = "\n".join(summary_lines(analyse(record, machine)))
     low, high = machine.bearing("NDE").radial_gap.low * 1e6, machine.bearing("NDE").radial_gap.high * 1e6
     assert f"outside the tolerance ({low:g} to {high:g} um)" in said
+
+
+def test_effects_of_the_machine_file_are_said_to_be_in_the_simulation_alone():
+    machine = load_machine(shipped("short/machine.toml"))
+    gain = EffectSetting(name="probe_gain", where="NDE_A", gain=1.1)
+    record = read(shipped("short/drop_100.nc"))
+    bare, carrying = (analyse(record, m) for m in (machine, machine.model_copy(update={"effects": (gain,)})))
+    (row,) = [each for each in carrying.checks if each not in bare.checks]
+    assert row.passed
+    assert "probe_gain at NDE_A" in row.detail
+    assert carrying.ends["NDE"].gap.radius == bare.ends["NDE"].gap.radius
