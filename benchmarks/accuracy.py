@@ -35,8 +35,9 @@ _TAIL = """
   rotor with rings. Its interval carries the signal's noise only. Against that the laws of drag are not exact: the value
   is off by 0.1 % in the coast-downs and by up to 0.8 % in the short records, several times the interval.
 - **Constant drag.** More than the two rings' drag is found in the coast-downs, by signal and pulses alike; its cause is not
-  known. Below about 1.5 Hz the drag of these records fades, so the standstill is given as the range from the last time the
-  rotor surely turns to the first time nothing more is seen, which is not a 95 % interval.
+  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is told of them. Where one
+  is told from the signal, it is the range from the last time the rotor surely turns to the first time nothing more is
+  seen, which is not a 95 % interval.
 - **Short records** (0.5 s) end while the rings may still slip: the decay time is then missing with that reason, or an
   effective one. Swing and most spectral lines need longer records; the clearance circle then rests on the arc alone.
 - **Single-mass stiffness** stands for bearing and support in series and leaves out the support's mass and the other end:
