@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tdbsim.quantity import Density, ElasticModulus, Length, Number, Part, quantity
+from tdbsim.quantity import Density, Length, Number, Part, Pressure, quantity
 
 if TYPE_CHECKING:
     from tdbsim.bearing_torque import TorqueLaw
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class HeatMaterial(Part):
     """A material of rings or balls."""
 
-    elastic_modulus: ElasticModulus
+    elastic_modulus: Pressure = Field(gt=0)
     poisson_ratio: Number = Field(gt=0, lt=0.5)
-    density: Density
+    density: Density = Field(gt=0)
     conductivity: Annotated[float, quantity("W/(m K)")] = Field(gt=0)
     specific_heat: Annotated[float, quantity("J/(kg K)")] = Field(gt=0)
     expansion: Annotated[float, quantity("1/K")] = Field(ge=0)

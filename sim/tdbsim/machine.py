@@ -21,12 +21,12 @@ from tdbsim.quantity import (
     Angle,
     Damping,
     Density,
-    ElasticModulus,
     Inertia,
     Length,
     Mass,
     Number,
     Part,
+    Pressure,
     Sensitivity,
     Tolerant,
     TolerantAngle,
@@ -90,8 +90,8 @@ class Rotor(Part):
     sections: tuple[Section, ...] = Field(min_length=1)
     disks: tuple[Disk, ...] = ()
     unbalance: tuple[Unbalance, ...] = ()
-    elastic_modulus: ElasticModulus
-    density: Density
+    elastic_modulus: Pressure = Field(gt=0)
+    density: Density = Field(gt=0)
     poisson_ratio: Number = Field(0.3, gt=0, lt=0.5)
     modal_damping_ratio: Number = Field(0.0, ge=0, lt=1)
     speed_decay_time: TolerantTime | None = None
@@ -303,6 +303,7 @@ class Machine(Part):
                     )
         if self.touchdown_bearings[0].position == self.touchdown_bearings[1].position:
             raise InputError("both touchdown bearings have the same position")
+        _plausible_shaft(self.rotor)
         for bearing in self.touchdown_bearings:
             _plausible(bearing)
         self._check_probes()
@@ -373,6 +374,18 @@ def _um(value: Tolerant) -> str:
     return f"{value.nominal * 1e6:g} um{least}"
 
 
+def _plausible_shaft(rotor: Rotor) -> None:
+    """Refuse a material that no shaft is made of: carbon fibre has 1600 kg/m^3, tungsten 19 300 kg/m^3 and 410 GPa."""
+    for name, value, unit, low, high in (
+        ("elastic_modulus", rotor.elastic_modulus, "Pa", 1e9, 1e12),
+        ("density", rotor.density, "kg/m^3", 1e3, 2.5e4),
+    ):
+        if not low <= value <= high:
+            raise InputError(
+                f"[rotor]: {name} {value:g} {unit} is not between {low:g} and {high:g} {unit}; is the unit right?"
+            )
+
+
 def _plausible(bearing: TouchdownBearing) -> None:
     gap = bearing.radial_gap
     if gap.low <= 0:
@@ -417,7 +430,9 @@ def load_machine(path: str | Path) -> Machine:
     except IsADirectoryError:
         raise InputError(f"{path}: is a folder; give the machine's TOML file") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file in UTF-8; give the machine's TOML file, or save it as UTF-8") from None
+        raise InputError(
+            f"{path}: is not a text file in UTF-8; give the machine's TOML file, or save it as UTF-8"
+        ) from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: is not valid TOML: {error}") from None
     except OSError as error:
