@@ -126,8 +126,13 @@ class Contender:
 
     @property
     def fits_much(self) -> bool:
-        """True where one of its causes is a ball, waves or lobes, which have many orders, numbers and angles to fit with."""
-        return any(cause.of_each_drop or cause.standing_waves for cause in self.causes)
+        """True where one of its causes is a ball, waves or lobes."""
+        return any(cause.fits_much for cause in self.causes)
+
+    @property
+    def in_contacts(self) -> bool:
+        """True where one of its causes acts in contacts."""
+        return any(cause.in_contacts for cause in self.causes)
 
     @property
     def negligible(self) -> bool:
@@ -163,7 +168,7 @@ class Contender:
         Little may be left by a cause in contacts, whose law is a little off; but that has no part in how the rotor coasts, and
         what acts elsewhere has exact laws.  Where the plain model is far off, a second cause may be as little.
         """
-        inexact = any(cause.in_contacts for cause in self.causes) and self.ratio <= EXPLAINED
+        inexact = self.in_contacts and self.ratio <= EXPLAINED
         return self.fails and not (inexact and self.excess < MINOR * plain.excess and self.coasts)
 
     @property

@@ -130,7 +130,7 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """
     first, *further = telling_drops(plain)
     proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
-    weak = not plain.fails and any(cause.in_contacts for cause in extended.causes)
+    weak = not plain.fails and extended.in_contacts
     suffices = proof.seen if extended.of_each_drop else proof.holds and not weak
     if suffices or not further:
         return proof

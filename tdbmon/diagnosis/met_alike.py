@@ -140,7 +140,7 @@ def _settled_along(contender: Contender, horizons: Sequence[float]) -> Contender
 
 def met_alike(one: Suspect, other: Suspect) -> bool:
     """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
-    return one.where == other.where and all(each.of_each_drop or each.standing_waves for each in (one, other))
+    return one.where == other.where and one.fits_much and other.fits_much
 
 
 def _usual(suspect: Suspect, drops: int) -> Start:

@@ -141,7 +141,7 @@ class Search:
                 found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
             if found:
                 return found
-        if horizon <= SOUND_S and best.causes and not any(cause.in_contacts for cause in best.causes):
+        if horizon <= SOUND_S and best.causes and not best.in_contacts:
             return [each for each in self._lain(best, horizon) if best.misfit - each.misfit > _SHARE * best.excess]
         return []
 

@@ -94,9 +94,9 @@ class Slowed:
         start = Start({size: float(self.sizes[best])}, known={size: sigma})
         found = with_cause(self.base, self.suspect, start)
         # a ring that is held moves the late paths a little: they are found from the earlier ones on
-        for horizon in (each for each in HORIZONS if FOLLOWED_S <= each < self.base.horizon):
+        earlier = [each for each in HORIZONS if FOLLOWED_S <= each < self.base.horizon]
+        for horizon in (*earlier, self.base.horizon):
             found = settled(found, horizon, SLOPES)
-        found = settled(found, self.base.horizon, SLOPES)
         # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 

@@ -88,6 +88,11 @@ class Suspect:
         """True for what has an angle or a number of its own in every drop: it fits anything a little."""
         return self.turning or self.counted is not None
 
+    @property
+    def fits_much(self) -> bool:
+        """True for a ball, waves or lobes, which have many orders, numbers and angles to fit with."""
+        return self.of_each_drop or self.standing_waves
+
     def usual(self) -> tuple[Start, ...]:
         """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
         shared = {p.name: p.typical for p in self.shapes} | {size.name: size.typical for size, _ in self.sizes}

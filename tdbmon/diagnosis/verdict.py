@@ -93,7 +93,7 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None, lead: float 
         )
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
-    if proof is not None and not proof.seen and not plain.fails and any(each.in_contacts for each in best.causes):
+    if proof is not None and not proof.seen and not plain.fails and best.in_contacts:
         why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)

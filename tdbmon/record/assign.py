@@ -44,6 +44,8 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     if not found:
         raise InputError(_nothing_found(source, ds, wanted))
     _once(source, found)
+    for dimension in dict.fromkeys(ds[channel].dims[0] for channel in found.values()):
+        _without_pause(ds[dimension].values, source)
     probes = {probe.name: probe for probe in machine.probes}
     data: dict[str, xr.DataArray] = {}
     for name, channel in found.items():
@@ -185,8 +187,6 @@ def _without_pause(time: np.ndarray, source: str) -> None:
 def _collect(data: dict[str, xr.DataArray], ds: xr.Dataset, wanted: dict[str, str]) -> xr.Dataset:
     """Put the channels together; the first one's time base becomes ``time``, and what is infinite is missing."""
     dimensions = list(dict.fromkeys(array.dims[0] for array in data.values()))
-    for old in dimensions:
-        _without_pause(ds[old].values, str(ds.attrs.get("source_file", "record")))
     names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
     out = xr.Dataset(coords={names[old]: (names[old], ds[old].values, ds[old].attrs) for old in dimensions})
     for name, array in data.items():

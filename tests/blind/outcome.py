@@ -69,15 +69,14 @@ def diagnose_case(
         result = json.loads(done.read_text(encoding="utf-8")) if done.exists() else {}
         process.returncode = code = os.waitstatus_to_exitcode(status)
         error = "" if result and code in (0, 3) else f"exit code {code}: {said[-1] if said else 'no output'}"
-    levels = {h.name: level for h, level in zip(case.hidden, case.levels, strict=True)}
-    where = {h.name: h.where for h in case.hidden}
+    ordered = sorted(zip(case.hidden, case.levels, strict=True), key=lambda pair: pair[0].name)
     outcome = Outcome(
         seed=seed,
         strangeness=case.strangeness,
-        levels=tuple(levels[name] for name in sorted(levels)),
+        levels=tuple(level for _, level in ordered),
         signal=projected_signal(case),
         machine=case.machine.name,
-        where=tuple(where[name] for name in sorted(where)),
+        where=tuple(hidden.where for hidden, _ in ordered),
         seconds=seconds,
         processor_seconds=usage.ru_utime + usage.ru_stime,
         gain=result.get("gain"),

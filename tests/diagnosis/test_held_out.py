@@ -41,7 +41,7 @@ def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True
     # whatever the horizon to which they are judged, both are taught all that the other drops know
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
-    extended = SimpleNamespace(horizon=0.04, of_each_drop=False, causes=(SimpleNamespace(in_contacts=in_contacts),))
+    extended = SimpleNamespace(horizon=0.04, of_each_drop=False, in_contacts=in_contacts)
     return held_out.proved(plain((60, 100, 150, 210), ratios), extended)
 
 
