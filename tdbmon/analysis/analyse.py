@@ -32,11 +32,14 @@ from tdbmon.analysis.whirl import Whirl, find_whirl
 from tdbmon.estimate import Estimate
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
-from tdbmon.record.dropout import without_dropouts
+from tdbmon.record.dropout import without_dropouts, without_flat_tops
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.quality import Check, check, usable
+from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.speed_checks import without_refuted
+
+_CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
 
 
 def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
@@ -64,10 +67,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     progress("checking the channels")
     record = assign(record, machine)
     checks = list(check(record, machine))
-    if machine.effects:
-        carried = ", ".join(f"{effect.name} at {effect.where}" for effect in machine.effects)
-        told = f"{carried}: the simulation has them (--forces); readings, and what is told from them alone, stay as recorded"
-        checks.append(Check("effects", "machine file", True, told))
+    checks += _effects(machine)
     record = without_dropouts(without_refuted(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
@@ -83,7 +83,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     release = _release(planes, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     checks += check_free_fall(release, machine) if release is not None else []
-    checks += check_orientation(planes, record, machine, released, checks)
+    checks += check_orientation(planes, *freed(record, machine), released, checks)
     ends, swing = _ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")
@@ -152,6 +152,20 @@ class _Speed:
         return value if value > 1.0 else None
 
 
+def _effects(machine: Machine) -> list[Check]:
+    """Say what becomes of the effects that the machine file carries."""
+    if not machine.effects:
+        return []
+    _, sensors = sensor_chain(machine, 1.0)
+    others = [told for each in machine.effects if (told := f"{each.name} at {each.where}") not in sensors]
+    said = [f"{', '.join(sensors)}: readings are freed of it before anything is told from them"] if sensors else []
+    if others:
+        said.append(
+            f"{', '.join(others)}: the simulation has it (--forces); what is told from readings alone does not know it"
+        )
+    return [Check("effects", "machine file", True, "; ".join(said))]
+
+
 def _speed(record: xr.Dataset, key: Pulses | None) -> _Speed:
     if "speed" in record:
         channel = record["speed"]
@@ -165,14 +179,21 @@ def _speed(record: xr.Dataset, key: Pulses | None) -> _Speed:
 
 
 def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _Speed) -> xr.Dataset | None:
-    """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
+    """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit.
+
+    Where a probe's peaks are cut off it is NaN, and `cut_off` (end, time) says so.
+    """
+    fit = usable(record, machine, tuple(checks))
     try:
-        return to_planes(record, machine, usable(record, machine, tuple(checks)))
+        planes = to_planes(*freed(record, machine), fit)
     except InputError as error:
         if not speed.known:
             raise
         checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
         return None
+    seen = to_planes(*freed(without_flat_tops(record, machine), machine), fit)
+    seen["cut_off"] = (seen.displacement.isnull() & planes.displacement.notnull()).any("axis")
+    return seen
 
 
 def _speed_only(
@@ -224,6 +245,7 @@ def _ends(
     if len(times) == len(machine.ends):
         swing = find_swing(planes, machine, rotor, max(times))
     unseen = NoCircle("no two usable probes in different directions see this end")
+    settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
@@ -270,6 +292,17 @@ def _ends(
     return ends, swing
 
 
+def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
+    """Say that the peaks cut off leave no circle to fit: what is left of the arc lies too near; "" where they are few."""
+    share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
+    if share <= _CUT_OFF:
+        return ""
+    return (
+        f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping), where the shaft lies deepest; widen the"
+        " input range or the probe's gap"
+    )
+
+
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
     """Radial air gap: the radius at rest less ball clearance and deflection."""
     if isinstance(gap, NoCircle):
@@ -285,6 +318,8 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
     """Largest excursion from the clearance centre after the release."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
+    if planes.cut_off.sel(end=end, time=slice(start, None)).any():
+        return Estimate.missing("um", "peaks are cut off (see clipping), and there the shaft may have gone deepest")
     if contacts is not None and contacts.hidden:
         return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
     if contacts is not None and contacts.why:

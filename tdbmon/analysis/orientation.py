@@ -35,7 +35,7 @@ def check_orientation(
     release_s : float or None
         The release; the record's start where it is not known.
     checks : sequence of Check
-        Of the channels: an end with a probe out of its range is not accused, for that says where to look first.
+        Of the channels: an end with a probe out of its range or cut off is not accused, for that says where to look first.
 
     Returns
     -------
@@ -46,12 +46,14 @@ def check_orientation(
     time = planes.time.to_numpy()
     if time[-1] - (time[0] if release_s is None else release_s) < _BOUNCING_S:
         return rows
-    out_of_range = {check.channel for check in checks if check.check == "range" and not check.passed}
+    out_of_range = {check.channel for check in checks if check.check in ("range", "clipping") and not check.passed}
     for end in machine.ends:
         xy = planes.displacement.sel(end=end).to_numpy()
         if not np.isfinite(xy).any():
             continue
         tail = xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - time[0]))]
+        if not np.isfinite(tail).any():
+            continue
         rest = np.nanmean(tail, axis=1)
         row = _rest_row(end, rest, record, machine, release_s, len(tail[0]))
         if row.passed or not out_of_range.intersection(probe.name for probe in machine.probes_at(end)):

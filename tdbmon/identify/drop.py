@@ -134,7 +134,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.free_fall import check_free_fall
     from tdbmon.analysis.release import find_release
     from tdbmon.record.assign import assign
-    from tdbmon.record.dropout import without_dropouts
+    from tdbmon.record.dropout import without_dropouts, without_flat_tops
     from tdbmon.record.quality import check, repair_gaps, usable
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
 
@@ -145,7 +145,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if still:
         raise InputError(f"{name}: {still}")
     fit = usable(laid, machine, checks)
-    laid = without_refuted(repair_gaps(without_dropouts(laid, machine)), machine)
+    laid = without_refuted(repair_gaps(without_flat_tops(without_dropouts(laid, machine), machine)), machine)
     require_one_speed(laid, machine, name)
     wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
@@ -154,7 +154,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name in fit}
     remarks = [
         f"{name}: calibrated without probe '{p.name}'"
-        + (f", of which {lost[p.name]} samples are missing" if lost.get(p.name) else "")
+        + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes
     ]
@@ -163,7 +163,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if len(probes) < 3:
         raise InputError(
             f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three, without gaps: check the"
-            " channels" + "".join(f"; {n} samples of '{each}' are missing" for each, n in lost.items() if n)
+            " channels" + "".join(f"; {n} samples of '{each}' are missing or cut off" for each, n in lost.items() if n)
         )
     planes = to_planes(laid, machine, [p.name for p in probes])
     time = planes.time.to_numpy()

@@ -1,6 +1,8 @@
-"""Dropouts: stretches in which a probe's channel stands still while the shaft moves.  Nothing was measured there."""
+"""Where a probe's channel measured nothing: it stands still while the shaft moves, or its peaks are cut off."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -16,8 +18,13 @@ def dropouts(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
     return runs.where(~np.isin(runs.first, clipped.first) | faults.jumped_runs(signal, runs))
 
 
+def flat_tops(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
+    """Return the peaks cut off, of which none is a dropout."""
+    return clipped.where(~np.isin(clipped.first, dropouts(signal, clipped).first))
+
+
 def clipped_of(array: xr.DataArray, signal: faults.Signal) -> faults.Runs:
-    """Return the flat tops of a channel, by its full scale where that is known."""
+    """Return the runs of a channel that stand at its limits, by its full scale where that is known."""
     limits = array.attrs.get("full_scale")
     return faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
 
@@ -36,13 +43,22 @@ def dropout_check(name: str, time: np.ndarray, runs: faults.Runs) -> Check:
 
 def without_dropouts(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record laid over its machine with the dropouts of its probes as NaN; the record given keeps them."""
+    return _without(ds, machine, dropouts)
+
+
+def without_flat_tops(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return a record laid over its machine with the samples at which a probe's peaks are cut off as NaN."""
+    return _without(ds, machine, flat_tops)
+
+
+def _without(ds: xr.Dataset, machine: Machine, lost: Callable[[faults.Signal, faults.Runs], faults.Runs]) -> xr.Dataset:
     out = ds.copy()
     for probe in machine.probes:
         if probe.name not in ds:
             continue
         array = ds[probe.name]
         signal = faults.prepare(array.values)
-        lost = dropouts(signal, clipped_of(array, signal))
-        if len(lost):
-            out[probe.name] = (array.dims, np.where(lost.mask(array.size), np.nan, array.values), array.attrs)
+        runs = lost(signal, clipped_of(array, signal))
+        if len(runs):
+            out[probe.name] = (array.dims, np.where(runs.mask(array.size), np.nan, array.values), array.attrs)
     return out

@@ -9,7 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
-from tdbmon.record.dropout import clipped_of, dropout_check, dropouts
+from tdbmon.record.dropout import clipped_of, dropout_check, dropouts, flat_tops
 from tdbmon.record.finding import Check, span, um
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
@@ -48,8 +48,7 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
         return found
     clipped = clipped_of(array, signal)
     lost = dropouts(signal, clipped)
-    clipped = clipped.where(~np.isin(clipped.first, lost.first))
-    found += [_clipping(name, time, signal, clipped), dropout_check(name, time, lost)]
+    found += [_clipping(name, time, signal, flat_tops(signal, clipped)), dropout_check(name, time, lost)]
     if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
         measured = faults.prepare(np.where(lost.mask(array.size), np.nan, signal.values)) if len(lost) else signal
         found += [_range(name, time, measured, probe, gap), _jumps(name, time, measured, gap)]

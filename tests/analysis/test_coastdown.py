@@ -219,10 +219,10 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
 
 def test_effects_of_the_machine_file_are_said_to_be_in_the_simulation_alone():
     machine = load_machine(shipped("short/machine.toml"))
-    gain = EffectSetting(name="probe_gain", where="NDE_A", gain=1.1)
+    oval = EffectSetting(name="oval_clearance", where="NDE", amplitude="20 um")
     record = read(shipped("short/drop_100.nc"))
-    bare, carrying = (analyse(record, m) for m in (machine, machine.model_copy(update={"effects": (gain,)})))
+    bare, carrying = (analyse(record, m) for m in (machine, machine.model_copy(update={"effects": (oval,)})))
     (row,) = [each for each in carrying.checks if each not in bare.checks]
     assert row.passed
-    assert "probe_gain at NDE_A" in row.detail
+    assert row.detail.startswith("oval_clearance at NDE: the simulation has it")
     assert carrying.ends["NDE"].gap.radius == bare.ends["NDE"].gap.radius

@@ -48,6 +48,12 @@ def test_a_wrong_time_base_or_sensitivity_is_seen_in_the_fall(name, longer, larg
         assert "sensitivity" in check.detail
 
 
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("longer", "larger"), [(1.0, 1.25), (0.9, 1.0), (1.0, 1 / 1.6), (1.3, 1.0)])
+def test_a_scale_that_is_wrong_by_a_quarter_does_not_pass(name, longer, larger, machine):
+    assert not all(check.passed for check in fallen(name, machine, longer=longer, larger=larger))
+
+
 def test_the_suspects_are_told_by_how_much(machine):
     slow = fallen("short/drop_100", machine, longer=2.0)[0].detail
     times, lengths = (float(number) for number in re.findall(r"read about ([\d.]+) times too", slow))

@@ -1,0 +1,93 @@
+"""Readings freed of what the machine file's effects say of its sensors: gain, lag, crosstalk and angle of probes.
+
+A fitted simulation goes through the same sensors and is compared with the readings as recorded; what is told from readings
+alone must be freed of them first.  Runout stays: its phase may differ from drop to drop, and it is told as such.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+from tdbsim.effect import from_setting
+from tdbsim.machine import Machine
+from tdbsim.sensors import SensorChain, delayed
+
+
+def sensor_chain(machine: Machine, sampling: float) -> tuple[SensorChain, tuple[str, ...]]:
+    """Return what a machine file's effects do to its sensors, and those (name at place) that readings can be freed of."""
+    chain, names = SensorChain(), []
+    for setting in machine.effects:
+        changed = from_setting(setting).sense(chain, machine, sampling)
+        freed = replace(changed, probes={name: replace(link, runout=()) for name, link in changed.probes.items()})
+        if freed != chain:
+            names.append(f"{setting.name} at {setting.where}")
+        chain = freed
+    return chain, tuple(names)
+
+
+def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
+    """Return the record with the readings that sound sensors would have given, and the machine with its true angles.
+
+    Parameters
+    ----------
+    record : Dataset
+        Laid over the machine (`tdbmon.record.assign.assign`), probes in m.  It is left as it is.
+    machine : Machine
+
+    Returns
+    -------
+    Dataset, Machine
+        A probe whose neighbour leaks into it and is missing keeps what leaked.
+    """
+    if not machine.effects or not machine.probes:
+        return record, machine
+    present = [probe.name for probe in machine.probes if probe.name in record]
+    if not present:
+        return record, machine
+    time = record[record[present[0]].dims[0]].to_numpy()
+    sampling = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
+    chain, names = sensor_chain(machine, float(sampling))
+    if not names:
+        return record, machine
+    out = record.copy()
+    for name, readings in _without_leaks(record, chain, present).items():
+        link, array = chain.of(name), record[name]
+        earlier = _earlier(readings, link.lag)
+        out[name] = (array.dims, (earlier - link.offset) / link.gain, array.attrs)
+    turned = tuple(
+        probe.model_copy(update={"angle": probe.angle + chain.of(probe.name).angle_error}) for probe in machine.probes
+    )
+    return out, machine.model_copy(update={"probes": turned})
+
+
+def _without_leaks(record: xr.Dataset, chain: SensorChain, present: list[str]) -> dict[str, np.ndarray]:
+    """Return the readings of the probes before one leaked into another: each is its own and a part of its source's."""
+    mixing = np.eye(len(present))
+    for name, (source, part) in chain.leaks.items():
+        if name in present and source in present and record[name].dims == record[source].dims:
+            mixing[present.index(name), present.index(source)] += part
+    back = np.linalg.inv(mixing)
+    return {
+        name: np.asarray(
+            sum(share * record[each].to_numpy() for each, share in zip(present, row, strict=True) if share)
+        )
+        for name, row in zip(present, back, strict=True)
+    }
+
+
+def _earlier(readings: np.ndarray, lag: float) -> np.ndarray:
+    """Return readings earlier by `lag` samples; NaN beyond the end, and where nothing was measured."""
+    if lag == 0:
+        return readings
+    missing = ~np.isfinite(readings)
+    at = np.arange(len(readings))
+    if missing.all():
+        return readings
+    filled = np.interp(at, at[~missing], readings[~missing]) if missing.any() else readings
+    out = delayed(filled, -lag)
+    wanted = at + lag
+    hidden = np.interp(wanted, at, missing.astype(float)) > 0
+    out[hidden | (wanted > at[-1]) | (wanted < 0)] = np.nan
+    return out

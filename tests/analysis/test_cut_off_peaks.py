@@ -1,0 +1,53 @@
+"""A converter whose range is too small: what depends on the peaks it cut off is withheld, what does not is still told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tdbsim.errors import InputError
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.identify.drop import measured_drop
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+
+def cut(machine, share, *probes):
+    """A shipped record, and the same with this share of the deepest samples of some probes at one limit."""
+    sound = read(shipped("short/drop_100.nc"))
+    record = sound.copy()
+    for probe in probes:
+        channel = machine.channel_in_file(probe)
+        values = sound[channel]
+        record[channel] = np.maximum(values, float(values.quantile(share))).assign_attrs(values.attrs)
+    return sound, record
+
+
+def test_a_cut_arc_tells_no_circle(machine):
+    sound, record = cut(machine, 0.1, "NDE_A", "NDE_B")
+    whole, found = analyse(sound, machine), analyse(record, machine)
+    end = found.ends["NDE"]
+    assert end.gap is None
+    assert end.contacts is None
+    for estimate in (end.air_gap, end.stiffness, end.deepest):
+        assert estimate.value is None
+        assert "are cut off" in estimate.why
+    assert found.release.time.value == pytest.approx(whole.release.time.value, abs=1e-6)
+    assert found.release.states["NDE"].x.value == pytest.approx(whole.release.states["NDE"].x.value, abs=1e-9)
+    assert {c.check for c in found.checks if not c.passed} == {"clipping"}
+
+
+def test_of_one_peak_cut_off_only_the_greatest_excursion_is_withheld(machine):
+    sound, record = cut(machine, 0.001, "NDE_B")
+    whole, found = analyse(sound, machine).ends["NDE"], analyse(record, machine).ends["NDE"]
+    assert found.deepest.value is None
+    assert found.gap.radius.value == pytest.approx(whole.gap.radius.value, abs=0.5e-6)
+    assert found.contacts.first.rebound.value == pytest.approx(whole.contacts.first.rebound.value, abs=0.5e-6)
+
+
+def test_a_probe_cut_off_takes_no_part_in_the_calibration(machine):
+    drop = measured_drop(cut(machine, 0.02, "NDE_B")[1], machine)
+    assert [probe.name for probe in drop.probes] == ["NDE_A", "DE_A", "DE_B"]
+    assert any("without probe 'NDE_B', of which" in remark and "cut off" in remark for remark in drop.remarks)
+    with pytest.raises(InputError, match=r"2 usable probes.* samples of 'NDE_A' are missing or cut off"):
+        measured_drop(cut(machine, 0.02, "NDE_A", "NDE_B")[1], machine)
