@@ -32,9 +32,9 @@ from tdbmon.analysis.whirl import Whirl, find_whirl
 from tdbmon.estimate import Estimate
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
-from tdbmon.record.dropout import without_dropouts, without_flat_tops
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
+from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import Check, check, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.speed_checks import without_refuted
@@ -68,7 +68,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     record = assign(record, machine)
     checks = list(check(record, machine))
     checks += _effects(machine)
-    record = without_dropouts(without_refuted(record, machine), machine)
+    record = without_lost_samples(without_refuted(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)

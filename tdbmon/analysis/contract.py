@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.first_contact import FirstContact
+from tdbmon.analysis.release import Release
+from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
@@ -17,19 +20,17 @@ _NO_MODEL = "needs the simulation fitted to the record (tdbmon analyse --forces)
 def analysis_json(analysis: Analysis) -> dict[str, Any]:
     """Return an analysis as plain dictionaries, lists, numbers and texts; quantities carry their unit and interval."""
     release = analysis.release
-    no_release = Estimate.missing("s", "no release was found in the record")
+    no_release = "no release was found in the record"
+    ends = {name: analysis.ends.get(name) or _unseen(name, analysis) for name in analysis.machine.ends}
     return {
         "record": _record(analysis),
         "machine": analysis.machine.name,
-        "release_time_s": (release.time if release else no_release).to_json(),
-        "force_decay_ms": (release.force_decay if release else no_release).to_json(),
-        "release": {
-            end: {"x_um": s.x.to_json(), "y_um": s.y.to_json(), "vx_mm_s": s.vx.to_json(), "vy_mm_s": s.vy.to_json()}
-            for end, s in (release.states if release else {}).items()
-        },
+        "release_time_s": (release.time if release else Estimate.missing("s", no_release)).to_json(),
+        "force_decay_ms": (release.force_decay if release else Estimate.missing("ms", no_release)).to_json(),
+        "release": {end: _state(release, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
-        "speed": None if analysis.rundown is None else _speed(analysis.rundown),
-        "ends": {name: _end(end, analysis) for name, end in analysis.ends.items()},
+        "speed": _no_speed() if analysis.rundown is None else _speed(analysis.rundown),
+        "ends": {name: _end(end, analysis) for name, end in ends.items()},
         "lines": [
             {
                 "kind": line.kind,
@@ -47,7 +48,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "whirl": _whirl(analysis),
         "indicators": {
             "settled_s": _settled(analysis).to_json(),
-            **{f"deepest_um_{name}": end.deepest.to_json() for name, end in analysis.ends.items()},
+            **{f"deepest_um_{name}": end.deepest.to_json() for name, end in ends.items()},
         },
         "quality": [
             {"check": c.check, "channel": c.channel, "passed": bool(c.passed), "detail": c.detail}
@@ -67,6 +68,42 @@ def _record(analysis: Analysis) -> dict[str, Any]:
         "duration_s": float(time[-1] - time[0]) if len(time) else None,
         "drop_time": attributes.get("drop_time"),
         "missing": [str(name) for name in np.atleast_1d(attributes.get("missing", []))],
+    }
+
+
+def _state(release: Release | None, end: str) -> dict[str, Any]:
+    """Return place and velocity of an end at the release."""
+    state = release.states.get(end) if release else None
+    why = f"no orbit is seen at {end}" if release else "no release was found in the record"
+    return {
+        "x_um": (state.x if state else Estimate.missing("um", why)).to_json(),
+        "y_um": (state.y if state else Estimate.missing("um", why)).to_json(),
+        "vx_mm_s": (state.vx if state else Estimate.missing("mm/s", why)).to_json(),
+        "vy_mm_s": (state.vy if state else Estimate.missing("mm/s", why)).to_json(),
+    }
+
+
+def _unseen(end: str, analysis: Analysis) -> EndResult:
+    """Return the result of an end where the record shows no orbit at all."""
+    found = next(
+        (c.detail for c in analysis.checks if c.check == "orbit" and not c.passed), f"no orbit is seen at {end}"
+    )
+    bearing, load = analysis.machine.bearing(end), static_loads(analysis.machine, analysis.rotor)[end]
+    um = Estimate.missing("um", found)
+    return EndResult(
+        end, "none", load, rest_travel(bearing, load), None, um, um, None, Estimate.missing("N/m", found), um
+    )
+
+
+def _no_speed() -> dict[str, Any]:
+    why = "the record holds no usable speed signal or keyphasor (see quality)"
+    return {
+        "initial_hz": Estimate.missing("Hz", why).to_json(),
+        "decay_time_s": Estimate.missing("s", why).to_json(),
+        "models": [],
+        "standstill_time_s": Estimate.missing("s", why).to_json(),
+        "drag_torque_n_m": Estimate.missing("N m", why).to_json(),
+        "lost_speed_hz": Estimate.missing("Hz", why).to_json(),
     }
 
 
@@ -125,6 +162,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
         "stress_mpa": {
             **{"max": Estimate.missing("MPa", _NO_MODEL).to_json()},
             **dict.fromkeys(("mean", "median", "q1", "q3", "outliers")),
+            "why": _NO_MODEL,
         },
         "ring_at_speed_s": Estimate.missing("s", "no channel shows the inner ring's speed; " + _NO_MODEL).to_json(),
     }

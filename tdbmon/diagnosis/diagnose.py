@@ -147,7 +147,7 @@ def diagnose(
         values=sizes[likeliest.name].machine,
         next_test=next_test(judged, tuple(field)),
         remarks=(
-            *(remark for drop in drops for remark in drop.remarks),
+            *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *parting_remarks(problem, asked, horizons),
             *stated_remarks(likeliest.problem, likeliest.fit.point),

@@ -53,6 +53,8 @@ class MeasuredDrop:
         Standard deviation of a pulse's angle, rad.
     remarks : tuple of str
         What the record lacks and how it was met.
+    faults : tuple of str
+        Other checks of the record's channels that failed.
     divergence : float
         1/s, by which paths near its own part (`tdbmon.identify.divergence`).
     """
@@ -72,6 +74,7 @@ class MeasuredDrop:
     pulse_angles: Array
     pulse_sigma: float
     remarks: tuple[str, ...]
+    faults: tuple[str, ...] = ()
     divergence: float = USUAL_DIVERGENCE
 
     @property
@@ -134,7 +137,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.free_fall import check_free_fall
     from tdbmon.analysis.release import find_release
     from tdbmon.record.assign import assign
-    from tdbmon.record.dropout import without_dropouts, without_flat_tops
+    from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
     from tdbmon.record.quality import check, repair_gaps, usable
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
 
@@ -145,7 +148,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if still:
         raise InputError(f"{name}: {still}")
     fit = usable(laid, machine, checks)
-    laid = without_refuted(repair_gaps(without_flat_tops(without_dropouts(laid, machine), machine)), machine)
+    laid = without_refuted(repair_gaps(without_flat_tops(without_lost_samples(laid, machine), machine)), machine)
     require_one_speed(laid, machine, name)
     wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
@@ -217,6 +220,11 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         pulse_angles=pulse_turns,
         pulse_sigma=pulse_sigma,
         remarks=tuple(remarks),
+        faults=tuple(
+            f"{name}: {c.channel or 'record'}: {c.detail}"
+            for c in checks
+            if not c.passed and c.check not in ("present", "dead", "speed")  # which the remarks tell
+        ),
     )
 
 

@@ -152,10 +152,13 @@ def jumped_runs(signal: Signal, runs: Runs) -> np.ndarray:
     return jumped
 
 
-def spikes(signal: Signal, height: float) -> np.ndarray:
-    """Return the indices at which up to five samples together stand out of both neighbours by at least `height`."""
+def spikes(signal: Signal, height: float) -> Runs:
+    """Return the runs of up to five samples that stand out of both neighbours by at least `height`.
+
+    The first and the last sample have one neighbour only.
+    """
     size = np.abs(signal.steps)
-    found = []
+    found: dict[int, int] = {}
     for width in range(1, _SPIKE + 1):
         rise, fall = signal.steps[:-width], signal.steps[width:]
         out = np.minimum(np.abs(rise), np.abs(fall))
@@ -165,9 +168,12 @@ def spikes(signal: Signal, height: float) -> np.ndarray:
             beside = np.concatenate(
                 (size[max(i - 3, 0) : i], size[i + 1 : i + width], size[i + width + 1 : i + width + 4])
             )
-            if width == 1 or out[i] > 3 * np.nanmax(beside, initial=0.0):
-                found.append(int(i) + 1)
-    return np.unique(np.array(found, dtype=int))
+            if out[i] > 3 * np.nanmax(beside, initial=0.0):
+                found.setdefault(int(i) + 1, width)
+    for first, at, beside in ((0, 0, size[1:4]), (size.size, -1, size[-4:-1])):
+        if beside.size == 3 and size[at] > max(height, 3 * np.nanmax(beside, initial=0.0)):
+            found.setdefault(first, 1)
+    return Runs(np.array(sorted(found), dtype=int), np.array([found[i] for i in sorted(found)], dtype=int))
 
 
 def level_steps(signal: Signal, height: float) -> np.ndarray:

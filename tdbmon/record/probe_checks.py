@@ -9,15 +9,14 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
-from tdbmon.record.dropout import clipped_of, dropout_check, dropouts, flat_tops
 from tdbmon.record.finding import Check, span, um
+from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
 _STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
 _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
-_JUMP = 0.1  # of the radial gap from one sample to the next
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
@@ -29,7 +28,9 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
         found.append(Check("dead", name, False, "holds no value at all: check its cable and the logger's channel"))
         return found
     gap = machine.bearing(probe.end).radial_gap.nominal
-    low, high = (float(q) for q in np.quantile(finite, (0.001, 0.999)))
+    peaks = spikes(signal, machine, probe)
+    apart = peaks.mask(array.size)
+    low, high = (float(q) for q in np.quantile(signal.values[~apart & ~np.isnan(signal.values)], (0.001, 0.999)))
     swing = high - low
     dead = float(np.ptp(finite)) < _STILL * gap
     found.append(
@@ -50,8 +51,9 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     lost = dropouts(signal, clipped)
     found += [_clipping(name, time, signal, flat_tops(signal, clipped)), dropout_check(name, time, lost)]
     if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
-        measured = faults.prepare(np.where(lost.mask(array.size), np.nan, signal.values)) if len(lost) else signal
-        found += [_range(name, time, measured, probe, gap), _jumps(name, time, measured, gap)]
+        measured = faults.prepare(np.where(lost.mask(array.size) | apart, np.nan, signal.values))
+        steps = faults.level_steps(measured, JUMP * gap)
+        found += [_range(name, time, measured, probe, gap), _jumps(name, time, signal, peaks, steps, gap)]
     return found
 
 
@@ -116,18 +118,21 @@ def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap
     )  # fmt: skip
 
 
-def _jumps(name: str, time: np.ndarray, signal: faults.Signal, gap: float) -> Check:
-    peaks = faults.spikes(signal, _JUMP * gap)
-    steps = faults.level_steps(signal, _JUMP * gap)
-    if not peaks.size and not steps.size:
-        return Check("jumps", name, True, f"no spike and no step above {um(_JUMP * gap)}")
+def _jumps(
+    name: str, time: np.ndarray, signal: faults.Signal, peaks: faults.Runs, steps: np.ndarray, gap: float
+) -> Check:
+    if not len(peaks) and not steps.size:
+        return Check("jumps", name, True, f"no spike and no step above {um(JUMP * gap)}")
     words = []
     if steps.size:
         i = int(steps[0])
         words.append(f"{steps.size} steps, the first of {um(signal.steps[i - 1])} at {time[i]:.5g} s")
-    if peaks.size:
-        i = int(peaks[0])
-        words.append(f"{peaks.size} spikes, the first of {um(signal.steps[i - 1])} at {time[i]:.5g} s")
+    if len(peaks):
+        i = int(peaks.first[0])
+        size = signal.steps[i - 1] if i else -signal.steps[0]
+        words.append(
+            f"{len(peaks)} spikes, the first of {um(size)} at {time[i]:.5g} s (their samples are taken as missing)"
+        )
     return Check(
         "jumps",
         name,

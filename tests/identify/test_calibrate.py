@@ -101,6 +101,15 @@ def test_a_probe_that_dropped_out_is_left_out_and_said(same_model):
         measured_drop(record, machine)
 
 
+def test_what_else_the_checks_of_the_channels_found_goes_with_the_drop(same_model):
+    machine, records = same_model
+    assert measured_drop(records[0], machine).faults == ()
+    record = records[0].copy()
+    record["NDE_A"], record["NDE_B"] = records[0]["NDE_B"], records[0]["NDE_A"]
+    faults = measured_drop(record, machine).faults
+    assert any("NDE: " in fault and "two probes may be swapped" in fault for fault in faults)
+
+
 def test_two_probes_are_too_few(same_model):
     machine, records = same_model
     record = records[0].drop_vars(["NDE_A", "DE_A"])

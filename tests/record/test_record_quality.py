@@ -12,7 +12,7 @@ from record_machine import machine, with_probe
 from tdbsim.machine import Machine, load_machine
 
 from tdbmon.record.assign import assign
-from tdbmon.record.dropout import without_dropouts
+from tdbmon.record.lost_samples import without_lost_samples
 from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -124,7 +124,7 @@ def test_what_dropped_out_is_missing_afterwards(level: float | None, sound: xr.D
     assert "one stretch of up to 60 samples" in failed["dropout", "NDE_B"]
     assert "taken as missing" in failed["dropout", "NDE_B"]
     assert list(failed) == [("dropout", "NDE_B")]  # said once: its ends are no jumps, its level no flat top
-    out = without_dropouts(ds, machine())
+    out = without_lost_samples(ds, machine())
     assert np.flatnonzero(np.isnan(out["NDE_B"].values)).tolist() == list(range(2100, 2160))
     np.testing.assert_array_equal(ds["NDE_B"].values, values)
     np.testing.assert_array_equal(out["NDE_A"].values, sound["NDE_A"].values)
@@ -133,7 +133,7 @@ def test_what_dropped_out_is_missing_afterwards(level: float | None, sound: xr.D
 def test_a_peak_that_is_cut_off_is_no_dropout(sound: xr.Dataset) -> None:
     ds = _changed(sound, "NDE_B", np.maximum(sound["NDE_B"].values, np.quantile(sound["NDE_B"].values, 0.05)))
     assert ("clipping", "NDE_B") in _failed(ds) and ("dropout", "NDE_B") not in _failed(ds)
-    assert np.isfinite(without_dropouts(ds, machine())["NDE_B"].values).all()
+    assert np.isfinite(without_lost_samples(ds, machine())["NDE_B"].values).all()
 
 
 @pytest.mark.parametrize("name", ["short/drop_100.nc", "coastdown/drop_100.nc"])
@@ -289,3 +289,16 @@ def test_the_checks_of_a_whole_coastdown_take_less_than_a_second() -> None:
     began = clock.process_time()
     check(ds, machine())
     assert clock.process_time() - began < 1.0  # 0.3 s were measured
+
+
+@pytest.mark.parametrize("size", [5e-3, -150e-6])
+def test_spikes_are_no_wrong_unit_and_are_missing_afterwards(size: float, sound: xr.Dataset) -> None:
+    where = np.array([0, 150, 1500, 4000, 4001, 4002, 7777, sound["NDE_A"].size - 1])
+    values = sound["NDE_A"].values.copy()
+    values[where] += size
+    ds = _changed(sound, "NDE_A", values)
+    assert {check for check, _ in _failed(ds)} == {"jumps"}
+    assert "6 spikes" in _failed(ds)["jumps", "NDE_A"]
+    out = without_lost_samples(ds, machine())
+    assert np.flatnonzero(np.isnan(out["NDE_A"].values)).tolist() == where.tolist()
+    assert without_lost_samples(sound, machine()).identical(sound)

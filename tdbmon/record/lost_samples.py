@@ -1,4 +1,4 @@
-"""Where a probe's channel measured nothing: it stands still while the shaft moves, or its peaks are cut off."""
+"""Where a probe's channel measured nothing: it stands still while the shaft moves, spikes, or its peaks are cut off."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from tdbsim.machine import Machine
+from numpy.typing import NDArray
+from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span
+
+JUMP = 0.1  # of the radial gap from one sample to the next
 
 
 def dropouts(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
     """Return the frozen stretches of a signal that are no peaks cut off; a channel that falls to its stop jumps there."""
     runs = faults.frozen_runs(signal)
     return runs.where(~np.isin(runs.first, clipped.first) | faults.jumped_runs(signal, runs))
+
+
+def spikes(signal: faults.Signal, machine: Machine, probe: Probe) -> faults.Runs:
+    """Return the spikes of a probe: samples that stand out of their neighbours as no rotor moves."""
+    return faults.spikes(signal, JUMP * machine.bearing(probe.end).radial_gap.nominal)
 
 
 def flat_tops(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
@@ -41,24 +49,33 @@ def dropout_check(name: str, time: np.ndarray, runs: faults.Runs) -> Check:
     )  # fmt: skip
 
 
-def without_dropouts(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record laid over its machine with the dropouts of its probes as NaN; the record given keeps them."""
-    return _without(ds, machine, dropouts)
+def without_lost_samples(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return a record laid over its machine with dropouts and spikes of its probes as NaN; the record given keeps them."""
+
+    def lost(probe: Probe, signal: faults.Signal, clipped: faults.Runs) -> NDArray[np.bool_]:
+        size = signal.values.size
+        return dropouts(signal, clipped).mask(size) | spikes(signal, machine, probe).mask(size)
+
+    return _without(ds, machine, lost)
 
 
 def without_flat_tops(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record laid over its machine with the samples at which a probe's peaks are cut off as NaN."""
-    return _without(ds, machine, flat_tops)
+    return _without(ds, machine, lambda _, signal, clipped: flat_tops(signal, clipped).mask(signal.values.size))
 
 
-def _without(ds: xr.Dataset, machine: Machine, lost: Callable[[faults.Signal, faults.Runs], faults.Runs]) -> xr.Dataset:
+def _without(
+    ds: xr.Dataset,
+    machine: Machine,
+    lost: Callable[[Probe, faults.Signal, faults.Runs], NDArray[np.bool_]],
+) -> xr.Dataset:
     out = ds.copy()
     for probe in machine.probes:
         if probe.name not in ds:
             continue
         array = ds[probe.name]
         signal = faults.prepare(array.values)
-        runs = lost(signal, clipped_of(array, signal))
-        if len(runs):
-            out[probe.name] = (array.dims, np.where(runs.mask(array.size), np.nan, array.values), array.attrs)
+        missing = lost(probe, signal, clipped_of(array, signal))
+        if missing.any():
+            out[probe.name] = (array.dims, np.where(missing, np.nan, array.values), array.attrs)
     return out
