@@ -40,6 +40,7 @@ def test_a_number_is_already_si():
         ("radial_gap", "radial_gp", "did you mean 'radial_gap'"),
         ("count = 11, diameter", "count = 11, diametr", "did you mean 'diameter'"),
         ("[speed]", "[sped]", "did you mean 'speed'"),
+        ("[speed]", '[effect]\nname = "shaft_bow"\nwhere = "rotor"\n[speed]', "write [[effect]], in two brackets"),
         ('tolerance = "20 %"', 'tolerence = "20 %"', "did you mean 'tolerance'"),
         ('tolerance = "20 %"', "tolerance = 0.2", "has no unit where the value has one"),
         ('density = "7850 kg/m^3"', 'density = "78500 kg/m^3"', "78500 kg/m^3 is not between"),

@@ -459,6 +459,9 @@ def _explain(error: ValidationError, data: dict[str, Any]) -> str:
         return f"{place}unknown key '{name}'{did_you_mean(name, _known_keys(finding['loc'][:-1]))}{more}"
     if finding["type"] == "missing":
         return f"{place}'{finding['loc'][-1]}' is missing{more}"
+    if finding["type"] == "tuple_type" and isinstance(finding["input"], dict):
+        name = str(finding["loc"][-1])
+        return f"{place}[{name}] may come more than once: write [[{name}]], in two brackets{more}"
     message = finding["msg"].removeprefix("Value error, ")
     where = f"{place}{finding['loc'][-1]}: " if finding["loc"] and isinstance(finding["loc"][-1], str) else place
     if finding["type"] != "value_error":

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 Pair = tuple[float, float]
 
+_FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
+
 
 @dataclass(frozen=True)
 class DropPlan:
@@ -242,12 +244,24 @@ def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Rel
 
     `room` : (k, size), for its states, where they shall not stand in an array of their own.
     """
+    _holds_together(model.machine, plan)
     model = model.copy()
     start, whirl = _released(model, plan)
     time = instants(plan)
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
     state = np.empty((len(time), len(start))) if room is None else room
     return Released(model, plan, start, whirl, time, levitated, state, np.zeros(2))
+
+
+def _holds_together(machine: Machine, plan: DropPlan) -> None:
+    """Raise InputError for a speed at which no steel shaft holds together: it is in another unit."""
+    radius = max(section.outer_diameter for section in machine.rotor.sections) / 2
+    surface = 2 * math.pi * plan.speed * radius
+    if surface > _FASTEST_SURFACE:
+        raise InputError(
+            f"speed {plan.speed:g} Hz ({60 * plan.speed:g} rpm) lets the shaft's surface of radius {radius * 1e3:g} mm run at"
+            f" {surface:.3g} m/s, which no rotor stands; is the unit right?"
+        )
 
 
 def instants(plan: DropPlan) -> Array:

@@ -188,7 +188,8 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
         planes = to_planes(*freed(record, machine), fit)
     except InputError as error:
         if not speed.known:
-            raise
+            told = next((f" ({c.channel}: {c.detail})" for c in checks if not c.passed), "")
+            raise InputError(f"{record.attrs.get('source_file', 'record')}: {error}{told}") from None
         checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
         return None
     seen = to_planes(*freed(without_flat_tops(record, machine), machine), fit)

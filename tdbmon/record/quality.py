@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from tdbsim.errors import did_you_mean
 from tdbsim.machine import Machine
 
 from tdbmon.record import faults
@@ -107,6 +108,8 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
     channel = machine.channel_in_file(name)
     unused = [str(other) for other in ds.attrs.get("unused", ())]
     also = f"; not used of the file: {', '.join(unused[:8])}" if unused else ""
+    hint = did_you_mean(channel, unused)
+    also += hint if "did you mean" in hint else ""
     if name == "speed":
         follows = "the speed comes from the keyphasor" if "keyphasor" in ds else "nothing can be said about the speed"
     elif name == "keyphasor":

@@ -215,7 +215,10 @@ def test_swapped_probes_whirl_backward(sound: xr.Dataset) -> None:
 
 
 def test_missing_channels_say_what_follows(sound: xr.Dataset) -> None:
-    raw = read(DATASETS / "short" / "drop_100.nc").rename(DE_B="other").drop_vars(["keyphasor", "speed"])
+    raw = read(DATASETS / "short" / "drop_100.nc")
+    renamed = _failed(assign(raw.rename(DE_B="de_b"), machine()))
+    assert "not used of the file: de_b; did you mean 'de_b'?" in renamed["present", "DE_B"]
+    raw = raw.rename(DE_B="other").drop_vars(["keyphasor", "speed"])
     failed = _failed(assign(raw, machine()))
     assert "end DE has 1 of two directions" in failed["present", "DE_B"]
     assert "not used of the file: other" in failed["present", "DE_B"]

@@ -33,6 +33,11 @@ def test_impossible_plans(values, says):
         DropPlan(**values)
 
 
+def test_no_rotor_turns_at_six_million_rpm(machine):
+    with pytest.raises(InputError, match=r"speed 100000 Hz \(6e\+06 rpm\) .* no rotor stands; is the unit right"):
+        simulate(machine, DropPlan(1e5, 0.01))
+
+
 def test_set_point_outside_the_gap(machine):
     with pytest.raises(InputError, match="reaches the gap of 250 um"):
         simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
