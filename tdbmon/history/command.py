@@ -10,6 +10,7 @@ import typer
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
+from tdbmon.history.matching import doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
 from tdbmon.report_file import ReportWriter
@@ -55,6 +56,11 @@ def add(
         else:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
     strange = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
+    for outcome in outcomes:
+        failed_checks = () if outcome.failed else archive.entry(outcome.drop).failed_checks
+        if outcome.state != "already filed" and failed_checks:
+            effect = "; no drop is compared with it" if doubts(failed_checks) else ""
+            sys.stderr.write(f"tdbmon: {outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}\n")
     for drop, sentence in strange.items():
         sys.stderr.write(f"tdbmon: drop {drop} {sentence}\n")
     failed = [o for o in outcomes if o.failed]

@@ -17,7 +17,7 @@ from tdbmon.history.difference import Difference, baseline, compare_value
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, clock_remarks, conditions
+from tdbmon.history.matching import Conditions, clock_remarks, conditions, doubts
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
@@ -173,12 +173,16 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     wanted = conditions(drop.entry, settings)
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ?", (drop.entry.machine,))
-        matched = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)][-_MOST:]
+        fitting = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)]
+        matched = [e for e in fitting if not doubts(e.failed_checks)][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in of_machine])
         fatigue = catalogue.features(base, [e.result for e in of_machine], "fatigue_cycles")
         other = _otherwise_made(base, drop, matched)
     remarks = clock_remarks(drop.entry, of_machine)
+    doubted = [f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in fitting if doubts(e.failed_checks)]
+    if doubted:
+        remarks.append(f"not compared with, since checks of their probes failed: {', '.join(doubted)}")
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.settings import Settings
+
+_DOUBTED = ("fall", "whirl", "identical")  # inverted, swapped, doubled probes
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,11 @@ class Conditions:
         if self.speed is None or entry.speed is None:
             return self.speed is None and entry.speed is None
         return abs(entry.speed - self.speed) <= self.tolerance * self.speed
+
+
+def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
+    """Return those of a record's failed checks (name and channel) by which its displacements are not those of its machine."""
+    return tuple(each for each in failed_checks if each.split(" ")[0] in _DOUBTED)
 
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:

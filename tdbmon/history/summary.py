@@ -16,9 +16,10 @@ def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {wanted.tolerance:.0%}"
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
+    n = len(comparison.matched)
     lines = [
         f"drop {entry.id} ({entry.raw_name}) of {entry.machine}",
-        f"matching: {speed}{assembly}: {len(comparison.matched)} drops before",
+        f"matching: {speed}{assembly}: {n} drop{'' if n == 1 else 's'} before",
         f"verdict: {verdict.word}",
         *(f"  {reason}" for reason in verdict.reasons),
         *not_compared_sentences(comparison),

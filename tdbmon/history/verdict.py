@@ -7,6 +7,7 @@ from typing import Literal
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.matching import doubts
 from tdbmon.report.quantity import words
 
 Word = Literal["as before", "changed", "inspect", "too few drops"]
@@ -38,7 +39,7 @@ class Verdict:
 
 def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
-    inspect = [*_limits(comparison), *_life(comparison), *_blind(comparison)]
+    inspect = [*_limits(comparison), *_life(comparison), *_blind(comparison), *_doubted(comparison)]
     changed = [_sentence(change, comparison) for change in comparison.flagged]
     if comparison.likeness.strange:
         changed.insert(0, comparison.likeness.sentence)
@@ -109,6 +110,16 @@ def _blind(comparison: Comparison) -> list[str]:
     return [
         f"this drop tells only {known} of {len(told)} quantities that earlier drops tell{why}: see to the probes before the"
         " next drop"
+    ]
+
+
+def _doubted(comparison: Comparison) -> list[str]:
+    """Say that the probes do not see this machine: what differs may be theirs."""
+    failed = doubts(comparison.entry.failed_checks)
+    if not failed:
+        return []
+    return [
+        f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables"
     ]
 
 

@@ -44,6 +44,7 @@ def filing(
     version: str = "0.1.0",
     assembly: str = "",
     few: bool = False,
+    failed_checks: tuple[str, ...] = (),
 ) -> Filing:
     """Return a filing of a raw file, its features drawn around what is `USUAL`.
 
@@ -83,7 +84,7 @@ def filing(
         forces=stress is not None,
         features=tuple(features[:6] if few else features),
         stress=boxes,
-        failed_checks=(),
+        failed_checks=failed_checks,
         analysis={"made": "up"},
     )
 

@@ -91,6 +91,23 @@ def test_only_matching_drops_count(empty, tmp_path):
     assert comparison.life.full_drops == 7  # of all speeds, this assembly, up to this drop
 
 
+def test_drops_whose_probes_did_not_see_the_machine_are_not_compared_with(empty, tmp_path):
+    before = [
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", failed_checks=("free fall DE",)) for i in range(6)
+    ]
+    wrong = ("fall NDE", "whirl NDE", "dead DE_B")
+    add(empty, tmp_path, 20, dropped="2020-01-20", values={("gap_um", "NDE"): 3.0}, failed_checks=wrong)
+    sound = add(empty, tmp_path, 21, dropped="2020-02-01")
+    comparison, verdict = judged(empty, sound)
+    assert [entry.id for entry in comparison.matched] == before
+    assert verdict.word == "as before"
+    assert any("not compared with" in reason and "fall NDE, whirl NDE)" in reason for reason in verdict.reasons)
+    doubted = add(empty, tmp_path, 22, dropped="2020-02-02", failed_checks=wrong)
+    verdict = judged(empty, doubted)[1]
+    assert verdict.word == "inspect"
+    assert "what differs may be theirs" in verdict.reasons[0]
+
+
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_with_too_few_drops_there_is_no_verdict_whatever_the_difference(empty, tmp_path, count):
     fill(empty, tmp_path, count)
