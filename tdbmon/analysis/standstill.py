@@ -120,6 +120,8 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
         return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
     if high > last + _FARTHEST * (last - release):
         return Estimate.missing("s", f"the record ends at {last:.3g} s, too early to say when the rotor stops")
+    scatter = f"{low:.4g} to {high:.4g} s if it does"
+    why = f"no interval: nothing tells whether the law holds down to rest ({scatter})"
     return Estimate(
-        stop, float(low), float(high), "s", "extrapolated: zero of the fitted law, beyond the slowest measured speed"
+        stop, unit="s", method="extrapolated: zero of the fitted law, beyond the slowest measured speed", why=why
     )

@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.record import faults
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, speed
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
@@ -27,6 +28,8 @@ _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a
 _CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
 _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
+_AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
+_LONGER, _TAIL = 10, 0.02  # times the longest hold before; of the record
 _UNUSED = ". It is left out: nothing is said about the speed"
 
 
@@ -43,6 +46,11 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     good = np.isfinite(values)
     if not good.any():
         return Check("speed", "speed", False, "holds no value: check the channel")
+    floor = floor_from(values)
+    if floor is not None:
+        at = float(ds[ds["speed"].dims[0]].values[floor])
+        detail = f"stands at {values[floor]:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
+        return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
         if compared.agree:
@@ -56,6 +64,22 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
+
+
+def floor_from(values: np.ndarray) -> int | None:
+    """Return the sample from which a speed signal stands at the lowest value that its sensor reads; None where it does not.
+
+    It holds one value, no small part of its first, to the record's end, for far longer than it holds any before.
+    """
+    signal = faults.prepare(values)
+    flat = signal.flat
+    if not len(flat) or flat.first[-1] + flat.length[-1] < values.size:
+        return None
+    first, length = int(flat.first[-1]), int(flat.length[-1])
+    held = max(flat.length[:-1].tolist(), default=1)
+    level, start = float(values[first]), float(np.nanmedian(values[:50]))
+    falls = np.isfinite(start) and _AT_REST * start < level < _FLOOR * start
+    return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
 
 def _differ(ratio: float, wrong: str) -> str:
@@ -132,9 +156,22 @@ def refuted(ds: xr.Dataset, machine: Machine) -> str:
 
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record without the channel of the speed that the others refute (see `refuted`)."""
+    """Return a record without the channel of the speed that the others refute (see `refuted`), and without its floor."""
+    ds = _without_floor(ds, _marks(ds, machine))
     wrong = refuted(ds, machine)
     return ds.drop_vars(wrong) if wrong else ds
+
+
+def _without_floor(ds: xr.Dataset, marks: Pulses | None) -> xr.Dataset:
+    """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
+    floor = floor_from(ds["speed"].values) if "speed" in ds else None
+    if floor is None:
+        return ds
+    speed = ds["speed"]
+    if marks is not None and np.sum(marks.times > ds[speed.dims[0]].values[floor]) > 4:
+        return ds.drop_vars("speed")
+    held = np.arange(speed.size) >= floor
+    return ds.assign(speed=(speed.dims, np.where(held, np.nan, speed.values), speed.attrs))
 
 
 def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:

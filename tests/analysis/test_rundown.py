@@ -150,7 +150,7 @@ def test_whole_call_chooses_right_and_states_true_intervals() -> None:
     law = DragLaw(RELEASE, 70.0, 1 / 5.0, 1.5)
     right, hits, known = 0, np.zeros(5), 0
     for seed in range(SEEDS):
-        t, speed = drop(law, 8.5, 40.0)
+        t, speed = drop(law, 20.0, 40.0)
         speed = np.round((speed + coloured(np.random.default_rng(seed), len(t), 0.05, 0.3)) / 0.02) * 0.02
         run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
         right += chosen(run) == "exponential + constant"
@@ -267,6 +267,8 @@ def test_record_that_ends_early_extrapolates_its_standstill() -> None:
         runs.append(fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).standstill_time)
     assert "extrapolated" in runs[0].method
     assert runs[0].value == pytest.approx(RELEASE + 100 / 6, rel=1e-3)
+    assert runs[0].low is None
+    assert "whether the law holds" in runs[0].why
     assert not runs[1].known
 
 

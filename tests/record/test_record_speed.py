@@ -16,7 +16,8 @@ from tdbmon.record.assign import assign
 from tdbmon.record.levitated_lines import levitated_lines
 from tdbmon.record.quality import Check, check
 from tdbmon.record.read import read
-from tdbmon.record.speed_checks import refuted
+from tdbmon.record.speed_checks import refuted, without_refuted
+from tdbmon.shipped import shipped
 
 SHORT = sorted((Path(__file__).parents[2] / "datasets" / "short").glob("*.nc"))
 LABELS = [(60.0, "rpm written as Hz"), (1 / 60, "Hz written as rpm"), (2 * np.pi, "rad/s written as Hz")]
@@ -165,3 +166,21 @@ def test_a_speed_that_no_machine_has_is_flagged_without_levitation() -> None:
     found = _speed_check(ds)
     assert not found.passed
     assert "rpm written as Hz? Check its unit" in found.detail
+
+
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_speed_signal_that_stops_at_its_floor_is_no_speed(keyphasor: bool) -> None:
+    raw = read(shipped("coastdown/drop_100.nc")).sel(time=slice(0, 12))
+    raw["speed"] = raw["speed"].copy(data=np.maximum(raw["speed"].values, 60.0))
+    ds = assign(raw if keyphasor else raw.drop_vars("keyphasor"), machine())
+    found = _speed_check(ds)
+    assert not found.passed
+    assert "stands at 60 Hz from 5.39" in found.detail
+    left = without_refuted(ds, machine())
+    assert ("speed" in left) == (not keyphasor)
+    whole = without_refuted(assign(read(shipped("coastdown/drop_100.nc")).sel(time=slice(0, 12)), machine()), machine())
+    assert "speed" in whole
+    assert np.isfinite(whole["speed"].values).all()
+    if not keyphasor:
+        assert left["speed"].values[np.isfinite(left["speed"].values)].min() == 60.0
+        assert np.isnan(left["speed"].values[-60000:]).all()

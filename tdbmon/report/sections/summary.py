@@ -70,8 +70,9 @@ def _story(analysis: Analysis) -> str:
         parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
     elif analysis.ends:
         parts.append("No contacts could be told apart.")
-    if analysis.rundown is not None and analysis.rundown.standstill_time.known:
-        parts.append(f"It stood still {words(analysis.rundown.standstill_time)} after the record's first sample.")
+    if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
+        verb = "stood" if still.low is not None else "would stand, if the fitted law held down to rest,"
+        parts.append(f"It {verb} still {words(still)} after the record's first sample.")
     elif analysis.rundown is not None:
         parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
     if not release_time(analysis).known:
