@@ -1,7 +1,8 @@
 """The sensor chain: from the motion of the shaft to the channels of a record.
 
-In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), sampling
-(lag), what the cables add (crosstalk, hum, noise), and the converter (16 bit, which clips).  Each step is a pure function on
+In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), what leaks in
+from the neighbour (crosstalk), sampling (lag: what has leaked in is late too), what the cables add (hum, noise), and the
+converter (16 bit, which clips).  Each step is a pure function on
 arrays; `measure` runs them all and returns a record in the form that measured files are read into: channels as in the
 file, SI, on the dimension ``time`` counted from the first sample.
 """
@@ -240,15 +241,15 @@ def clean_readings(
         out += surface([link.runout for link in links], shaft_angle, axes[:, 0])
     out *= np.array([link.gain for link in links])[:, None]
     out += np.array([link.offset for link in links])[:, None]
-    for row, link in enumerate(links):
-        if link.lag:
-            out[row] = delayed(out[row], link.lag)
     if chain.leaks:
         rows = {probe.name: row for row, probe in enumerate(probes)}
         alone = out.copy()
         for name, (source, part) in chain.leaks.items():
             if name in rows and source in rows:
                 out[rows[name]] += part * alone[rows[source]]
+    for row, link in enumerate(links):
+        if link.lag:
+            out[row] = delayed(out[row], link.lag)
     return out
 
 

@@ -201,14 +201,15 @@ def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
         for surface in link.runout:
             if surface.order <= len(seen):
                 seen[surface.order - 1] += surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
-    late = np.exp(-1j * prediction.omega * drop.interval * np.array([link.lag for link in links]))
-    phasors *= gain[:, None] * np.column_stack([late, late**2])
+    phasors *= gain[:, None]
     rows = {probe.name: i for i, probe in enumerate(drop.probes)}
     alone = means.copy(), phasors.copy()
     for name, (source, part) in sensors.chain.leaks.items():
         if name in rows and source in rows:
             means[rows[name]] += part * alone[0][rows[source]]
             phasors[rows[name]] += part * alone[1][rows[source]]
+    late = np.exp(-1j * prediction.omega * drop.interval * np.array([link.lag for link in links]))
+    phasors *= np.column_stack([late, late**2])
     means += np.array([sensors.own[f"zero_{probe.name}"] for probe in drop.probes])
     return Levitated(means, phasors)
 

@@ -52,10 +52,11 @@ def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
     if not names:
         return record, machine
     out = record.copy()
-    for name, readings in _without_leaks(record, chain, present).items():
-        link, array = chain.of(name), record[name]
-        earlier = _earlier(readings, link.lag)
-        out[name] = (array.dims, (earlier - link.offset) / link.gain, array.attrs)
+    for name in present:
+        out[name] = (record[name].dims, _earlier(record[name].to_numpy(), chain.of(name).lag), record[name].attrs)
+    for name, readings in _without_leaks(out, chain, present).items():
+        link = chain.of(name)
+        out[name] = (out[name].dims, (readings - link.offset) / link.gain, out[name].attrs)
     turned = tuple(
         probe.model_copy(update={"angle": probe.angle + chain.of(probe.name).angle_error}) for probe in machine.probes
     )

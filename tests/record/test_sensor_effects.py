@@ -103,3 +103,11 @@ def test_the_order_of_effects_does_not_matter(machine: Machine) -> None:
     there = freed(_readings(machine), _carrying(machine, *SENSORS.values()))[0]
     back = freed(_readings(machine), _carrying(machine, *reversed(SENSORS.values())))[0]
     xr.testing.assert_allclose(there, back, rtol=0, atol=1e-15)
+
+
+def test_what_leaks_into_a_late_channel_is_freed_of_its_lag_too(machine: Machine) -> None:
+    leak = EffectSetting(name="probe_crosstalk", where="NDE", factor=0.15)  # into the late channel
+    carrying = _carrying(machine, SENSORS["lag"], leak)
+    truth = to_planes(_readings(machine), machine).displacement.to_numpy()[..., 10:-10]
+    found = to_planes(*freed(_readings(carrying), carrying)).displacement.to_numpy()[..., 10:-10]
+    assert np.abs(found - truth).max() < 1e-9

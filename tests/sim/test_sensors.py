@@ -124,6 +124,14 @@ def test_lag_delays_one_channel_against_the_others():
     np.testing.assert_allclose(record["NDE_B"].values[3:], -record["NDE_A"].values[:-3], atol=1e-18)
 
 
+def test_what_leaks_into_a_late_channel_is_late_too():
+    time = np.arange(4000) / RATE
+    wave = 1e-4 * np.sin(2 * math.pi * 137 * time)
+    chain = SensorChain(probes={"NDE_B": ProbeChain(lag=3.0)}, leaks={"NDE_B": ("NDE_A", 0.2)})
+    record = measure(motion(x=wave), chain, MACHINE, rng())
+    np.testing.assert_allclose(record["NDE_B"].values[3:], -0.8 * record["NDE_A"].values[:-3], atol=1e-18)
+
+
 def test_hum_has_mains_frequency_and_amplitude():
     machine = MACHINE.model_copy(update={"mains": 60.0})
     chain = SensorChain(ProbeChain(hum=2e-6, hum_phase=0.3))
