@@ -35,7 +35,7 @@ from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-from tdbmon.record.quality import Check, check, usable
+from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.speed_checks import without_refuted
 
@@ -68,7 +68,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     record = assign(record, machine)
     checks = list(check(record, machine))
     checks += _effects(machine)
-    record = without_lost_samples(without_refuted(record, machine), machine)
+    record = _bridged(without_lost_samples(without_refuted(record, machine), machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)
@@ -120,7 +120,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         speed.time,
         speed.hz,
         angle,
-        waterfall(seen),
+        _spectra(seen),
         lines,
         _whirl(planes, machine, ends, released),
         track(seen, angle, sense=machine.sense) if angle is not None else None,
@@ -150,6 +150,12 @@ class _Speed:
         head[:3] = True
         value = float(np.nanmedian(self.hz[head]))
         return value if value > 1.0 else None
+
+
+def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return the record with short runs of missing samples of its probes filled: one would blot out a whole spectrum."""
+    probes = [probe.name for probe in machine.probes if probe.name in record]
+    return record.assign(dict(repair_gaps(record[probes]).data_vars))
 
 
 def _effects(machine: Machine) -> list[Check]:
@@ -218,6 +224,12 @@ def _release(
         )
         checks.append(Check("levitated stretch", "", False, detail))
     return release
+
+
+def _spectra(seen: xr.Dataset) -> xr.Dataset | None:
+    """Return the waterfall; None where no window of the record has all its samples."""
+    spectra = waterfall(seen)
+    return spectra if bool(np.isfinite(spectra.amplitude).any()) else None
 
 
 def _rundown(speed: _Speed, released: float | None, rotor: RotorModel, key: Pulses | None) -> RunDown | None:
@@ -298,10 +310,7 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
     if share <= _CUT_OFF:
         return ""
-    return (
-        f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping), where the shaft lies deepest; widen the"
-        " input range or the probe's gap"
-    )
+    return f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
 
 
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:

@@ -128,7 +128,8 @@ def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -
     weight = cosine_window("blackman-harris", length)
     step = np.arange(length) + 0.5  # the mean over a step belongs to its middle
     kernel = np.exp(-2j * np.pi * step[:, None] * orders / PER_TURN) * (2 * weight / weight.sum())[:, None]
-    centred = turns.values - np.nanmean(turns.values, axis=-1, keepdims=True)
+    values = np.isfinite(turns.values).sum(axis=-1, keepdims=True)
+    centred = turns.values - np.nansum(turns.values, axis=-1, keepdims=True) / np.maximum(values, 1)
     frames = np.lib.stride_tricks.sliding_window_view(centred, length, axis=-1)[..., ::hop, :]
     raw = frames @ kernel.real + 1j * (frames @ kernel.imag)
     first = np.arange(frames.shape[-2]) * hop

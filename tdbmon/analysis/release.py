@@ -185,6 +185,8 @@ def _levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> 
     most, lasting, reach = int(_HEAD_S * rate), max(int(_START_S * rate), 1), _FALLEN * gaps
     fall = np.sqrt(2 * reach.max() / max(gravity, 1.0))
     falling = int(1.2 * fall * rate)  # and some more
+    if not np.isfinite(z[:, :lasting]).any(axis=1).all():
+        return 0
     start = np.nanmedian(z[:, :lasting], axis=1)
     away = np.abs(z[:, : most + falling + lasting] - start[:, None]) > reach[:, None]
     if away.shape[1] < lasting:

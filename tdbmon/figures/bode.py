@@ -48,6 +48,8 @@ def bode(analysis: Analysis) -> Figure:
     if tracks is None or tracks.sizes["time"] < 2:
         raise InputError("1X was not tracked: it needs a keyphasor over at least 16 revolutions")
     first = tracks.sel(order=1.0)
+    if not np.isfinite(first.amplitude).any():
+        raise InputError("1X was not tracked: no window of it has all its samples")
     ends = seen_ends(analysis)
     figure = new_figure(150, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
     axes = subplots(figure, 3, len(ends), Margins(15, 3, 11, 16, across=17, down=14), [1, 0.8, 1.5])
@@ -72,7 +74,8 @@ def _amplitude(ax: Axes, part: xr.Dataset) -> None:
         ax.fill_between(speed, np.maximum(value - 1.96 * sigma, 0), value + 1.96 * sigma, color=AXIS_COLOUR[axis],
                         alpha=0.2, linewidth=0, rasterized=True)  # fmt: skip
     ax.set_ylabel("amplitude [µm 0-pk]")
-    ax.set_ylim(0, 1.15 * float(np.nanquantile(part.amplitude.to_numpy(), 0.995)) * UM)
+    if np.isfinite(part.amplitude).any():
+        ax.set_ylim(0, 1.15 * float(np.nanquantile(part.amplitude.to_numpy(), 0.995)) * UM)
 
 
 def _lag(ax: Axes, part: xr.Dataset) -> None:

@@ -109,8 +109,8 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     time = planes.time.to_numpy()
     inside = slice(*np.searchsorted(time, [start, stop]))
     t, xy = time[inside], planes.displacement.sel(end=end).to_numpy()[:, inside] * UM
-    if len(t) < 2:
-        say(ax, "no samples")
+    if np.isfinite(xy).all(axis=0).sum() < 2:
+        say(ax, "no samples have values here")
         return
     ax.plot(*xy, color=BLUE, linewidth=0.6, label="orbit", rasterized=len(t) > _DENSE)
     ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")

@@ -15,12 +15,15 @@ if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
 
 _LISTED = 24
+_TITLE = "Spectra and lines"
 
 
 def section(analysis: Analysis) -> Section | None:
     """Return lines, waterfall, cascade and full spectra."""
-    if analysis.planes is None or analysis.waterfall is None:
+    if analysis.planes is None:
         return None
+    if analysis.waterfall is None:
+        return Section(_TITLE, (Paragraph("None: no stretch of the record as long as a window has all its samples."),))
     from tdbmon.figures.cascade import cascade
     from tdbmon.figures.full_spectrum import full_spectrum
     from tdbmon.figures.waterfall import waterfall
@@ -60,7 +63,7 @@ def section(analysis: Analysis) -> Section | None:
             partial(full_spectrum, analysis),
         )
     )
-    return Section("Spectra and lines", tuple(blocks))
+    return Section(_TITLE, tuple(blocks))
 
 
 def _lines(analysis: Analysis, has_speed: bool) -> Block:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Figure, Paragraph, Section
 
@@ -20,6 +22,8 @@ def section(analysis: Analysis) -> Section | None:
         )
     if tracks.sizes["time"] < 2:
         return Section(title, (Paragraph("Not tracked: the keyphasor covers fewer than 16 revolutions."),))
+    if not np.isfinite(tracks.amplitude).any():
+        return Section(title, (Paragraph("Not tracked: no window of it has all its samples."),))
     from tdbmon.figures.bode import bode
 
     window = tracks.attrs["window_revolutions"]
