@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 from tdbmon.identify.drop import MeasuredDrop
 
 _LEAST_DROPS = 3  # with two, surfaces that differ look turned alike too often
-_CLEAR = 4.0  # standard deviations, of all phasors together
+_CLEAR = 5.0  # standard deviations, of all phasors together, and of a turn
 _ALIKE = 0.15  # of their size, by which they may differ beyond noise once turned back
+_CHANCE = (
+    2.5  # times the squares that noise puts between two drops on average: one in a hundred is above (chi-square of 8)
+)
 _MOVED = math.radians(10)  # a lag that all channels have turns them by less
 
 
@@ -32,14 +35,16 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
     size = float(np.linalg.norm(first))
     if size < _CLEAR * chance:
         return None
-    turns = []
+    turns, moved = [], False
     for seen, chance_too in others:
         overlap = complex(np.sum(seen * np.conj(first)))
         apart = float(np.linalg.norm(seen * np.exp(-1j * np.angle(overlap)) - first))
-        if apart**2 > (_ALIKE * size) ** 2 + 2 * (chance**2 + chance_too**2):
+        if apart**2 > (_ALIKE * size) ** 2 + _CHANCE * 2 * (chance**2 + chance_too**2):
             return None
-        turns.append(float(np.angle(overlap)) / 2)
-    if max(map(abs, turns)) < _MOVED:
+        turn, unsure = float(np.angle(overlap)) / 2, math.hypot(chance, chance_too) / size / 2
+        moved |= abs(turn) > max(_MOVED, _CLEAR * unsure)
+        turns.append(turn)
+    if not moved:
         return None
     by = ", ".join(f"{math.degrees(turn):+.0f} deg in {drop.name}" for turn, drop in zip(turns, drops[1:], strict=True))
     return (
@@ -49,7 +54,7 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
 
 
 def _twice_a_revolution(drop: MeasuredDrop, names: set[str]) -> tuple[NDArray[np.complex128], float]:
-    """Return the 2X phasors of a drop's levitated readings, counted from the mark, and how far noise moves them all, m."""
+    """Return the 2X phasors of a drop's levitated readings, counted from the mark, and the noise of each part of them, m."""
     chosen = [noise for probe, noise in zip(drop.probes, drop.noise, strict=True) if probe.name in names]
     seen = np.array([noise.orders[1] for noise in chosen]) * np.exp(-2j * drop.angle)
     return seen, math.sqrt(sum(noise.order_sigma**2 for noise in chosen))

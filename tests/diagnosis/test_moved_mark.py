@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from tdbsim.machine import load_machine
 
@@ -54,3 +55,31 @@ def test_two_drops_or_no_keyphasor_tell_nothing(moved):
     drops, _ = moved
     assert moved_mark(drops[:2]) is None
     assert moved_mark([*drops[:3], replace(drops[3], angle_sigma=math.inf)]) is None
+
+
+def _made_up(drops, rng, *, step, smooth):
+    """The drops with a surface `smooth` times what noise makes of all readings, and a mark that moves by a step a drop."""
+    sigma = drops[0].noise[0].order_sigma
+    surface = rng.standard_normal(4) + 1j * rng.standard_normal(4)
+    surface *= smooth * sigma * 2 / np.linalg.norm(surface)  # four probes: noise makes twice a part's sigma of them all
+    made = []
+    for k, drop in enumerate(drops):
+        chance = sigma * (rng.standard_normal(4) + 1j * rng.standard_normal(4))
+        seen = (surface * np.exp(2j * k * step) + chance) * np.exp(2j * drop.angle)
+        noise = tuple(
+            replace(each, order_sigma=sigma, orders=np.array([0, value, 0]))
+            for each, value in zip(drop.noise, seen, strict=True)
+        )
+        made.append(replace(drop, noise=noise))
+    return made
+
+
+@pytest.mark.parametrize("smooth", [3.0, 6.0, 10.0, 30.0])
+def test_noise_alone_moves_no_mark_and_hides_few_that_moved(moved, smooth):
+    drops, _ = moved
+    rng = np.random.default_rng(int(smooth))
+    still = [moved_mark(_made_up(drops, rng, step=0.0, smooth=smooth)) is not None for _ in range(400)]
+    gone = [moved_mark(_made_up(drops, rng, step=0.5, smooth=smooth)) is not None for _ in range(400)]
+    assert np.mean(still) < 0.01
+    if smooth >= 6.0:
+        assert np.mean(gone) > 0.9
