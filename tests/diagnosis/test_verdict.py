@@ -50,6 +50,20 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
     assert verdict([oval, lost], little).kind is Kind.NAMED
 
 
+def test_a_named_cause_that_gains_little_on_a_drop_held_out_is_less_probable(competed):
+    plain = next(each for each in competed if not each.causes)
+    field = [contender(plain, ("probe_gain@DE_A",), 0, 0.9), contender(plain, (), 0, 8.0)]
+    much = HeldOut(("drop_80.nc",), 9e-7, 4e-7, 3e-7, 9000.0, 2000.0)
+    little = replace(much, extended=4.5e-7)
+    assert little.gain < 0.8 < much.gain
+    by_much, by_little = verdict(field, much), verdict(field, little)
+    assert by_much.kind is by_little.kind is Kind.NAMED
+    assert by_much.probabilities == verdict(field, None).probabilities
+    assert by_little.probabilities[0] < 0.5 < by_much.probabilities[0]
+    none = [contender(plain, (), 0, 0.9)]
+    assert verdict(none, little).probabilities == verdict(none, much).probabilities
+
+
 def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(competed):
     plain = next(each for each in competed if not each.causes)
     bare = contender(plain, (), 0, 0.95 * plain.floor)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.diagnosis.verdict import WRONG, Kind
+from tdbmon.diagnosis.verdict import GAINED, WRONG, WRONG_OF_LITTLE, Kind, gains_little
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import percent
 
@@ -36,8 +37,10 @@ def section(evidence: Evidence) -> Section:
             )
         )
     rest = 1 - sum(diagnosis.verdict.probabilities)
-    if rest > 1e-3 or diagnosis.verdict.kind is Kind.UNKNOWN:
-        rows.append(Row(("something outside the catalogue", percent(max(rest, 0.0)), "", "", "", "")))
+    unknown = diagnosis.verdict.kind is Kind.UNKNOWN
+    if rest > 1e-3 or unknown:
+        other = "something outside the catalogue" if unknown else "something that is not listed"
+        rows.append(Row((other, percent(max(rest, 0.0)), "", "", "", "")))
     header = ("Model", "Probability", "ΔBIC", "Left, times noise", "More values", "Fitted to")
     blocks: list[Block] = [
         Paragraph(
@@ -46,7 +49,7 @@ def section(evidence: Evidence) -> Section:
             " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
             " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
             f" At least {100 * WRONG:.0f} % are left to what is not listed: so often, on synthetic drops made by another program,"
-            " was a model that explained them the wrong one."
+            " was a model that explained them the wrong one." + _little_gained(diagnosis)
         ),
         Table("Models by probability", header, tuple(rows)),
     ]
@@ -57,3 +60,12 @@ def _held(cause: Suspect) -> str:
     """Return the words and whole numbers that a cause was tried with."""
     each = [(name, cause.declared.parameter(name)) for name in cause.held]
     return ", ".join(f"{name.replace('_', ' ')} {declared.text(cause.held[name])}" for name, declared in each)
+
+
+def _little_gained(diagnosis: Diagnosis) -> str:
+    if not diagnosis.verdict.accused or not gains_little(diagnosis.proof):
+        return ""
+    return (
+        f" Here it is {100 * WRONG_OF_LITTLE:.0f} %, since the gain on the drop held out is below {GAINED:g}: most models with so"
+        " little gain were wrong there."
+    )
