@@ -11,10 +11,15 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from tests.blind.case import FIRST_CALIBRATION_SEED, KINDS, draw_case, write
+from tests.blind.case import FIRST_CALIBRATION_SEED, KINDS, STRONG, draw_case, write
 from tests.blind.effects import names, outside
 from tests.blind.outcome import Outcome, diagnose_case, load
 from tests.blind.table import page
+
+ABOUT_STRONG = (
+    f"These cases are *strong*: the generator as it stands with plain laws, single effects from {STRONG:g} of their range of"
+    " sizes (counted logarithmically) up. They say how the method does where something was hidden to be found."
+)
 
 
 def main() -> None:
@@ -34,11 +39,12 @@ def main() -> None:
     parser.add_argument("--kind", choices=KINDS, help="what is hidden; drawn by default")
     parser.add_argument("--effect", choices=(*names(), *outside()), metavar="NAME", help="hide this effect")
     parser.add_argument("--strangeness", type=float, help="0 to 1; by default 0 for even seeds, 1 for odd ones")
+    parser.add_argument("--strong", action="store_true", help="the generator as it stands, plain laws, strong effects")
     o = parser.parse_args()
     if o.only_generate:
         count, folder = int(o.only_generate[0]), Path(o.only_generate[1])
         for seed in range(o.seed, o.seed + count):
-            case = draw_case(seed, kind=o.kind, effect=o.effect, strangeness=o.strangeness)
+            case = draw_case(seed, kind=o.kind, effect=o.effect, strangeness=o.strangeness, strong=o.strong)
             write(case, folder / f"case_{seed:07d}")
             hidden = ", ".join(f"{h.name} at {h.where}" for h in case.hidden) or "nothing hidden"
             print(f"case_{seed:07d}: {hidden}", flush=True)
@@ -47,14 +53,18 @@ def main() -> None:
         parser.error("--out FOLDER says where the outcomes are kept")
     with ProcessPoolExecutor(o.jobs) as pool:
         ahead = [
-            pool.submit(diagnose_case, seed, o.out, kind=o.kind, effect=o.effect, strangeness=o.strangeness)
+            pool.submit(
+                diagnose_case, seed, o.out, kind=o.kind, effect=o.effect, strangeness=o.strangeness, strong=o.strong
+            )
             for seed in range(o.seed, o.seed + o.cases)
         ]
         for done in as_completed(ahead):
             print(_line(done.result()), flush=True)
     outcomes = [load(path) for path in sorted(o.out.glob("case_*.json"))]
     target = o.page or o.out / "blind.md"
-    target.write_text(page(outcomes, "python -m tests.blind", o.remark), encoding="utf-8")
+    command = "python -m tests.blind --strong" if o.strong else "python -m tests.blind"
+    remark = " ".join(part for part in (ABOUT_STRONG if o.strong else "", o.remark) if part)
+    target.write_text(page(outcomes, command, remark), encoding="utf-8")
     print(f"{len(outcomes)} cases: {target}")
 
 

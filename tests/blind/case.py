@@ -2,7 +2,8 @@
 
 Seeds below 1,000,000 judge; seeds from there on are for calibrating thresholds.  `strangeness` 0 has the laws that the
 machine file implies (Hunt-Crossley with 10/9, Coulomb); 1 lets contact, friction, masses and noise differ as those of
-real machines do, within what still deserves the verdict "none".
+real machines do, within what still deserves the verdict "none".  `strong` cases have the generator as it stands, plain laws,
+and effects from STRONG on: the kind of case that a strange rig would show on purpose.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import numpy as np
 from tests.blind.drop import Bearing
 from tests.blind.effects import apply, draw, names, outside
 from tests.blind.hidden import ENDS, Hidden, World
-from tests.blind.machine import Machine, Touchdown, draw_machine, toml
+from tests.blind.machine import Machine, Touchdown, draw_machine, generator, toml
 from tests.blind.sensors import FULL_SCALE, Channels, Sensors, read
 from tests.blind.truth import LEVITATED, RATE, Drop, Start, Truth, rotor_modes, run
 
 KINDS = ("none", "effect", "pair", "outside")
 SHARES = (0.3, 0.48, 0.1, 0.12)
 FIRST_CALIBRATION_SEED = 1_000_000
+STRONG = 0.4  # level from which the effect of a strong case is drawn
 
 Rng = np.random.Generator
 
@@ -48,14 +50,19 @@ class Case:
 
 
 def draw_case(
-    seed: int, *, kind: str | None = None, effect: str | None = None, strangeness: float | None = None
+    seed: int,
+    *,
+    kind: str | None = None,
+    effect: str | None = None,
+    strangeness: float | None = None,
+    strong: bool = False,
 ) -> Case:
     """Draw a case; what is not asked for is drawn too.  Even seeds are plain, odd ones strange, unless asked."""
     streams = [np.random.default_rng([seed, k]) for k in range(5)]
     for_machine, for_truth, for_laws, for_hidden, for_starts = streams
     if strangeness is None:
-        strangeness = float(seed % 2)
-    machine = draw_machine(for_machine)
+        strangeness = 0.0 if strong else float(seed % 2)
+    machine = generator(lambda low, high: 1.0) if strong else draw_machine(for_machine)
     plain = World(_truth(machine, for_truth), _sensors(for_truth))
     plain = _strange(plain, strangeness, for_laws)
     drawn = str(for_hidden.choice(KINDS, p=SHARES))
@@ -70,7 +77,7 @@ def draw_case(
     elif kind == "outside":
         chosen, levels = [str(for_hidden.choice(outside()))], [float(for_hidden.uniform(0.3, 1.0))]
     else:
-        chosen, levels = [str(for_hidden.choice(names()))], [float(for_hidden.uniform(0.0, 1.0))]
+        chosen, levels = [str(for_hidden.choice(names()))], [float(for_hidden.uniform(STRONG if strong else 0.0, 1.0))]
     if effect is not None:
         chosen = [effect]
     hidden = tuple(draw(name, for_hidden, plain, level) for name, level in zip(chosen, levels, strict=True))

@@ -45,13 +45,14 @@ def diagnose_case(
     kind: str | None = None,
     effect: str | None = None,
     strangeness: float | None = None,
+    strong: bool = False,
     drops: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Outcome:
     """Make a case, diagnose it and keep the outcome in a folder; one that is there and did not fail is read instead."""
     path = folder / f"case_{seed:07d}.json"
     if path.exists() and not (kept := load(path)).error:
         return kept
-    case = draw_case(seed, kind=kind, effect=effect, strangeness=strangeness)
+    case = draw_case(seed, kind=kind, effect=effect, strangeness=strangeness, strong=strong)
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)
         write(case, place)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import tests.blind
-from tests.blind.case import Case, draw_case, write
+from tests.blind.case import STRONG, Case, draw_case, write
 from tests.blind.drop import GRAVITY, PER_END, Bearing
 from tests.blind.effects import apply, draw, names, outside
 from tests.blind.hidden import World
@@ -222,6 +222,14 @@ def test_true_values_lie_within_the_machine_file(seed: int) -> None:
             (b.support_stiffness, t.support_stiffness), (b.support_damping, t.support_damping),
         ):  # fmt: skip
             assert abs(true / known.nominal - 1) < known.percent / 100
+
+
+def test_strong_cases_hide_what_shows_in_one_machine() -> None:
+    cases = [draw_case(seed, strong=True) for seed in range(1, 9)]
+    assert {case.machine.name for case in cases} == {cases[0].machine.name}
+    assert all(case.machine == cases[0].machine and case.strangeness == 0 for case in cases)
+    assert {case.kind for case in cases} > {"effect", "none"}
+    assert all(level >= STRONG for case in cases if case.kind == "effect" for level in case.levels)
 
 
 @pytest.fixture(scope="module")
