@@ -1,0 +1,132 @@
+"""What each end of a record shows: clearance, contacts, single-mass stiffness, deepest excursion."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+from tdbsim.rotor import RotorModel, static_loads
+
+from tdbmon.analysis.contacts import Contacts, find_contacts
+from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
+from tdbmon.analysis.late_beginning import late_beginning
+from tdbmon.analysis.rest import RestTravel, rest_travel
+from tdbmon.analysis.result import EndResult
+from tdbmon.analysis.stiffness import single_mass_stiffness
+from tdbmon.analysis.swing import Swing, find_swing
+from tdbmon.estimate import Estimate
+from tdbmon.record.quality import Check
+
+_CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
+
+
+def analyse_ends(
+    planes: xr.Dataset, machine: Machine, rotor: RotorModel, released: float | None, checks: list[Check]
+) -> tuple[dict[str, EndResult], Swing | None]:
+    """Return what each end shows, and the swing that both share.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Displacement at the bearing planes, and `cut_off` (end, time).
+    machine : Machine
+    rotor : RotorModel
+    released : float or None
+        s; None where the record does not hold the release: then from its first sample on.
+    checks : list of Check
+        Gets whether the radius from the arc is that from the swing.
+    """
+    loads = static_loads(machine, rotor)
+    start = float(planes.time[0]) if released is None else released
+    seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
+    settled = {end: settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start) for end in seen}
+    swing = None
+    times = [s for s in settled.values() if not isinstance(s, NoCircle)]
+    if len(times) == len(machine.ends):
+        swing = find_swing(planes, machine, rotor, max(times))
+    unseen = NoCircle("no two usable probes in different directions see this end")
+    settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
+    travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
+    circles: dict[str, Gap | NoCircle] = {}
+    for end in machine.ends:
+        since = settled.get(end, unseen)
+        if isinstance(since, NoCircle):
+            circles[end] = since
+        else:
+            known = None if swing is None else swing.gap[end]
+            circles[end] = fit_gap(planes, end, machine, travels[end], since, known)
+    late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
+    ends = {}
+    for end in machine.ends:
+        travel, circle = travels[end], circles[end]
+        if swing is not None:
+            from_swing = swing.gap[end]
+        else:
+            from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
+        contacts = None
+        gap = circle if isinstance(circle, Gap) else None
+        if gap is not None:
+            clearance = machine.bearing(end).balls.diametral_clearance.nominal
+            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, late)
+            if gap.agrees is not None:
+                detail = f"radius {gap.from_arc} from the arc, {from_swing} from the swing"
+                checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
+        first = contacts.first if contacts is not None else None
+        stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
+        if isinstance(circle, NoCircle):
+            stiffness = Estimate.missing("N/m", circle.why)
+        elif contacts is not None and contacts.why:
+            stiffness = Estimate.missing("N/m", contacts.why)
+        ends[end] = EndResult(
+            end,
+            str(planes.plane.sel(end=end).item()),
+            loads[end],
+            travel,
+            gap,
+            _air_gap(circle, travel),
+            from_swing,
+            contacts,
+            stiffness,
+            _deepest(planes, end, circle, start, contacts),
+        )
+    return ends, swing
+
+
+def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
+    """Say that the peaks cut off leave no circle to fit: what is left of the arc lies too near; "" where they are few."""
+    share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
+    if share <= _CUT_OFF:
+        return ""
+    return f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
+
+
+def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
+    """Radial air gap: the radius at rest less ball clearance and deflection."""
+    if isinstance(gap, NoCircle):
+        return Estimate.missing("um", gap.why)
+    if gap.radius.value is None or gap.radius.high is None:
+        return Estimate.missing("um", gap.radius.why)
+    sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
+    rule = "radius at rest less ball clearance and deflection of the machine file"
+    return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
+
+
+def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, contacts: Contacts | None) -> Estimate:
+    """Largest excursion from the clearance centre after the release."""
+    if isinstance(gap, NoCircle):
+        return Estimate.missing("um", gap.why)
+    if planes.cut_off.sel(end=end, time=slice(start, None)).any():
+        return Estimate.missing("um", "peaks are cut off (see clipping), and there the shaft may have gone deepest")
+    if contacts is not None and contacts.hidden:
+        return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
+    if contacts is not None and contacts.why:
+        return Estimate.missing("um", contacts.why)
+    if gap.centre[0].value is None or gap.centre[1].value is None:
+        return Estimate.missing("um", "the clearance centre is not known")
+    xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
+    reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
+    high, value = gap.centre[1].high, gap.centre[1].value
+    sigma = 0.0 if high is None else (high - value) / 1.96
+    return Estimate.from_sigma(
+        float(np.nanmax(reach)), sigma, "um", "largest distance from the clearance centre", "0-pk"
+    )
