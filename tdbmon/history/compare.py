@@ -174,15 +174,16 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ?", (drop.entry.machine,))
         fitting = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)]
-        matched = [e for e in fitting if not doubts(e.failed_checks)][-_MOST:]
+        doubted = {e.id: failed for e in fitting if (failed := doubts(e.failed_checks))}
+        matched = [e for e in fitting if e.id not in doubted][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in of_machine])
         fatigue = catalogue.features(base, [e.result for e in of_machine], "fatigue_cycles")
         other = _otherwise_made(base, drop, matched)
     remarks = clock_remarks(drop.entry, of_machine)
-    doubted = [f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in fitting if doubts(e.failed_checks)]
     if doubted:
-        remarks.append(f"not compared with, since checks of their probes failed: {', '.join(doubted)}")
+        names = ", ".join(f"{e.raw_name} ({', '.join(doubted[e.id])})" for e in fitting if e.id in doubted)
+        remarks.append(f"not compared with, since checks of their probes failed: {names}")
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"

@@ -157,17 +157,17 @@ def refuted(ds: xr.Dataset, machine: Machine) -> str:
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record without the channel of the speed that the others refute (see `refuted`), and without its floor."""
-    ds = _without_floor(ds, _marks(ds, machine))
+    ds = _without_floor(ds, machine)
     wrong = refuted(ds, machine)
     return ds.drop_vars(wrong) if wrong else ds
 
 
-def _without_floor(ds: xr.Dataset, marks: Pulses | None) -> xr.Dataset:
+def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
     floor = floor_from(ds["speed"].values) if "speed" in ds else None
     if floor is None:
         return ds
-    speed = ds["speed"]
+    speed, marks = ds["speed"], _marks(ds, machine)
     if marks is not None and np.sum(marks.times > ds[speed.dims[0]].values[floor]) > 4:
         return ds.drop_vars("speed")
     held = np.arange(speed.size) >= floor

@@ -71,8 +71,8 @@ def _story(analysis: Analysis) -> str:
     elif analysis.ends:
         parts.append("No contacts could be told apart.")
     if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
-        verb = "stood" if still.low is not None else "would stand, if the fitted law held down to rest,"
-        parts.append(f"It {verb} still {words(still)} after the record's first sample.")
+        verb = "stood still" if still.low is not None else "would stand still, if the fitted law held down to rest,"
+        parts.append(f"It {verb} {words(still)} after the record's first sample.")
     elif analysis.rundown is not None:
         parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
     if not release_time(analysis).known:
