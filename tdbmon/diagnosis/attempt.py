@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _BALLS = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
 _WAVE_PHASES = 8  # tried of waves that stand still
+_ROUGH_SLOPES = 2  # taken at each horizon of a rough fit
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
 
@@ -171,3 +172,41 @@ def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float
     except InputError:
         return settled_here
     return min(settled_here, anew, key=lambda each: each.misfit)
+
+
+def roughly_from_the_fall(
+    fallen: Contender, base: Contender, further: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
+) -> list[Contender]:
+    """Return a contender with each of several causes more that can be simulated, fitted roughly from the fall on.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    base : Contender
+        Whose causes they all have, from where these are.
+    further : sequence of pair
+        Each cause and where it begins.
+    horizons : sequence of float
+        s, along which they are fitted.
+    """
+    known = list(zip(base.causes, base.starts(), strict=True))
+    found = fallen.problem.crew.apart(_roughly_along, [(fallen, [*known, each], horizons) for each in further])
+    return [
+        new.at_home(fallen, (*base.causes, cause))
+        for new, (cause, _) in zip(found, further, strict=True)
+        if new is not None
+    ]
+
+
+def _roughly_along(
+    fallen: Contender, causes: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
+) -> Contender | None:
+    try:
+        for cause, start in causes:
+            fallen = with_cause(fallen, cause, start)
+        for horizon in horizons:
+            fallen = replace(fallen, fit=fit(fallen.problem, fallen.fit.point, horizon, _ROUGH_SLOPES), horizon=horizon)
+    except InputError:
+        return None
+    return fallen

@@ -27,8 +27,9 @@ AHEAD = 100.0  # in the criterion: who leads by so much, and leaves noise alone,
 SIMPLER = 200.0  # in the criterion, that a model with a cause less may lack: fits end that far off their minimum
 SLOPES = 8  # times that slopes are taken for the plain model at a horizon
 FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
-_FAILING = 1.2  # times the floor, from which on a model with causes fails: sizes and orders are never quite right
+_FAILING = 1.2  # times the floor, from which on a model with causes in contacts fails: their laws are never quite right
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
+NEARLY = 3.0  # the same where that is next to nothing of what its causes explain
 MINOR = 0.02  # of what the plain model leaves beyond noise: no effect has quite the law that the catalogue has
 _COASTS = 6.0  # standard deviations of the deceleration before the release
 _NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing
@@ -54,6 +55,9 @@ class Contender:
         Sum of squares of how the rotor slows after the horizon (see `tdbmon.diagnosis.slowing`); 0 as long as nobody asked.
     failed_s : float
         Horizon at which it failed after it had held up to its own, s; 0 where it did not.
+    exact_excess : float
+        Misfit beyond that of the noise that those of its causes leave by themselves that act outside contacts; infinite where
+        it has none beside others, or nobody asked (see `weighed`).
     """
 
     causes: tuple[Suspect, ...]
@@ -63,6 +67,7 @@ class Contender:
     floor: float
     later: float = 0.0
     failed_s: float = 0.0
+    exact_excess: float = math.inf
 
     @property
     def misfit(self) -> float:
@@ -160,7 +165,7 @@ class Contender:
     @property
     def fails(self) -> bool:
         """True where more than noise is left."""
-        return self.ratio > (_FAILING if self.causes else FAILING) * self.floor
+        return self.ratio > (_FAILING if self.in_contacts else FAILING) * self.floor
 
     def fails_beside(self, plain: Contender) -> bool:
         """True where more than noise is left, and not only little of what the plain model leaves.
@@ -169,7 +174,11 @@ class Contender:
         what acts elsewhere has exact laws.  Where the plain model is far off, a second cause may be as little.
         """
         inexact = self.in_contacts and self.ratio <= EXPLAINED
-        return self.fails and not (inexact and self.excess < MINOR * plain.excess and self.coasts)
+        return self.fails and not (inexact and self.leaves_little(plain) and self.coasts)
+
+    def leaves_little(self, plain: Contender) -> bool:
+        """True where it leaves so little of what its causes in contacts take away that their laws may be a little off."""
+        return self.excess < MINOR * min(plain.excess, self.exact_excess)
 
     @property
     def coasts(self) -> bool:
@@ -209,6 +218,24 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     found = replace(found, fit=better_cages(problem, found.fit, horizon, 3))
     stray = stray_drop(found.fit, _FAILING * found.floor) if found.fails and horizon >= STRAYED_S else None
     return found if stray is None else replace(found, fit=led_back(problem, found.fit, stray, horizon))
+
+
+def weighed(contender: Contender) -> Contender:
+    """Return a contender with what its causes outside contacts leave by themselves.
+
+    Asked where it fails, and by little, and has causes of both kinds.  What a large runout takes away before anything touches
+    says nothing of how well the law of a contact fits.
+    """
+    contacts = [index for index, cause in enumerate(contender.causes) if cause.in_contacts]
+    if not contender.fails or contender.ratio > NEARLY or len(contacts) in (0, len(contender.causes)):
+        return contender
+    try:
+        bare = contender
+        for index in reversed(contacts):
+            bare = without_cause(bare, index)
+        return replace(contender, exact_excess=settled(bare, contender.horizon, FEW_SLOPES).excess)
+    except InputError:
+        return contender
 
 
 def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:

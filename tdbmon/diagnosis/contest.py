@@ -26,6 +26,7 @@ from tdbmon.diagnosis.contender import (
     leader,
     replaced,
     settled,
+    weighed,
     without_each,
 )
 from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
@@ -365,7 +366,7 @@ def _refitted(field: Sequence[Contender], horizon: float) -> list[Contender]:
     out = []
     for place, each in enumerate(sorted(field, key=lambda each: each.bic)):
         try:
-            out.append(settled(each, horizon, SLOPES if place == 0 else FEW_SLOPES))
+            out.append(weighed(settled(each, horizon, SLOPES if place == 0 else FEW_SLOPES)))
         except InputError:
             continue
     return out

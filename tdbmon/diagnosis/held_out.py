@@ -200,7 +200,7 @@ def telling_drops(plain: Contender) -> list[int]:
 
 def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: float) -> float:
     """Return the rms of measured less simulated readings of drops from release to horizon, m."""
-    squares = [np.mean(problem.simulated(point, drop, horizon).left_after ** 2) for drop in drops]
+    squares = [np.nanmean(problem.simulated(point, drop, horizon).left_after ** 2) for drop in drops]
     return math.sqrt(float(np.mean(squares)))
 
 

@@ -38,7 +38,7 @@ class LeftOver:
     noise : tuple of Noise
         A probe each.
     measured, simulated : (p, k) arrays
-        Readings, m.
+        Readings, m; measured ones are NaN where they are missing.
     to_ends : (2, p) complex array
         Readings to x + i y at the two ends; nothing where `sees_ends` is False.
     place : (2, k) complex array
@@ -72,8 +72,8 @@ class LeftOver:
 
     @property
     def residual(self) -> Array:
-        """Measured less simulated, m."""
-        return self.measured - self.simulated
+        """Measured less simulated, m; 0 where nothing was measured."""
+        return np.nan_to_num(self.measured - self.simulated, nan=0.0)
 
     @property
     def whitened(self) -> Array:

@@ -10,11 +10,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tdbsim.errors import InputError
-
-from tdbmon.diagnosis.attempt import all_from_the_fall, begun, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, begun, roughly_from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import (
     AHEAD,
+    FEW_SLOPES,
     FOLLOWED_S,
     MOST_CAUSES,
     SLOPES,
@@ -23,7 +22,7 @@ from tdbmon.diagnosis.contender import (
     negligible,
     replaced,
     settled,
-    with_cause,
+    weighed,
     without_each,
     without_last,
 )
@@ -39,7 +38,6 @@ _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
-_LAIN = 3  # of ovals and soft directions, that are begun at other angles
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
@@ -135,29 +133,39 @@ class Search:
         Of two causes at once the first may look like a third until both are there, so where nothing helps the best one it is
         sought beside the others that are still in the contest.
         """
-        for base in [best, *others_of_the_field(best, horizon, field)]:
-            found = self._invited(base, horizon, field, thorough)
-            if best.causes:
-                found = [each for each in found if best.misfit - each.misfit > _SHARE * best.excess]
+        bases = [best, *others_of_the_field(best, horizon, field)]
+        for base in bases:
+            found = self._more_than_half(best, self._invited(base, horizon, field, thorough))
             if found:
                 return found
-        if horizon <= SOUND_S and best.causes and not best.in_contacts:
-            return [each for each in self._lain(best, horizon) if best.misfit - each.misfit > _SHARE * best.excess]
-        return []
+        if horizon > SOUND_S or not best.causes or best.in_contacts:
+            return []
+        return self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
+
+    def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender:
+        """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
+        outside = [each for each in bases if not each.in_contacts]
+        if len(outside) < 2:
+            return outside[0]
+        fall = self.horizons[0]
+        return min(outside, key=lambda each: settled(each, fall, FEW_SLOPES).bic)
+
+    def _more_than_half(self, best: Contender, found: Sequence[Contender]) -> list[Contender]:
+        """Return of those found beside the best contender, or beside another, who explain enough of what it leaves."""
+        least = _SHARE * best.excess if best.causes else -math.inf
+        return [weighed(each) for each in found if best.misfit - each.misfit > least]
 
     def _lain(self, best: Contender, horizon: float) -> list[Contender]:
         """Return the contender with an oval or a soft direction, begun in the fall at its usual size and at several angles.
 
-        The plain model makes up for the first contact by gap and clearance; a fit that begins there does not leave them.
+        The plain model makes up for the first contact by gap and clearance; a fit that begins there does not leave them, and
+        scores say little from there.
         """
-        lying = [s for s in self.suspects if s.lies]
-        promised = scores(best.problem, best.fit, horizon, lying)[:_LAIN]
-        try:
-            starts = [with_cause(best, each.suspect, start) for each in promised for start in each.suspect.usual()]
-        except InputError:
-            return []
-        ranked = sorted(all_from_the_fall(self.fallen, starts, self.horizons), key=lambda each: each.bic)
-        return _best_of_each_name(ranked)[:_SEATED_LATER]
+        lying = [(cause, start) for cause in self.suspects if cause.lies for start in cause.usual()]
+        begun = roughly_from_the_fall(self.fallen, best, lying, [h for h in self.horizons if h <= horizon])
+        ranked = _best_of_each_name(begun)[:_SEATED_LATER]
+        ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
+        return _best_of_each_name(all_from_the_fall(self.fallen, ranked, self.horizons))
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.

@@ -48,7 +48,7 @@ def unexplained(contender: Contender) -> Unexplained:
     loudest: tuple[float, int, int, Array, Array] | None = None
     for drop in range(len(contender.problem.drops)):
         found = contender.problem.simulated(contender.fit.point, drop, contender.horizon)
-        since, left = found.since[found.since >= 0], found.left_after
+        since, left = found.since[found.since >= 0], np.nan_to_num(found.left_after)
         for row, noise in enumerate(contender.problem.drops[drop].noise):
             over = float(np.std(left[row])) / noise.sigma
             if loudest is None or over > loudest[0]:

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, MINOR, PLAIN_LEAD, Contender
+from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, NEARLY, PLAIN_LEAD, Contender
 from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.estimate import Estimate
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
 _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
-_NEARLY = 3.0  # the same, where it leaves hardly anything of what the plain model leaves
 _MOST = 0.5  # of what the plain model leaves beyond noise
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
 WRONG = 0.07  # of models that explain the drops named what was not there: 5 of some 70 on synthetic drops of another program
@@ -175,7 +174,7 @@ def _discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tupl
 
 def _explains(best: Contender, plain: Contender) -> bool:
     """True where a model leaves noise alone, or so little of what the plain one leaves as its law may be inexact."""
-    return best.ratio <= EXPLAINED or (best.ratio <= _NEARLY and best.excess < MINOR * plain.excess)
+    return best.ratio <= EXPLAINED or (best.ratio <= NEARLY and best.leaves_little(plain))
 
 
 def _probabilities(contenders: Sequence[Contender], lead: float) -> tuple[float, ...]:

@@ -48,7 +48,7 @@ def _orbit(ax: Axes, end: EndAgreement, inside: np.ndarray, sense: int) -> None:
         ax.plot(*(path[:, inside] * UM), color=colour, linewidth=width, label=words, rasterized=True)
     ax.add_patch(Circle((0.0, 0.0), end.gap * UM, fill=False, color=BLACK, linewidth=0.9, label="clearance circle"))
     ax.plot(0, 0, "+", color=BLACK, markersize=5)
-    reach = 1.08 * max(end.gap, float(np.abs(end.measured).max()), float(np.abs(end.simulated).max())) * UM
+    reach = 1.08 * max(end.gap, float(np.nanmax(np.abs(end.measured))), float(np.abs(end.simulated).max())) * UM
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     rotation_arrow(ax, sense, np.array([0.72, 0.72]) * reach, 0.16 * reach)

@@ -19,7 +19,7 @@ from tdbsim.observe import FORCES, observed
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.contact_events import Contact, contact_events
 from tdbmon.identify.calibration import Calibration, Residual
-from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.drop import MeasuredDrop, bridged
 from tdbmon.identify.prediction import centre
 
 Array = NDArray[np.float64]
@@ -127,7 +127,8 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS)
     found = problem.simulated(calibration.point, drop, seconds)
     time, motion = found.since - own["release"], found.prediction.motion
     readings = measured.reading[:, found.span]
-    planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings)]
+    whole = np.array([bridged(row) for row in readings])  # a contact is one, though its peak be cut off
+    planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings, whole)]
     forces = observed(motion).forces[:, FORCES.index("normal_force")]
     ends = {}
     for i, bearing in enumerate(machine.touchdown_bearings):
@@ -148,7 +149,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS)
             noise=np.sqrt(weights**2 @ np.array([noise.sigma**2 for noise in measured.noise])),
             gap=bearing.radial_gap.nominal,
             touching=touching,
-            contacts=_contacts(time, paths, touching, forces[i]),
+            contacts=_contacts(time, [paths[2], paths[1]], touching, forces[i]),
         )
     return Agreement(
         name=measured.name,
@@ -206,7 +207,7 @@ def _residuals(since: Array, left: Array, drop: MeasuredDrop, seconds: float) ->
     for horizon in HORIZONS:
         if horizon > min(seconds, float(since[-1])) + 1.5 * drop.interval:
             break
-        rms = np.sqrt(np.mean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
+        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
         names = [probe.name for probe in drop.probes]
         found.append(
             Residual(

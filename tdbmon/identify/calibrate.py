@@ -136,7 +136,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
     prediction, left, since = found.prediction, found.left, found.since
     residuals = []
     for horizon in horizons:
-        rms = np.sqrt(np.mean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
+        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
         by_probe = zip(measured.probes, rms, measured.noise, strict=True)
         names = [(probe.name, float(value), noise.sigma) for probe, value, noise in by_probe]
         residuals.append(Residual(horizon, {n: v for n, v, _ in names}, {n: s for n, _, s in names}))

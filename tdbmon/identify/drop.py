@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,9 @@ USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drop
 FLIGHT_S = 0.008  # of a fall through a usual gap
 _LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
+_FOLLOWED_S = 0.065  # after the release, that drops are followed at most
+_THERE = 0.6  # of a probe's samples so far, that must be there
+_HELD = 0.5  # of the levitated stretch, that must be there in one piece: it tells the noise
 _TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
 
 
@@ -36,7 +39,7 @@ class MeasuredDrop:
     probes : tuple of Probe
         Those that are fit for use.
     reading : (probes, n) array
-        Without hum and without the third harmonic of the surface, m.
+        Without hum and without the third harmonic of the surface, m; NaN where a sample is missing or cut off.
     noise : tuple of Noise
         A probe each.
     release : float
@@ -153,22 +156,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
         raise InputError(wrong_speed[0])
-    probes = tuple(p for p in machine.probes if p.name in fit and np.isfinite(laid[p.name].values).all())
     lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name in fit}
-    remarks = [
-        f"{name}: calibrated without probe '{p.name}'"
-        + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
-        for p in machine.probes
-        if p not in probes
-    ]
-    remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
-    remarks += wrong_speed
-    if len(probes) < 3:
-        raise InputError(
-            f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three, without gaps: check the"
-            " channels" + "".join(f"; {n} samples of '{each}' are missing or cut off" for each, n in lost.items() if n)
-        )
-    planes = to_planes(laid, machine, [p.name for p in probes])
+    probes = _enough([p for p in machine.probes if p.name in fit], lost, name)
+    planes = to_planes(_bridged(laid, probes), machine, [p.name for p in probes])
     time = planes.time.to_numpy()
     rough = _speed_before(laid)
     bending = float(free_free(build_rotor(machine), 1).frequencies[2])
@@ -178,8 +168,22 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
             " Record 50 ms of levitation or more"
         )
-    remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]
     release = float(found.time.value)
+    probes = _enough([p for p in probes if _tells(time, laid[p.name].values, release)], lost, name)
+    remarks = [
+        f"{name}: calibrated without probe '{p.name}'"
+        + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
+        for p in machine.probes
+        if p not in probes
+    ]
+    remarks += [
+        f"{name}: {lost[p.name]} samples of probe '{p.name}' are missing or cut off; they take no part in the fit"
+        for p in probes
+        if lost[p.name]
+    ]
+    remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
+    remarks += wrong_speed
+    remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]
     if time[-1] - release < _LEAST_S:
         raise InputError(
             f"{name}: the record ends {(time[-1] - release) * 1e3:.3g} ms after the release, before the first contacts"
@@ -192,9 +196,10 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     since = before - release
     relative = turning.omega * since + 0.5 * turning.acceleration * since**2
     raw = np.stack([laid[p.name].values for p in probes])
+    whole = [_longest_piece(row[clear]) for row in raw]
     noise = tuple(
-        levitated_noise(before, row[clear], relative, machine.mains, f"{name}: probe '{p.name}'")
-        for p, row in zip(probes, raw, strict=True)
+        levitated_noise(before[at], row[clear][at], relative[at], machine.mains, f"{name}: probe '{p.name}'")
+        for p, row, at in zip(probes, raw, whole, strict=True)
     )
     # hum and the surface's higher orders go on after the release as before; once and twice a revolution is the model's
     after = time - release
@@ -226,6 +231,46 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             if not c.passed and c.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
     )
+
+
+def _enough(probes: Sequence[Probe], lost: Mapping[str, int], name: str) -> tuple[Probe, ...]:
+    """Return probes; raise InputError where they are too few."""
+    if len(probes) < 3:
+        raise InputError(
+            f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three: check the channels"
+            + "".join(f"; {n} samples of '{each}' are missing or cut off" for each, n in lost.items() if n)
+        )
+    return tuple(probes)
+
+
+def _bridged(laid: xr.Dataset, probes: Sequence[Probe]) -> xr.Dataset:
+    """Return a record whose probes have straight lines over what is missing: good for where it fell, not for a fit."""
+    rows = {probe.name: laid[probe.name] for probe in probes}
+    return laid.assign({name: (row.dims, bridged(row.values), row.attrs) for name, row in rows.items()})
+
+
+def bridged(values: Array) -> Array:
+    """Return values with straight lines over those that are missing."""
+    there, index = np.isfinite(values), np.arange(values.size)
+    return values if there.all() else np.interp(index, index[there], values[there])
+
+
+def _tells(time: Array, values: Array, release: float) -> bool:
+    """True where a probe has most of its samples while the drop is followed, and enough before it in one piece."""
+    followed = (time >= release - _CLEAR_S) & (time < release + _FOLLOWED_S)
+    held = values[time < release - _CLEAR_S]
+    piece = _longest_piece(held)
+    return bool(np.isfinite(values[followed]).mean() >= _THERE and piece.stop - piece.start >= _HELD * len(held))
+
+
+def _longest_piece(values: Array) -> slice:
+    """Return the longest stretch without a missing sample."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], np.isfinite(values), [False]]).astype(np.int8)))
+    begin, end = edges[::2], edges[1::2]
+    if not begin.size:
+        return slice(0, 0)
+    longest = int(np.argmax(end - begin))
+    return slice(int(begin[longest]), int(end[longest]))
 
 
 def _speed_before(laid: xr.Dataset) -> float | None:

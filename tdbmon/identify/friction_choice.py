@@ -70,16 +70,17 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     first, count = window(measured, seconds)
     span = slice(first + int(np.searchsorted(measured.time[first:], measured.release + own["release"])), first + count)
     seen = at_planes(measured.reading[:, span], measured.time[span], measured, machine).displacement.to_numpy()
-    shown = [i for i in range(len(machine.ends)) if np.isfinite(seen[i]).all()]
+    there = np.isfinite(seen)  # samples may be missing or cut off
+    shown = [i for i in range(len(machine.ends)) if there[i].any()]
     if not shown:
         raise InputError(f"{measured.name}: no end has two usable probes in different directions")
 
     def follow(coefficients: Array) -> dict[float, Array]:
         paths = ((float(each), _orbit(calibration, drop, float(each), seconds, span)) for each in coefficients)
-        return {coefficient: path for coefficient, path in paths if path is not None}
+        return {each: np.where(there, path, np.nan) for each, path in paths if path is not None}
 
     def apart(coefficient: float) -> float:
-        return float(np.mean((orbits[coefficient] - seen)[shown] ** 2))
+        return float(np.nanmean((orbits[coefficient] - seen)[shown] ** 2))
 
     orbits = follow(GRID)
     if not orbits:
@@ -94,7 +95,7 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     return FrictionChoice(
         seconds=seconds,
         tried=np.array(tried),
-        distance={end: np.sqrt(np.mean(np.sum(left[:, i] ** 2, axis=1), axis=1)) for i, end in names_shown.items()},
+        distance={end: np.sqrt(np.nanmean(np.sum(left[:, i] ** 2, axis=1), axis=1)) for i, end in names_shown.items()},
         deepest={
             end: np.array([_deepest(orbits[each][i], centres[end]) for each in tried]) for i, end in names_shown.items()
         },
@@ -130,4 +131,4 @@ def _orbit(calibration: Calibration, drop: int, coefficient: float, seconds: flo
 
 
 def _deepest(path: Array, centre: list[float]) -> float:
-    return float(np.hypot(path[0] - centre[0], path[1] - centre[1]).max())
+    return float(np.nanmax(np.hypot(path[0] - centre[0], path[1] - centre[1])))

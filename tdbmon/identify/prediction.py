@@ -224,7 +224,8 @@ def centre(machine: Machine, shared: Values, position: ArrayLike) -> NDArray[np.
 def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
 
-    In this order: readings (a probe after the other), pulses of the keyphasor, levitated means and whirl, coasting.
+    In this order: readings (a probe after the other, without missing samples), pulses of the keyphasor, levitated means and
+    whirl, coasting.
     """
     k = prediction.x.shape[1]
     span = slice(prediction.first, prediction.first + k)
@@ -236,7 +237,7 @@ def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sens
     still = (scale.mean - held.mean) / scale.mean_sigma
     return np.concatenate(
         [
-            (coloured(left, scale.colour) / scale.reading_sigma).ravel(),
+            (coloured(left, scale.colour) / scale.reading_sigma)[scale.there],
             _pulse_residuals(prediction, drop),
             np.column_stack([still, apart.real, apart.imag]).ravel(),
             _coasting_residual(prediction, drop),
@@ -254,6 +255,8 @@ class _Scale:
         Of the noise; a probe of a lower order has zeros.
     reading_sigma : (probes, k) array
         What is expected of noise and model, m.
+    there : (probes, k) array of bool
+        Where a sample and those that its noise follows are there.
     mean, orders : (probes,) and (probes, 2) arrays
         Measured before the release, m.
     mean_sigma, order_sigma : (probes,) and (probes, 1) arrays
@@ -262,6 +265,7 @@ class _Scale:
 
     colour: Array
     reading_sigma: Array
+    there: NDArray[np.bool_]
     mean: Array
     orders: NDArray[np.complex128]
     mean_sigma: Array
@@ -277,6 +281,7 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     return _Scale(
         colour=colour,
         reading_sigma=np.array([np.hypot(noise.innovation, model) for noise in drop.noise]),
+        there=np.isfinite(coloured(drop.reading[:, first : first + count], colour)),
         mean=np.array([noise.mean for noise in drop.noise]),
         orders=np.array([noise.orders[:2] for noise in drop.noise]),
         mean_sigma=np.array([np.hypot(noise.mean_sigma, _LEVITATED_FLOOR) for noise in drop.noise]),
@@ -288,13 +293,17 @@ def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
     """Return the sum of squares that noise alone leaves of a drop's `residuals`, which allow for a model's error too."""
     first, count = window(drop, horizon)
     model = model_error(drop, drop.time[first : first + count] - drop.release)
-    return sum(float(np.sum(1 / (1 + (model / noise.innovation) ** 2))) for noise in drop.noise)
+    there = _scale(drop, first, count).there
+    return sum(
+        float(np.sum(1 / (1 + (model[seen] / noise.innovation) ** 2)))
+        for seen, noise in zip(there, drop.noise, strict=True)
+    )
 
 
 def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) -> NDArray[np.bool_]:
     """Return which of a drop's `residuals`, so many rows, contacts take part in: readings after a touch, and pulses."""
     first, count = window(drop, horizon)
-    late = np.tile(drop.time[first : first + count] > touch, len(drop.probes))
+    late = np.tile(drop.time[first : first + count] > touch, (len(drop.probes), 1))[_scale(drop, first, count).there]
     before = _LEVITATED_ROWS * len(drop.probes) + 1  # with the deceleration
     return np.concatenate([late, np.ones(rows - len(late) - before, dtype=bool), np.zeros(before, dtype=bool)])
 

@@ -44,7 +44,7 @@ class Simulated:
     readings : (p, k) array
         What the probes would read, m.
     left : (p, k) array
-        Measured less that, m.
+        Measured less that, m; NaN where a sample is missing.
     """
 
     prediction: Prediction

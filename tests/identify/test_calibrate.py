@@ -87,17 +87,51 @@ def test_dead_probe_is_left_out_and_said(same_model):
     assert found.values["DE.radial_gap"].value == pytest.approx(drops.TRUTH["DE.radial_gap"], rel=0.02)
 
 
-def test_a_probe_that_dropped_out_is_left_out_and_said(same_model):
+def test_samples_that_dropped_out_take_no_part_in_the_fit_and_are_said(same_model):
     machine, records = same_model
     record = records[0].copy(deep=True)
     first = int(np.searchsorted(record.time, record.attrs["release_time_s"] + 0.008))
-    record["NDE_B"][first : first + 40] = record["NDE_B"][first].item()
+    for name in ("NDE_A", "NDE_B", "DE_A"):
+        record[name][first : first + 40] = record[name][first].item()
+    record["DE_B"][:30] = record["DE_B"][0].item()  # a logger that begins late
+    drop = measured_drop(record, machine)
+    assert [probe.name for probe in drop.probes] == ["NDE_A", "NDE_B", "DE_A", "DE_B"]
+    assert any("40 samples of probe 'NDE_B' are missing" in remark for remark in drop.remarks)
+    found, whole = (fit_drops(machine, [each], horizons=HORIZON) for each in (record, records[0]))
+    assert found.misfit == pytest.approx(1.0, abs=0.15)
+    for name, truth in drops.TRUTH.items():
+        assert abs(found.values[name].value - truth) < 5 * sigma(found.values[name]), name
+    # less was measured
+    assert sigma(found.values["NDE.radial_gap"]) > sigma(whole.values["NDE.radial_gap"])
+
+
+def test_a_drop_whose_peaks_are_cut_off_is_fitted_to_the_rest(same_model):
+    machine, records = same_model
+    record = records[0].copy(deep=True)
+    for probe in machine.probes:
+        values = record[probe.name].values
+        record[probe.name] = record[probe.name].copy(data=np.clip(values, -0.8 * np.abs(values).max(), None))
+    drop = measured_drop(record, machine)
+    lost = np.isnan(drop.reading).mean(axis=1)
+    assert (lost > 0.01).sum() >= 2
+    found = fit_drops(machine, [record], horizons=HORIZON)
+    assert found.misfit == pytest.approx(1.0, abs=0.15)
+    for name in ("NDE.support_stiffness", "DE.support_stiffness"):
+        assert abs(found.values[name].value - drops.TRUTH[name]) < 5 * sigma(found.values[name]), name
+
+
+def test_a_probe_without_most_of_its_samples_is_left_out_and_said(same_model):
+    machine, records = same_model
+    record = records[0].copy(deep=True)
+    first = int(np.searchsorted(record.time, record.attrs["release_time_s"] + 0.008))
+    count = int(0.045 / float(record.time[1] - record.time[0]))
+    record["NDE_B"][first : first + count] = np.nan
     drop = measured_drop(record, machine)
     assert [probe.name for probe in drop.probes] == ["NDE_A", "DE_A", "DE_B"]
-    assert any("without probe 'NDE_B', of which 40 samples are missing" in remark for remark in drop.remarks)
+    assert any(f"without probe 'NDE_B', of which {count} samples are missing" in remark for remark in drop.remarks)
     for name in ("NDE_A", "DE_A"):
-        record[name][first : first + 40] = record[name][first].item()
-    with pytest.raises(InputError, match="1 usable probes.*40 samples of 'DE_A' are missing"):
+        record[name][first : first + count] = np.nan
+    with pytest.raises(InputError, match=f"1 usable probes.*{count} samples of 'DE_A' are missing"):
         measured_drop(record, machine)
 
 
