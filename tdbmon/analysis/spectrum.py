@@ -186,7 +186,7 @@ def cascade(
     -------
     Dataset
         The variables with ``speed`` (middle of a step, Hz, rising) in place of ``time``, and ``spectra(speed)``, how
-        many were averaged.  Steps that no window falls into are left out.
+        many windows fall into a step.  Steps without one are left out; a spectrum is NaN where samples are missing in all.
 
     Raises
     ------
@@ -209,9 +209,11 @@ def cascade(
     variables = {}
     for name, values in spectra.data_vars.items():
         power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
-        total = np.zeros((len(steps), *power.shape[1:]))
-        np.add.at(total, member, power)
-        mean = np.sqrt(total / count.reshape(-1, *[1] * (total.ndim - 1)))
+        there = np.isfinite(power)  # where samples are missing, a window has no spectrum
+        total, seen = np.zeros((2, len(steps), *power.shape[1:]))
+        np.add.at(total, member, np.where(there, power, 0.0))
+        np.add.at(seen, member, there)
+        mean = np.sqrt(np.divide(total, seen, out=np.full_like(total, np.nan), where=seen > 0))
         dims = tuple("speed" if d == "time" else d for d in values.transpose(..., "time", "frequency").dims)
         variables[name] = (dims, np.moveaxis(mean, 0, -2), values.attrs)
     variables["spectra"] = (("speed",), count, {})

@@ -72,12 +72,17 @@ class LeftOver:
 
     @property
     def residual(self) -> Array:
-        """Measured less simulated, m; 0 where nothing was measured."""
-        return np.nan_to_num(self.measured - self.simulated, nan=0.0)
+        """Measured less simulated, m; NaN where nothing was measured."""
+        return self.measured - self.simulated
+
+    @property
+    def explained(self) -> Array:
+        """The residual with 0 where nothing was measured: nothing is missing there that anybody saw."""
+        return np.nan_to_num(self.residual, nan=0.0)
 
     @property
     def whitened(self) -> Array:
-        """The residual in units of the white noise."""
+        """The residual in units of the white noise; NaN where a sample or one before it, that its noise follows, is missing."""
         rows = zip(self.residual, self.noise, strict=True)
         return np.array([noise.whiten(row) for row, noise in rows])
 
@@ -89,7 +94,7 @@ class LeftOver:
     @property
     def at_ends(self) -> Complex:
         """The residual at the ends, x + i y, m."""
-        return self.to_ends @ self.residual
+        return self.to_ends @ self.explained
 
     @property
     def noise_at_ends(self) -> Array:
@@ -184,7 +189,7 @@ def by_phase(drops: Sequence[LeftOver], machine: Machine) -> dict[str, Array]:
                     continue
                 phase = drop.phase(machine.ends.index(probe.end))
                 for k, square in enumerate(squares):
-                    square.extend((row[phase == k] ** 2).tolist())
+                    square.extend((row[(phase == k) & np.isfinite(row)] ** 2).tolist())
         out[name] = np.array([math.sqrt(np.mean(square)) if square else math.nan for square in squares])
     return out
 

@@ -76,7 +76,7 @@ def _pair(above: Axes, below: Axes, found: Agreement, end: EndAgreement, axis: i
     below.axhspan(-band, band, color=LIGHT, linewidth=0, label="twice the noise")
     left = end.residual[axis, inside] * UM
     below.plot(time, left, color=VERMILION, linewidth=0.7, rasterized=True)
-    reach = 1.1 * max(2 * band, float(np.max(np.abs(left))))
+    reach = 1.1 * max(2 * band, float(np.fmax.reduce(np.abs(left), initial=0.0)))
     below.set_ylim(-reach, reach)
     if stop > found.fitted_to + 1e-9:
         for ax in (above, below):

@@ -26,9 +26,11 @@ def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
     drops = next(iter(models.values()))
     rows = sum(len(left.probes) for left in drops)
     note = "rms of the whitened residual, times the noise: 1 where nothing but noise is left · bins of 0.5 ms"
+    panels = {name: [_binned(left) for left in lefts] for name, lefts in models.items()}
+    if any(np.isnan(values).any() for each in panels.values() for _, values in each):
+        note += " · blank where nothing was measured"
     figure = new_figure(26 + _ROW_MM * rows, note)
     axes = subplots(figure, 1, len(models), Margins(30, 22, 15, 11, across=5), sharey=True)[0]
-    panels = {name: [_binned(left) for left in lefts] for name, lefts in models.items()}
     highest = max(float(np.nanmax(values)) for each in panels.values() for _, values in each)
     norm = LogNorm(1.0, max(highest, _LEAST))
     image = None
@@ -58,9 +60,14 @@ def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
 
 
 def _binned(left: LeftOver) -> tuple[np.ndarray, np.ndarray]:
-    """Return edges (b + 1,) in s, the release among them, and the rms in the bins, (probes, b)."""
+    """Return edges (b + 1,) in s, the release among them, and the rms in the bins, (probes, b); NaN where no sample is."""
     begin = np.floor(left.time[0] / _BIN_S)
     bins = (np.floor(left.time / _BIN_S) - begin).astype(int)
-    count = np.bincount(bins)
-    square = np.array([np.bincount(bins, weights=row**2) for row in left.whitened])
-    return (begin + np.arange(len(count) + 1)) * _BIN_S, np.sqrt(square / np.maximum(count, 1))
+    bins_of_all = int(bins[-1]) + 1
+    rms = np.full((len(left.probes), bins_of_all), np.nan)
+    for out, row in zip(rms, left.whitened, strict=True):
+        there = np.isfinite(row)
+        count = np.bincount(bins[there], minlength=bins_of_all)
+        square = np.bincount(bins[there], weights=row[there] ** 2, minlength=bins_of_all)
+        out[count > 0] = np.sqrt(square[count > 0] / count[count > 0])
+    return (begin + np.arange(bins_of_all + 1)) * _BIN_S, rms

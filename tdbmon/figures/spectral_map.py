@@ -35,6 +35,8 @@ def top_frequency(analysis: Analysis, highest: float) -> float:
 def colour_limits(db: np.ndarray) -> tuple[float, float]:
     """Darkest and brightest dB of a map: above nearly all noise up to the loudest, at most `RANGE_DB` apart."""
     finite = db[np.isfinite(db)]
+    if not finite.size:
+        return -RANGE_DB, 0.0
     top, floor = float(finite.max()), float(np.median(finite))
     # noise has Rayleigh amplitudes: three in a hundred exceed their median by 7 dB
     return max(floor + 7, top - RANGE_DB), top

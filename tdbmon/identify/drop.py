@@ -176,11 +176,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         for p in machine.probes
         if p not in probes
     ]
-    remarks += [
-        f"{name}: {lost[p.name]} samples of probe '{p.name}' are missing or cut off; they take no part in the fit"
-        for p in probes
-        if lost[p.name]
-    ]
+    if partly := [f"{lost[p.name]} of '{p.name}'" for p in probes if lost[p.name]]:
+        remarks.append(f"{name}: samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
     remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
     remarks += wrong_speed
     remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.prediction import window
+from tdbmon.identify.prediction import on_reading_rows, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber, spread, squares
 
@@ -230,7 +230,8 @@ def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
         count = window(measured, horizon)[1]
         block = np.full(len(r), -1)  # pulses and levitated stretch are a block of their own
         times = np.arange(count) * measured.interval // _BLOCK_S
-        block[: len(measured.probes) * count] = np.tile(times, len(measured.probes))
+        seen = on_reading_rows(measured, horizon, times)
+        block[: len(seen)] = seen
         for each in np.unique(block):
             slope = jacobian[block == each].T @ (weights * r)[block == each]
             scatter[np.ix_(where, where)] += np.outer(slope, slope)

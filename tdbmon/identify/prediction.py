@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -300,10 +301,16 @@ def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
     )
 
 
+def on_reading_rows(drop: MeasuredDrop, horizon: float, values: NDArray[Any]) -> NDArray[Any]:
+    """Return values of the simulated samples (k,) as the readings' rows of `residuals` have them, (rows,)."""
+    there = _scale(drop, *window(drop, horizon)).there
+    return np.broadcast_to(values, there.shape)[there]
+
+
 def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) -> NDArray[np.bool_]:
     """Return which of a drop's `residuals`, so many rows, contacts take part in: readings after a touch, and pulses."""
     first, count = window(drop, horizon)
-    late = np.tile(drop.time[first : first + count] > touch, (len(drop.probes), 1))[_scale(drop, first, count).there]
+    late = on_reading_rows(drop, horizon, drop.time[first : first + count] > touch)
     before = _LEVITATED_ROWS * len(drop.probes) + 1  # with the deceleration
     return np.concatenate([late, np.ones(rows - len(late) - before, dtype=bool), np.zeros(before, dtype=bool)])
 

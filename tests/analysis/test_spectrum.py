@@ -142,6 +142,18 @@ def test_cascade_averages_power():
     np.testing.assert_allclose(line, [np.sqrt(5.0) * 1e-6], rtol=1e-6)
 
 
+def test_cascade_averages_the_windows_that_have_all_their_samples():
+    time = np.arange(16_000) / RATE
+    x = 1e-6 * np.cos(2 * np.pi * 100 * time)
+    x[5_000:5_100] = np.nan
+    spectra = waterfall(planes_of(time, {"NDE": np.column_stack([x, x])}), window_s=0.5, step_s=0.5)
+    assert np.isnan(spectra.amplitude).any()
+    speed = np.where(time < 2.0, 40.0, 20.0)
+    ray = cascade(spectra, time, speed, step_hz=1.0).amplitude.sel(end="NDE", axis="x")
+    whole = ray.sel(frequency=100.0, method="nearest").sel(speed=[20.0, 40.0], method="nearest")
+    np.testing.assert_allclose(whole, 1e-6, rtol=1e-6)
+
+
 def test_what_cannot_be_transformed_is_said():
     planes = _planes(_tone(1e-6, 50.0), _tone(1e-6, 50.0))
     with pytest.raises(InputError, match=r"a window of 9 s .* give 16 samples"):

@@ -96,7 +96,11 @@ def test_samples_that_dropped_out_take_no_part_in_the_fit_and_are_said(same_mode
     record["DE_B"][:30] = record["DE_B"][0].item()  # a logger that begins late
     drop = measured_drop(record, machine)
     assert [probe.name for probe in drop.probes] == ["NDE_A", "NDE_B", "DE_A", "DE_B"]
-    assert any("40 samples of probe 'NDE_B' are missing" in remark for remark in drop.remarks)
+    (remark,) = drop.remarks
+    assert (
+        "missing or cut off and take no part in the fit: 40 of 'NDE_A', 40 of 'NDE_B', 40 of 'DE_A', 30 of 'DE_B'"
+        in remark
+    )
     found, whole = (fit_drops(machine, [each], horizons=HORIZON) for each in (record, records[0]))
     assert found.misfit == pytest.approx(1.0, abs=0.15)
     for name, truth in drops.TRUTH.items():

@@ -1,12 +1,23 @@
 """How probes see a simulated drop."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tdbsim.sensors import ProbeChain, SensorChain
 
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.prediction import Sensors, levitated, predict, readings, touched_rows, with_surface
+from tdbmon.identify.least_squares import covariance_of, fit
+from tdbmon.identify.prediction import (
+    Sensors,
+    levitated,
+    noise_alone,
+    predict,
+    readings,
+    touched_rows,
+    with_surface,
+)
 from tdbmon.identify.problem import build_problem
 from tests.identify import drops
 
@@ -44,6 +55,27 @@ def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):
     after = surface(late, lambda s: levitated(prediction, measured, machine, s).orders)
     turn = np.exp(-1j * np.array([1, 2]) * prediction.omega * LAG * measured.interval)
     np.testing.assert_allclose(after[row], GAIN * turn * before[row], atol=1e-12)
+
+
+def test_missing_samples_have_no_rows_and_the_others_theirs(problem):
+    """With white noise a missing sample takes one row, at every step that counts rows."""
+    measured, horizon = problem.drops[0], 0.014
+    reading = measured.reading.copy()
+    gone = slice(*np.searchsorted(measured.time, measured.release + np.array([0.009, 0.011])))
+    reading[1, gone] = np.nan
+    gappy = replace(problem, drops=(replace(measured, reading=reading),))
+    orders = max(len(noise.colour) for noise in measured.noise)
+    lost = gone.stop - gone.start + orders
+    whole, fewer = (each.residual(problem.start, 0, horizon) for each in (problem, gappy))
+    assert np.isfinite(fewer).all()
+    assert len(whole) - len(fewer) == lost
+    touch = measured.release + 0.0064
+    kept = [touched_rows(each.drops[0], horizon, touch, len(r)) for each, r in ((problem, whole), (gappy, fewer))]
+    assert kept[0].sum() - kept[1].sum() == lost
+    # an allowance for the model takes some of each
+    assert 0.7 * lost < noise_alone(measured, horizon) - noise_alone(gappy.drops[0], horizon) < lost
+    found = fit(gappy, problem.start, horizon, 1)
+    assert np.isfinite(covariance_of(gappy, found, horizon)).all()
 
 
 def test_friction_moves_touched_rows_alone(problem):
