@@ -21,6 +21,7 @@ from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
 from tdbmon.identify.widened import widened
 
 FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
+SOUND_S = 0.018  # s; paths have hardly parted: a model that held so far is judged there, if it fails further on
 MOST_CAUSES = 3
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 AHEAD = 100.0  # in the criterion: who leads by so much, and leaves noise alone, has won

@@ -22,6 +22,7 @@ from tdbmon.diagnosis.contender import (
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
+    SOUND_S,
     Contender,
     leader,
     replaced,
@@ -31,7 +32,7 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, met_alike, neighbours, of_any_kind
-from tdbmon.diagnosis.search import HARDLY, SOUND_S, Progress, Search, only_parts
+from tdbmon.diagnosis.search import HARDLY, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
@@ -90,7 +91,7 @@ def contest(
             parted = not held.adds_to(early.best)
         if parted:  # paths with impacts do
             held = early
-    return sorted(with_twins([held.plain, *held.others], held.best, suspects), key=lambda each: each.bic)
+    return sorted(with_twins([held.plain, *held.others], held.best, suspects, horizons), key=lambda each: each.bic)
 
 
 @dataclass

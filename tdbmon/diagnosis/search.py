@@ -17,6 +17,7 @@ from tdbmon.diagnosis.contender import (
     FOLLOWED_S,
     MOST_CAUSES,
     SLOPES,
+    SOUND_S,
     Contender,
     leader,
     negligible,
@@ -50,7 +51,6 @@ _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promis
 _ASKED_ANYWAY = 3  # of the best scores, whatever they promise
 _SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
 _NEARLY = 0.3  # the same before it is fitted from the fall on
-SOUND_S = 0.018  # s; a model that held so far is judged there, if it fails further on
 
 
 @dataclass

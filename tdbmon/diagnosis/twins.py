@@ -2,7 +2,8 @@
 
 The sensors' differ by little more than the square of their size.  An effect that acts at both ends alike differs by nothing
 from one at the end that shows it, where the other end's values make up for it.  So each is fitted in the place of the other
-before one is named, and their drops' paths are sought: one that is lost costs more than they differ by.
+before one is named, their drops' paths are sought, and they are led along the horizons again: a path that is lost costs more
+than they differ by.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.follow import CONTACT_S
@@ -58,7 +59,9 @@ def _alike(one: Suspect, other: Suspect) -> bool:
     return same and "both" in (one.where, other.where)
 
 
-def with_twins(field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
+def with_twins(
+    field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
+) -> list[Contender]:
     """Return contenders and the best one's twins, their drops' paths sought, of those with the same causes the best.
 
     Where a twin comes out ahead, it has found other values of the machine too; from there the others are begun once more.
@@ -69,8 +72,10 @@ def with_twins(field: Sequence[Contender], best: Contender, suspects: Sequence[S
     best : Contender
         One of them.
     suspects : sequence of Suspect
+    horizons : sequence of float
+        s; all that there are.
     """
-    found = with_paths_sought([*field, *twins(best, suspects)], best)
+    found = with_paths_sought([*field, *twins(best, suspects)], best, horizons)
     ahead = min(found, key=lambda each: each.bic)
     if ahead.causes and ahead.name != best.name:
         found = _of_each([*found, *twins(ahead, suspects)])
@@ -85,23 +90,38 @@ def _of_each(field: Sequence[Contender]) -> list[Contender]:
     return list(kept.values())
 
 
-def with_paths_sought(field: Sequence[Contender], best: Contender) -> list[Contender]:
+def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Sequence[float]) -> list[Contender]:
     """Return contenders, of those with the same causes the one that fits best.
 
-    Where others come near to the best, all of them have the paths of their drops sought anew.
+    Where others come near to the best, all of them have the paths of their drops sought anew, and are led along the horizons
+    from where these have hardly parted.
 
     Parameters
     ----------
     field : sequence of Contender
     best : Contender
         One of them.
+    horizons : sequence of float
+        s; all that there are.
     """
     kept = _of_each(field)
     near = [c for c in kept if c.causes and c.horizon == best.horizon and c.ratio < _NEAR * best.ratio]
     if len(near) < 2 or best.horizon < CONTACT_S:
         return kept
     every = range(len(best.problem.drops))
-    return [
-        replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) if each in near else each
-        for each in kept
-    ]
+    sought = [replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) for each in near]
+    again = [horizon for horizon in horizons if SOUND_S <= horizon <= best.horizon]
+    found = best.problem.crew.apart(_led_along, [(each, again) for each in sought])
+    led = [new.at_home(each, each.causes) for new, each in zip(found, sought, strict=True)]
+    return [*(each for each in kept if each not in near), *led]
+
+
+def _led_along(contender: Contender, horizons: Sequence[float]) -> Contender:
+    """Return a contender fitted along horizons up to its own, if that leaves less."""
+    found = contender
+    try:
+        for horizon in horizons:
+            found = settled(found, horizon, SLOPES)
+    except InputError:
+        return contender
+    return min(contender, found, key=lambda each: each.misfit)
