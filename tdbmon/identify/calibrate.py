@@ -43,6 +43,7 @@ TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 _ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is remarked
+_LACKS = 4.0  # times the noise, from which on it is remarked that the model does not explain the drops
 
 
 def _silent(_: str) -> None:
@@ -105,7 +106,13 @@ def fit_drops(
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
     shared, _ = problem.values(point, 0)
     trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
+    misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
     remarks += [*_odd_drops(fits, min(usable[-1], 0.025)), *stated_remarks(problem, point)]
+    if misfit > _LACKS:
+        remarks.append(
+            f"the model leaves {misfit:.2f} times the noise of the first contacts: it lacks something, and its values, forces and"
+            " stresses may be off by more than their intervals; `tdbmon diagnose` seeks what is missing, best from several drops"
+        )
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),
@@ -114,7 +121,7 @@ def fit_drops(
         undetermined=_undetermined(problem, covariance),
         drops=fits,
         horizon=usable[-1],
-        misfit=float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits]))),
+        misfit=misfit,
         remarks=tuple(remarks),
         seconds=time.monotonic() - began,
         problem=problem,

@@ -66,6 +66,15 @@ def test_tolerance_that_excludes_the_truth_is_reported(same_model):
     assert found.values["NDE.support_stiffness"].value == pytest.approx(low)
 
 
+def test_a_model_that_does_not_explain_the_drop_is_remarked(same_model):
+    machine, records = same_model
+    record = records[0].copy()
+    record["NDE_B"] = 1.3 * record["NDE_B"]
+    found = fit_drops(machine, [record], horizons=HORIZON)
+    assert found.misfit > 4
+    assert any(f"leaves {found.misfit:.2f} times the noise" in remark for remark in found.remarks)
+
+
 def test_value_that_the_drop_cannot_tell_is_reported(same_model):
     machine, records = same_model
     # in the first 12 ms the drag of 15 mN m on the ring is nothing beside the friction of some 10 N m
