@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
-from tdbmon.diagnosis.contender import Contender, negligible, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import twins, with_paths_sought
+from tdbmon.diagnosis.twins import _led_along, twins, with_paths_sought
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages, turning
 from tdbmon.identify.drop import measured_drop
@@ -100,6 +100,43 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     assert contender(extended, {"channel_lag@NDE_A"}, 0.0, 1.5).fails_beside(lost)
 
 
+def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed, gained):
+    """A large runout or gain shows before anything touches: it says nothing of how well an oval fits."""
+    _, everyone = gained
+    plain = next(each for each in competed if not each.causes)
+    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
+    both = contender(lost, {"oval_clearance@NDE", "probe_gain@DE_A"}, 0.0, 1.5)
+    assert not both.fails_beside(lost)
+    assert replace(both, exact_excess=2 * both.excess).fails_beside(lost)
+    # what the gain leaves alone is asked of a model that fails, and has causes of both kinds
+    gain = next(each for each in competed if each.causes)
+    oval = next(s for s in everyone if s.name == "oval_clearance@NDE")
+    tiny = with_cause(gain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))  # explains nothing
+    asked = weighed(replace(tiny, floor=gain.ratio / 1.5))
+    assert asked.fails
+    assert asked.exact_excess == pytest.approx(asked.excess, rel=0.05)
+    assert weighed(tiny) is tiny
+    assert weighed(replace(gain, floor=gain.ratio / 1.5)).exact_excess == math.inf
+
+
+def test_twins_are_led_along_the_horizons_again(crew):
+    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
+    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
+    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    for horizon in (0.018, 0.022):
+        leak = settled(leak, horizon, 4)
+    point = leak.fit.point.copy()
+    point[0] += 0.3  # a gap that is off: paths part
+    lost = replace(leak, fit=linearised(leak.problem, point, 0.022))
+    assert lost.misfit > leak.misfit + 100
+    found = _led_along(lost, (0.018, 0.022))
+    assert found.horizon == 0.022
+    assert found.misfit < leak.misfit + 10
+    assert _led_along(leak, ()) is leak
+
+
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
     """Each drop's ring stands somewhere at the release; a phase half a period off is found again."""
     hidden = "ring_out_of_round:end=DE,amplitude=25 um,order=2,phase={} deg"
@@ -173,7 +210,7 @@ def test_twins_are_compared_with_the_paths_of_their_drops_sought(crew):
     point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
     lost = replace(leak, fit=linearised(leak.problem, point, 0.014))
     assert lost.bic > leak.bic + 100
-    found = {each.name: each for each in with_paths_sought([lost, *twins(lost, everyone)], lost)}
+    found = {each.name: each for each in with_paths_sought([lost, *twins(lost, everyone)], lost, (0.014,))}
     assert found["probe_crosstalk@DE"].bic < leak.bic + 10
     assert {"probe_angle@DE_A", "probe_angle@DE_B"} & set(found)
 
@@ -368,6 +405,6 @@ def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(crew, monk
     shallow = replace(leak, fit=linearised(leak.problem, point, 0.014))
     (ahead,) = [each for each in twins(leak, everyone) if each.name == "probe_angle@DE_B"][:1]
     assert ahead.bic < shallow.bic
-    monkeypatch.setattr(module, "with_paths_sought", lambda field, best: [best, ahead])
-    found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone)}
+    monkeypatch.setattr(module, "with_paths_sought", lambda field, best, horizons: [best, ahead])
+    found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone, (0.014,))}
     assert found["probe_crosstalk@DE"].bic < leak.bic + 10

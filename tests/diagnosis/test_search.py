@@ -130,6 +130,24 @@ def test_rounds_are_kept_for_further_causes(competed):
     assert not search.may_ask(named)
 
 
+def test_what_lies_is_begun_beside_the_rival_that_explains_the_fall_best(gained):
+    """Past the first contact another cause may lead, in which values made up for what is missing; in the fall none can."""
+    problem, everyone = gained
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+
+    def with_probe(name, start):
+        suspect = next(s for s in everyone if s.name == name)
+        return settled(with_cause(fallen, suspect, Start(start)), 0.006, 3)
+
+    right, wrong = with_probe("probe_gain@DE_A", {"gain": 1.05}), with_probe("probe_angle@DE_A", {"error": 0.05})
+    assert right.misfit < wrong.misfit - 5
+    later = [replace(each, horizon=0.014) for each in (wrong, right)]
+    touching = contender(later[0], ("oval_clearance@DE",), 0.0, 1.0)
+    search = Search(fallen, everyone, (0.006, 0.014), lambda _: None)
+    assert search._best_in_the_fall([touching, *later]).name == right.name
+    assert search._best_in_the_fall([touching, later[0]]) is later[0]
+
+
 def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
     """By the first contact gap and clearance have made up for it; begun at its usual size and several angles it is found."""
     problem = problem_of(
