@@ -15,7 +15,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.follow import CONTACT_S
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
@@ -40,16 +40,39 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             continue
         try:
             bare = without_cause(best, index)
-            ranked = scores(bare.problem, bare.fit, best.horizon, [cause, *others])
-            own = max(score.gain for score in ranked if score.suspect is cause)
-            for score in ranked:
-                if score.suspect is not cause and score.gain > _LIKE * own:
-                    start = score.start if acts_on_sensors(cause.declared) else best.starts()[index]
-                    other = with_cause(bare, score.suspect, start)
-                    found.append(settled(replace(other, horizon=best.horizon), best.horizon, FEW_SLOPES))
+            if acts_on_sensors(cause.declared):
+                found += _promising(bare, cause, others, best.horizon)
+            else:
+                tasks = [(bare, other, best.starts()[index], best.horizon) for other in others]
+                fitted = best.problem.crew.apart(_elsewhere, tasks)
+                causes = [(*bare.causes, other) for other in others]
+                found += [n.at_home(best, c) for n, c in zip(fitted, causes, strict=True) if n is not None]
         except InputError:
             continue
     return found
+
+
+def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horizon: float) -> list[Contender]:
+    """Return a model with others in the place of a cause of sensors, which promise about as much."""
+    ranked = scores(bare.problem, bare.fit, horizon, [cause, *others])
+    own = max(score.gain for score in ranked if score.suspect is cause)
+    return [
+        settled(with_cause(bare, score.suspect, score.start), horizon, FEW_SLOPES)
+        for score in ranked
+        if score.suspect is not cause and score.gain > _LIKE * own
+    ]
+
+
+def _elsewhere(bare: Contender, other: Suspect, start: Start, horizon: float) -> Contender | None:
+    """Return a model with a cause at one end in the place of both, or so; None where it cannot be simulated.
+
+    The values of the ends' machines are other ones then, so it begins where paths have hardly parted.
+    """
+    try:
+        found = settled(with_cause(bare, other, start), min(SOUND_S, horizon), SLOPES)
+        return settled(found, horizon, SLOPES)
+    except InputError:
+        return None
 
 
 def _alike(one: Suspect, other: Suspect) -> bool:
