@@ -30,6 +30,7 @@ from tdbmon.diagnosis.contender import (
     weighed,
     without_each,
 )
+from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, met_alike, neighbours, of_any_kind
 from tdbmon.diagnosis.search import HARDLY, Progress, Search, only_parts
@@ -116,6 +117,8 @@ class _Contest:
         Balls, waves and lobes, by name, in whose place all others were tried, and whether that was early.
     other_kinds : bool
         Whether it may still help to try others in their place.
+    exchanged : list of str
+        Models in the place of whose last cause all others that act in contacts were begun in the fall.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
     asked : bool
@@ -137,6 +140,7 @@ class _Contest:
     lain: list[str] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
     other_kinds: bool = True
+    exchanged: list[str] = field(default_factory=list)
     freed: bool = False
     asked: bool = False
     vain: list[str] = field(default_factory=list)
@@ -237,6 +241,11 @@ class _Contest:
             # where none of them leaves noise alone, what is missing is of another kind
             self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
             deeper = anew
+        held_before = bool(self.sound) and horizon <= FOLLOWED_S
+        if held_before and deeper.fails_beside(self.plain) and cause.in_contacts and deeper.name not in self.exchanged:
+            self.exchanged.append(deeper.name)
+            self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
+            deeper = exchanged(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
         self._replaced(best, deeper)
 
     def _may_be_led(self, best: Contender) -> bool:

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.attempt import followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
@@ -134,17 +135,5 @@ def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Seq
     every = range(len(best.problem.drops))
     sought = [replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) for each in near]
     again = [horizon for horizon in horizons if SOUND_S <= horizon <= best.horizon]
-    found = best.problem.crew.apart(_led_along, [(each, again) for each in sought])
-    led = [new.at_home(each, each.causes) for new, each in zip(found, sought, strict=True)]
-    return [*(each for each in kept if each not in near), *led]
-
-
-def _led_along(contender: Contender, horizons: Sequence[float]) -> Contender:
-    """Return a contender fitted along horizons up to its own, if that leaves less."""
-    found = contender
-    try:
-        for horizon in horizons:
-            found = settled(found, horizon, SLOPES)
-    except InputError:
-        return contender
-    return min(contender, found, key=lambda each: each.misfit)
+    led = followed_on(sought, again)
+    return [*(each for each in kept if each not in near), *_of_each([*sought, *led])]

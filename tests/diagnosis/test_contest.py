@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import _led_along, twins, with_paths_sought
+from tdbmon.diagnosis.twins import twins, with_paths_sought
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages, turning
 from tdbmon.identify.drop import measured_drop
@@ -131,10 +131,10 @@ def test_twins_are_led_along_the_horizons_again(crew):
     point[0] += 0.3  # a gap that is off: paths part
     lost = replace(leak, fit=linearised(leak.problem, point, 0.022))
     assert lost.misfit > leak.misfit + 100
-    found = _led_along(lost, (0.018, 0.022))
+    (found,) = followed_on([lost], (0.018, 0.022))
     assert found.horizon == 0.022
     assert found.misfit < leak.misfit + 10
-    assert _led_along(leak, ()) is leak
+    assert followed_on([leak], ()) == [leak]
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):

@@ -1,0 +1,47 @@
+"""Another cause in the place of one that held for a while.
+
+At the first contacts a support that loosens, one that hardens and one that is softer one way look alike; which of them is
+fitted first can hang on little.  The one that is not there fails as contacts go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.attempt import followed_on, roughly_from_the_fall
+from tdbmon.diagnosis.contender import Contender, without_cause
+from tdbmon.diagnosis.suspects import Suspect
+
+_TOLD_APART_S = 0.014  # s; so far they are fitted roughly
+_SEATED = 4  # of the best, that go on to where the cause fails
+
+
+def exchanged(
+    fallen: Contender, failing: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
+) -> Contender:
+    """Return a contender, or the best with another cause in the place of its last one, begun in the fall at its usual size.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    failing : Contender
+        Its last cause acts in contacts.
+    suspects : sequence of Suspect
+    horizons : sequence of float
+        s; those up to the contender's own are used.
+    """
+    taken = {cause.name for cause in failing.causes}
+    others = [(each, start) for each in suspects if each.name not in taken for start in each.usual()]
+    try:
+        bare = without_cause(failing, len(failing.causes) - 1)
+    except InputError:
+        return failing
+    begun = roughly_from_the_fall(fallen, bare, others, [h for h in horizons if h <= _TOLD_APART_S])
+    best: dict[str, Contender] = {}
+    for each in sorted(begun, key=lambda each: each.bic):
+        best.setdefault(each.name, each)
+    on = [h for h in horizons if _TOLD_APART_S < h <= failing.horizon]
+    return min([failing, *followed_on(list(best.values())[:_SEATED], on)], key=lambda each: each.bic)
