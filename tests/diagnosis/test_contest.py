@@ -9,6 +9,7 @@ import pytest
 from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
+from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
@@ -408,3 +409,24 @@ def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(crew, monk
     monkeypatch.setattr(module, "with_paths_sought", lambda field, best, horizons: [best, ahead])
     found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone, (0.014,))}
     assert found["probe_crosstalk@DE"].bic < leak.bic + 10
+
+
+def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
+    """A support with play in the place of one that hardens."""
+    problem = problem_of(crew, "hardening_support:end=DE,cubic=1e18 N/m^3")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    kinds = ("loose_support", "hardening_support")
+    asked = [s for s in everyone if s.declared.identifier in kinds and s.where == "DE"]
+    play, hard = (next(s for s in asked if s.declared.identifier == kind) for kind in kinds)
+    horizons = (0.006, 0.01, 0.014, 0.018)
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    wrong = with_cause(fallen, play, Start({"play": 5e-6, "stiffness_ratio": 0.5}))
+    for horizon in horizons:
+        wrong = settled(wrong, horizon, 3)
+    assert wrong.fails
+    found = exchanged(fallen, wrong, asked, horizons)
+    assert found.causes == (hard,)
+    assert found.horizon == 0.018
+    assert not found.fails
+    assert found.starts()[0].shared["cubic"] == pytest.approx(1e18, rel=0.1)
+    assert exchanged(fallen, found, asked, horizons) is found  # nothing does better
