@@ -49,7 +49,9 @@ def archive_list(
 ) -> None:
     """List the drops in the order of their fall."""
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file], [])
     command.list_drops(archive, machine, json_file)
 
 
@@ -57,7 +59,9 @@ def archive_list(
 def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = None) -> None:
     """Show what is filed of one drop."""
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file], [])
     command.show(archive, drop, json_file)
 
 
@@ -69,7 +73,9 @@ def archive_verify(
 ) -> None:
     """Check every file against what was filed, and the catalogue against the files."""
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([json_file], [])
     with on_terminal() as tell:
         command.verify(archive, rebuild, json_file, tell)
 
@@ -89,7 +95,9 @@ def archive_export(
 ) -> None:
     """Write the features of all drops as a table for other tools."""
     from tdbmon.history import command
+    from tdbmon.output_file import check_outputs
 
+    check_outputs([out], [])
     command.export(archive, out)
 
 

@@ -106,6 +106,8 @@ def test_an_archive_that_cannot_be_written_to_can_be_read(capsys, years, tmp_pat
         (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "no drop 'ffffffffffff'"),
         (["archive", "remove", "--archive", "ARCHIVE", ""], "no drop ''"),
         (["archive", "export", "--archive", "ARCHIVE", "--out", "f.xlsx"], ".csv or .parquet"),
+        (["archive", "list", "--archive", "ARCHIVE", "--json", "nowhere/f.json"], "nowhere does not exist"),
+        (["archive", "verify", "--archive", "ARCHIVE", "--json", "nowhere/f.json"], "nowhere does not exist"),
         (["archive", "report", "--archive", "ARCHIVE"], "no --report file"),
         (["archive", "list", "--archive", "ARCHIVE", "--machine", "Compresor rotor"], "did you mean 'Compressor rotor"),
         (["compare", "--archive", "ARCHIVE", "nowhere.nc"], "nowhere.nc: no such file"),
