@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -64,7 +65,8 @@ def test_a_sick_record_has_a_whole_report(which: str, machine: Machine) -> None:
     assert set(content["ends"]) == set(machine.ends)
     assert summary_lines(analysis)
     html = render_html(build_report(analysis))
-    assert "NaN" not in "".join(part.split("</script>")[-1] for part in html.split("<script"))
+    words = re.sub(r'"data:[^"]*"', "", "".join(part.split("</script>")[-1] for part in html.split("<script")))
+    assert "NaN" not in words  # letters of an encoded picture may be anything
     for check in analysis.checks:
         if not check.passed:
             assert check.detail.split(";")[0].split(":")[0][:30] in html
