@@ -209,8 +209,8 @@ def cascade(
     variables = {}
     for name, values in spectra.data_vars.items():
         power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
-        there = np.isfinite(power)  # where samples are missing, a window has no spectrum
-        total, seen = np.zeros((2, len(steps), *power.shape[1:]))
+        there = np.isfinite(power[..., :1])  # where samples are missing, a window has no spectrum at all
+        total, seen = (np.zeros((len(steps), *each.shape[1:])) for each in (power, there))
         np.add.at(total, member, np.where(there, power, 0.0))
         np.add.at(seen, member, there)
         mean = np.sqrt(np.divide(total, seen, out=np.full_like(total, np.nan), where=seen > 0))

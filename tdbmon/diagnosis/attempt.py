@@ -175,25 +175,25 @@ def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float
 
 
 def roughly_from_the_fall(
-    fallen: Contender, base: Contender, further: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
+    fallen: Contender,
+    known: Sequence[tuple[Suspect, Start]],
+    further: Sequence[tuple[Suspect, Start]],
+    horizons: Sequence[float],
 ) -> list[Contender]:
-    """Return a contender with each of several causes more that can be simulated, fitted roughly from the fall on.
+    """Return the model with known causes and each of several more that can be simulated, fitted roughly from the fall on.
 
     Parameters
     ----------
     fallen : Contender
         The plain model, fitted to the fall.
-    base : Contender
-        Whose causes they all have, from where these are.
-    further : sequence of pair
+    known, further : sequence of pair
         Each cause and where it begins.
     horizons : sequence of float
         s, along which they are fitted.
     """
-    known = list(zip(base.causes, base.starts(), strict=True))
     found = fallen.problem.crew.apart(_roughly_along, [(fallen, [*known, each], horizons) for each in further])
     return [
-        new.at_home(fallen, (*base.causes, cause))
+        new.at_home(fallen, (*(each for each, _ in known), cause))
         for new, (cause, _) in zip(found, further, strict=True)
         if new is not None
     ]

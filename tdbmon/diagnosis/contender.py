@@ -244,6 +244,17 @@ def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Cont
     return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
 
 
+def best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders, the best first, of those with other words or orders of the same cause the best only.
+
+    What turns with a ring and what stands still are two causes: the one has an angle of its own in every drop.
+    """
+    best: dict[tuple[str, bool], Contender] = {}
+    for each in sorted(fitted, key=lambda each: each.bic):
+        best.setdefault((each.name, each.causes[-1].turning), each)
+    return list(best.values())
+
+
 def replaced(
     plain: Contender, field: list[Contender], old: Contender, new: Contender
 ) -> tuple[Contender, list[Contender], Contender]:

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbsim.errors import InputError
-
 from tdbmon.diagnosis.attempt import followed_on, roughly_from_the_fall
-from tdbmon.diagnosis.contender import Contender, without_cause
+from tdbmon.diagnosis.contender import Contender, best_of_each_name
 from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.identify.clearances import TOUCHED_S
 
-_TOLD_APART_S = 0.014  # s; so far they are fitted roughly
 _SEATED = 4  # of the best, that go on to where the cause fails
 
 
@@ -35,13 +33,7 @@ def exchanged(
     """
     taken = {cause.name for cause in failing.causes}
     others = [(each, start) for each in suspects if each.name not in taken for start in each.usual()]
-    try:
-        bare = without_cause(failing, len(failing.causes) - 1)
-    except InputError:
-        return failing
-    begun = roughly_from_the_fall(fallen, bare, others, [h for h in horizons if h <= _TOLD_APART_S])
-    best: dict[str, Contender] = {}
-    for each in sorted(begun, key=lambda each: each.bic):
-        best.setdefault(each.name, each)
-    on = [h for h in horizons if _TOLD_APART_S < h <= failing.horizon]
-    return min([failing, *followed_on(list(best.values())[:_SEATED], on)], key=lambda each: each.bic)
+    *stay, _ = zip(failing.causes, failing.starts(), strict=True)
+    begun = roughly_from_the_fall(fallen, stay, others, [h for h in horizons if h <= TOUCHED_S])
+    on = [h for h in horizons if TOUCHED_S < h <= failing.horizon]
+    return min([failing, *followed_on(best_of_each_name(begun)[:_SEATED], on)], key=lambda each: each.bic)

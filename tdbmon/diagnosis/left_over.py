@@ -76,7 +76,7 @@ class LeftOver:
         return self.measured - self.simulated
 
     @property
-    def explained(self) -> Array:
+    def filled(self) -> Array:
         """The residual with 0 where nothing was measured: nothing is missing there that anybody saw."""
         return np.nan_to_num(self.residual, nan=0.0)
 
@@ -94,7 +94,7 @@ class LeftOver:
     @property
     def at_ends(self) -> Complex:
         """The residual at the ends, x + i y, m."""
-        return self.to_ends @ self.explained
+        return self.to_ends @ self.filled
 
     @property
     def noise_at_ends(self) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import all_from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, followed_on, with_own_slopes
 from tdbmon.diagnosis.contender import SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Start, Suspect
@@ -116,26 +116,9 @@ def of_any_kind(
         begun = [with_cause(bare, *each) for each in starts]
     except InputError:
         return best
-    found = _along(with_own_slopes(begun, bare.horizon), [bare.horizon, *told])
-    found = _along(sorted(found, key=lambda each: each.misfit)[:_KEPT], later)
+    found = followed_on(with_own_slopes(begun, bare.horizon), [bare.horizon, *told])
+    found = followed_on(sorted(found, key=lambda each: each.misfit)[:_KEPT], later)
     return min([best, *found], key=lambda each: each.misfit)
-
-
-def _along(contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
-    """Return those contenders that can be fitted along horizons."""
-    if not contenders:
-        return []
-    found = contenders[0].problem.crew.apart(_settled_along, [(each, horizons) for each in contenders])
-    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
-
-
-def _settled_along(contender: Contender, horizons: Sequence[float]) -> Contender | None:
-    try:
-        for horizon in horizons:
-            contender = settled(contender, horizon, SLOPES)
-    except InputError:
-        return None
-    return contender
 
 
 def met_alike(one: Suspect, other: Suspect) -> bool:

@@ -133,7 +133,7 @@ def residual_force(drop: LeftOver) -> ResidualForce:
     for k in range(ramps):
         columns[:, k * stride :, :, :, k + 1] = _seen(ramp[:, : len(time) - k * stride], drop)
     rigid = _seen(state, drop) * np.array([*_STATE_SIGMA, *_STATE_SIGMA])[:, None]
-    target = _white(drop.explained[:, first:, None], drop)[:, 0]
+    target = _white(drop.filled[:, first:, None], drop)[:, 0]
     walk = _white(columns.reshape(len(drop.probes), len(time), -1), drop)
     step, values, covariance = _likeliest(walk, _white(rigid.reshape(len(drop.probes), len(time), -1), drop), target)
     # the walk's steps summed up: from (end, direction, step) to (end, direction, instant)

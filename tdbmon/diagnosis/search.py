@@ -19,6 +19,7 @@ from tdbmon.diagnosis.contender import (
     SLOPES,
     SOUND_S,
     Contender,
+    best_of_each_name,
     leader,
     negligible,
     replaced,
@@ -162,10 +163,11 @@ class Search:
         scores say little from there.
         """
         lying = [(cause, start) for cause in self.suspects if cause.lies for start in cause.usual()]
-        begun = roughly_from_the_fall(self.fallen, best, lying, [h for h in self.horizons if h <= horizon])
-        ranked = _best_of_each_name(begun)[:_SEATED_LATER]
+        known = list(zip(best.causes, best.starts(), strict=True))
+        rough = roughly_from_the_fall(self.fallen, known, lying, [h for h in self.horizons if h <= horizon])
+        ranked = best_of_each_name(rough)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
-        return _best_of_each_name(all_from_the_fall(self.fallen, ranked, self.horizons))
+        return best_of_each_name(all_from_the_fall(self.fallen, ranked, self.horizons))
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
@@ -188,7 +190,7 @@ class Search:
         ]
         rough.sort(key=lambda each: each.bic)
         if not thorough:  # then its values are right, and little can be missing
-            ranked = _best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
+            ranked = best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
             return [settled(each, horizon, SLOPES) for each in ranked]
         likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
@@ -198,7 +200,7 @@ class Search:
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
         seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= TOUCHED_S else _SEATED_LATER
-        ranked = siblings_first(_best_of_each_name(fitted))[:seats]
+        ranked = siblings_first(best_of_each_name(fitted))[:seats]
         seated: list[Contender] = []
         for place in range(0, len(ranked), 2):
             seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
@@ -248,17 +250,6 @@ def others_of_the_field(best: Contender, horizon: float, field: Sequence[Contend
 def _needed(small: Contender, best: Contender) -> bool:
     """True where a cause next to nothing explains what the best model without it leaves plainly: then it is there."""
     return best.fails and not small.fails and best.misfit - small.misfit > _CLEARLY * best.excess
-
-
-def _best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders, the best first, of those with other words or orders of the same cause the best only.
-
-    What turns with a ring and what stands still are two causes: the one has an angle of its own in every drop.
-    """
-    best: dict[tuple[str, bool], Contender] = {}
-    for each in sorted(fitted, key=lambda each: each.bic):
-        best.setdefault((each.name, each.causes[-1].turning), each)
-    return list(best.values())
 
 
 def siblings_first(ranked: Sequence[Contender]) -> list[Contender]:

@@ -14,9 +14,9 @@ from dataclasses import replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import followed_on
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import FEW_SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.follow import CONTACT_S
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
@@ -44,10 +44,9 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             if acts_on_sensors(cause.declared):
                 found += _promising(bare, cause, others, best.horizon)
             else:
-                tasks = [(bare, other, best.starts()[index], best.horizon) for other in others]
-                fitted = best.problem.crew.apart(_elsewhere, tasks)
-                causes = [(*bare.causes, other) for other in others]
-                found += [n.at_home(best, c) for n, c in zip(fitted, causes, strict=True) if n is not None]
+                # the values of the ends' machines are other ones then, so it begins where paths have hardly parted
+                elsewhere = [with_cause(bare, other, best.starts()[index]) for other in others]
+                found += followed_on(elsewhere, (min(SOUND_S, best.horizon), best.horizon))
         except InputError:
             continue
     return found
@@ -62,18 +61,6 @@ def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horiz
         for score in ranked
         if score.suspect is not cause and score.gain > _LIKE * own
     ]
-
-
-def _elsewhere(bare: Contender, other: Suspect, start: Start, horizon: float) -> Contender | None:
-    """Return a model with a cause at one end in the place of both, or so; None where it cannot be simulated.
-
-    The values of the ends' machines are other ones then, so it begins where paths have hardly parted.
-    """
-    try:
-        found = settled(with_cause(bare, other, start), min(SOUND_S, horizon), SLOPES)
-        return settled(found, horizon, SLOPES)
-    except InputError:
-        return None
 
 
 def _alike(one: Suspect, other: Suspect) -> bool:

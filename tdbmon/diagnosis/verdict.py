@@ -173,7 +173,7 @@ def _discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tupl
 
 
 def _explains(best: Contender, plain: Contender) -> bool:
-    """True where a model leaves noise alone, or so little of what the plain one leaves as its law may be inexact."""
+    """True where a model leaves noise alone, or so little of what its contacts take away as their law may be inexact."""
     return best.ratio <= EXPLAINED or (best.ratio <= NEARLY and best.leaves_little(plain))
 
 

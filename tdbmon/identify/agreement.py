@@ -139,17 +139,17 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS)
         at = bearing.position if plane == "bearing" else _probe_plane(measured, bearing.name)
         origin = centre(machine, shared, at)
         apart = np.array([[origin.real], [origin.imag]])
-        paths = [each.displacement[i].to_numpy() - apart for each in planes]
+        seen, simulated, unbroken = (each.displacement[i].to_numpy() - apart for each in planes)
         touching = bearing.radial_gap.nominal + bearing.balls.diametral_clearance.nominal / 2
         ends[bearing.name] = EndAgreement(
             end=bearing.name,
             plane=plane,
-            measured=paths[0],
-            simulated=paths[1],
+            measured=seen,
+            simulated=simulated,
             noise=np.sqrt(weights**2 @ np.array([noise.sigma**2 for noise in measured.noise])),
             gap=bearing.radial_gap.nominal,
             touching=touching,
-            contacts=_contacts(time, [paths[2], paths[1]], touching, forces[i]),
+            contacts=_contacts(time, [unbroken, simulated], touching, forces[i]),
         )
     return Agreement(
         name=measured.name,
@@ -203,17 +203,5 @@ def _force_within(spans: Sequence[tuple[float, float]], contact: Contact) -> tup
 
 
 def _residuals(since: Array, left: Array, drop: MeasuredDrop, seconds: float) -> tuple[Residual, ...]:
-    found = []
-    for horizon in HORIZONS:
-        if horizon > min(seconds, float(since[-1])) + 1.5 * drop.interval:
-            break
-        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
-        names = [probe.name for probe in drop.probes]
-        found.append(
-            Residual(
-                horizon,
-                dict(zip(names, (float(value) for value in rms), strict=True)),
-                dict(zip(names, (noise.sigma for noise in drop.noise), strict=True)),
-            )
-        )
-    return tuple(found)
+    last = min(seconds, float(since[-1])) + 1.5 * drop.interval
+    return tuple(Residual.of(left, since, drop, horizon) for horizon in HORIZONS if horizon <= last)

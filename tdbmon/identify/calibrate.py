@@ -140,13 +140,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
         return scale[name] * math.sqrt(covariance[where[name], where[name]])
 
     found = problem.simulated(point, drop, horizons[-1])
-    prediction, left, since = found.prediction, found.left, found.since
-    residuals = []
-    for horizon in horizons:
-        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
-        by_probe = zip(measured.probes, rms, measured.noise, strict=True)
-        names = [(probe.name, float(value), noise.sigma) for probe, value, noise in by_probe]
-        residuals.append(Residual(horizon, {n: v for n, v, _ in names}, {n: s for n, _, s in names}))
+    prediction = found.prediction
     n = problem.model.n
     at = int(np.searchsorted(prediction.motion.time, prediction.motion.plan.levitated - 1e-12))
     state, rule = prediction.motion.state[at], "simulation fitted to the drop"
@@ -170,7 +164,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
         shaft_angle=Estimate.from_sigma(own["shaft_angle"], sigma("shaft_angle"), "deg", rule),
         position={name: (p[0], p[1]) for name, p in position.items()},
         velocity={name: (v[0], v[1]) for name, v in velocity.items()},
-        residuals=tuple(residuals),
+        residuals=tuple(Residual.of(found.left, found.since, measured, horizon) for horizon in horizons),
     )
 
 

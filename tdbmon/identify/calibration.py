@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -31,6 +32,20 @@ class Residual:
     horizon: float
     rms: dict[str, float]
     noise: dict[str, float]
+
+    @classmethod
+    def of(cls, left: Array, since: Array, drop: MeasuredDrop, horizon: float) -> Residual:
+        """Return the residual of a drop from what is left of it, (probes, k), m, NaN where a sample is missing.
+
+        `since` is s after the release, (k,).
+        """
+        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
+        names = [probe.name for probe in drop.probes]
+        return cls(
+            horizon,
+            dict(zip(names, rms.tolist(), strict=True)),
+            dict(zip(names, (noise.sigma for noise in drop.noise), strict=True)),
+        )
 
     @property
     def ratio(self) -> float:

@@ -20,8 +20,8 @@ USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drop
 FLIGHT_S = 0.008  # of a fall through a usual gap
 _LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
-_FOLLOWED_S = 0.065  # after the release, that drops are followed at most
-_THERE = 0.6  # of a probe's samples so far, that must be there
+_COUNTED_S = 0.065  # after the release, in which a probe's samples are counted
+_THERE = 0.6  # of them, that must be there
 _HELD = 0.5  # of the levitated stretch, that must be there in one piece: it tells the noise
 _TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
 
@@ -254,7 +254,7 @@ def bridged(values: Array) -> Array:
 
 def _tells(time: Array, values: Array, release: float) -> bool:
     """True where a probe has most of its samples while the drop is followed, and enough before it in one piece."""
-    followed = (time >= release - _CLEAR_S) & (time < release + _FOLLOWED_S)
+    followed = (time >= release - _CLEAR_S) & (time < release + _COUNTED_S)
     held = values[time < release - _CLEAR_S]
     piece = _longest_piece(held)
     return bool(np.isfinite(values[followed]).mean() >= _THERE and piece.stop - piece.start >= _HELD * len(held))

@@ -26,6 +26,17 @@ from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
 
 
+@pytest.fixture(scope="module")
+def leaking(crew):
+    """Suspects, the plain model and that with the leak, of drops with a crosstalk, fitted to 14 ms."""
+    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
+    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
+    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    return everyone, bare, leak
+
+
 def test_score_names_the_hidden_effect_and_its_size(gained):
     problem, everyone = gained
     ranked = scores(problem, fit(problem, problem.start, 0.006), 0.006, everyone)
@@ -120,12 +131,8 @@ def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed,
     assert weighed(replace(gain, floor=gain.ratio / 1.5)).exact_excess == math.inf
 
 
-def test_twins_are_led_along_the_horizons_again(crew):
-    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
-    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
-    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+def test_twins_are_led_along_the_horizons_again(leaking):
+    *_, leak = leaking
     for horizon in (0.018, 0.022):
         leak = settled(leak, horizon, 4)
     point = leak.fit.point.copy()
@@ -200,13 +207,9 @@ def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
     }
 
 
-def test_twins_are_compared_with_the_paths_of_their_drops_sought(crew):
+def test_twins_are_compared_with_the_paths_of_their_drops_sought(leaking):
     """The angle of a cage that is wrong costs more than a turned probe and a leak differ by."""
-    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
-    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
-    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    everyone, _, leak = leaking
     point = leak.fit.point.copy()
     point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
     lost = replace(leak, fit=linearised(leak.problem, point, 0.014))
@@ -392,15 +395,11 @@ def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail
     assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
 
 
-def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(crew, monkeypatch):
+def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, monkeypatch):
     """Else the twin that happened to find better values of the machine wins, whatever it is a twin of."""
     from tdbmon.diagnosis import twins as module
 
-    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
-    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
-    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    everyone, bare, leak = leaking
     point = leak.fit.point.copy()
     point[0] += 0.3
     shallow = replace(leak, fit=linearised(leak.problem, point, 0.014))
