@@ -186,13 +186,13 @@ def projected(x: ArrayLike, y: ArrayLike, angle: ArrayLike) -> Array:
 
 
 def surface(harmonics: Sequence[Sequence[Runout]], shaft_angle: Array, probe_angles: ArrayLike) -> Array:
-    """Return how far the shaft's surface stands out under probes, (probes, n), m: it reads as if the shaft came nearer.
+    """Return how far the shaft's surface stands out under probes, (..., probes, n), m: it reads as if the shaft came nearer.
 
     Parameters
     ----------
     harmonics : sequence of sequence of Runout
         Those that each probe sees.
-    shaft_angle : (n,) array
+    shaft_angle : (..., n) array
         rad.
     probe_angles : (probes,) array
         rad.
@@ -202,33 +202,33 @@ def surface(harmonics: Sequence[Sequence[Runout]], shaft_angle: Array, probe_ang
     for row, (seen, angle) in enumerate(zip(harmonics, np.asarray(probe_angles, dtype=float), strict=True)):
         for each in seen:
             crests[row, orders.index(each.order)] += cmath.rect(each.amplitude, each.order * (angle - each.phase))
-    turned = np.multiply.outer(orders, shaft_angle)
+    turned = np.array(orders)[:, None] * shaft_angle[..., None, :]
     return np.asarray(crests.real @ np.cos(turned) + crests.imag @ np.sin(turned))
 
 
 def delayed(values: Array, lag: float) -> Array:
-    """Return evenly sampled values later by `lag` samples (cubic spline between them; held beyond the ends)."""
+    """Return evenly sampled values (..., n) later by `lag` samples (cubic spline between them; held beyond the ends)."""
     if lag == 0:
         return values
-    last = len(values) - 1
-    wanted = np.clip(np.arange(len(values)) - lag, 0, last)
-    if float(lag).is_integer() or last < 3:
-        return np.interp(wanted, np.arange(len(values)), values)
+    last = values.shape[-1] - 1
+    wanted = np.clip(np.arange(last + 1) - lag, 0, last)
+    if float(lag).is_integer():
+        return np.asarray(values[..., wanted.astype(int)])
     from scipy.interpolate import make_interp_spline
 
-    return np.asarray(make_interp_spline(np.arange(len(values)), values, k=3)(wanted))
+    return np.asarray(make_interp_spline(np.arange(last + 1), values, k=min(3, last), axis=-1)(wanted))
 
 
 def clean_readings(
     x: Array, y: Array, shaft_angle: Array, probes: Sequence[Probe], chain: SensorChain
 ) -> NDArray[np.float64]:
-    """Return what probes read before hum, noise and converter, (probes, n), m.
+    """Return what probes read before hum, noise and converter, (..., probes, n), m.
 
     Parameters
     ----------
-    x, y : (probes, n) arrays
+    x, y : (..., probes, n) arrays
         Displacement of the shaft's centre in each probe's plane, m.
-    shaft_angle : (n,) array
+    shaft_angle : (..., n) array
         rad.
     probes : sequence of Probe
         A row each; a leak from a probe that is not among them is left out.
@@ -246,10 +246,10 @@ def clean_readings(
         alone = out.copy()
         for name, (source, part) in chain.leaks.items():
             if name in rows and source in rows:
-                out[rows[name]] += part * alone[rows[source]]
+                out[..., rows[name], :] += part * alone[..., rows[source], :]
     for row, link in enumerate(links):
         if link.lag:
-            out[row] = delayed(out[row], link.lag)
+            out[..., row, :] = delayed(out[..., row, :], link.lag)
     return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -245,7 +245,8 @@ def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Rel
     `room` : (k, size), for its states, where they shall not stand in an array of their own.
     """
     _holds_together(model.machine, plan)
-    model = model.copy()
+    arrays = model.arrays  # but for angles and magnets, no run changes them
+    model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _released(model, plan)
     time = instants(plan)
     levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
@@ -288,24 +289,31 @@ def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.compl
     whirl = unturned * np.exp(1j * plan.shaft_angle)
     add_whirl_force(arrays, omega, whirl)
     y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
-    push = np.linalg.solve(arrays.at_end[:, :2], np.asarray(plan.velocity, dtype=float))
+    push = _rigid_velocity(arrays.at_end, plan.velocity)
     y[nq : nq + n], y[nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
-    y[nq : nq + 2] += push[:, 0]
-    y[nq + n : nq + n + 2] += push[:, 1]
+    y[nq : nq + 2] += push.real
+    y[nq + n : nq + n + 2] += push.imag
     y[2 * n + 12] = plan.shaft_angle
     y[2 * n + 13 : 2 * n + 15] = plan.ring_angle
     y[nq + 2 * n + 12] = omega
+    means, orbits = (arrays.at_end @ (mean_x + 1j * mean_y)).tolist(), abs(arrays.at_end @ whirl).tolist()
     for end, name in enumerate(model.machine.ends):
         *places, found = rest(arrays, end)
         if not found:
             raise InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
         y[2 * n + 6 * end : 2 * n + 6 * end + 6] = places
-        offset = arrays.at_end[end] @ np.array([mean_x, mean_y]).T - np.array(places[:2])
-        orbit = abs(arrays.at_end[end] @ whirl)
-        if np.hypot(*offset) + orbit >= arrays.end[end, GAP]:
+        offset, orbit = abs(means[end] - complex(*places[:2])), orbits[end]
+        if offset + orbit >= arrays.end[end, GAP]:
             raise InputError(
-                f"end '{name}': the levitated shaft, {np.hypot(*offset) * 1e6:.4g} um off the inner ring's centre with an"
+                f"end '{name}': the levitated shaft, {offset * 1e6:.4g} um off the inner ring's centre with an"
                 f" orbit of {orbit * 1e6:.4g} um 0-pk, reaches the gap of {arrays.end[end, GAP] * 1e6:.4g} um;"
                 " check set-point, unbalance and speed"
             )
     return y, unturned
+
+
+def _rigid_velocity(at_end: Array, velocity: Sequence[Sequence[float]]) -> NDArray[np.complex128]:
+    """Return the velocities x + i y of the two rigid modes that move the shaft at the ends (x, y an end) as wanted."""
+    (a, b), (c, d) = at_end[:, :2].tolist()
+    first, second = (complex(*each) for each in velocity)
+    return np.array([d * first - b * second, a * second - c * first]) / (a * d - b * c)

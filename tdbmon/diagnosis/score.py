@@ -24,9 +24,10 @@ from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
-from tdbmon.identify.prediction import predict, residuals
+from tdbmon.identify.prediction import planned
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber, spread
+from tdbmon.identify.variants import Variant, left_by, paths
 
 Array = NDArray[np.float64]
 
@@ -200,24 +201,35 @@ def changes_by(
     measured, machine = problem.drops[drop], problem.model.machine
     standing = (*problem.standing, *(each.at(shared, own, drop) for each in problem.free))
     bare = with_values(problem.model, shared)
-    still = predict(measured, with_effects(bare, standing) if standing else bare, own, horizon)
-    found = []
+    still = Variant(
+        with_effects(bare, standing) if standing else bare,
+        planned(measured, own, horizon),
+        problem.sensors(standing, shared, own, drop),
+    )
+    changes: list[dict[Key, Array | None]] = []
+    tried: list[tuple[dict[Key, Array | None], Key, bool, Variant]] = []
     for suspect in suspects:
-        changes: dict[Key, Array | None] = {}
+        changes.append({})
+        on_sensors = acts_on_sensors(suspect.declared)
         for key in keys(suspect):
             if suspect.counted and key[3] > machine.bearing(suspect.where).balls.count:
                 continue
+            changes[-1][key] = None
             effects = (*standing, _effect(suspect, key))
             try:
-                moved = still
-                if not acts_on_sensors(suspect.declared):
-                    moved = predict(measured, with_effects(bare, effects), own, horizon)
-                seen = residuals(moved, measured, machine, problem.sensors(effects, shared, own, drop))
-                changes[key] = weight * (seen - base)
+                model = still.model if on_sensors else with_effects(bare, effects)
+                sensors = problem.sensors(effects, shared, own, drop)
             except InputError:
-                changes[key] = None
-        found.append(changes)
-    return found
+                continue
+            tried.append((changes[-1], key, on_sensors, Variant(model, still.plan, sensors)))
+    stays, *moved = paths(measured, [still, *(each for *_, on_sensors, each in tried if not on_sensors)], horizon)
+    others = iter(moved)
+    found = [stays if on_sensors else next(others) for *_, on_sensors, _ in tried]
+    for (of_suspect, key, *_), seen in zip(
+        tried, left_by(measured, machine, found, [each.sensors for *_, each in tried]), strict=True
+    ):
+        of_suspect[key] = None if seen is None else weight * (seen - base)
+    return changes
 
 
 def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:

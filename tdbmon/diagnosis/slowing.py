@@ -80,13 +80,14 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     try:
         model, _ = problem.setting(shared, own, drop)
         prediction = predict(measured, model, own, last)
+        path = prediction.path
     except InputError:
         return None
     sense = problem.model.machine.sense
-    time = measured.time[prediction.first : prediction.first + len(prediction.angle)] - measured.release
-    simulated = np.interp(since, time, prediction.angle)
+    time = measured.time[path.first : path.first + len(path.angle)] - measured.release
+    simulated = np.interp(since, time, path.angle)
     release = own["release"]
-    turned = simulated - np.interp(release, time, prediction.angle)
+    turned = simulated - np.interp(release, time, path.angle)
     lag = sense * turned - _coasted(model, prediction.motion.plan.speed, since - release)
     left = sense * (angle - simulated)
     rows = []

@@ -137,7 +137,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS)
             continue
         weights = planes[0].weights[i].to_numpy()
         at = bearing.position if plane == "bearing" else _probe_plane(measured, bearing.name)
-        origin = centre(machine, shared, at)
+        origin = complex(centre(machine, shared, [at])[0])
         apart = np.array([[origin.real], [origin.imag]])
         seen, simulated, unbroken = (each.displacement[i].to_numpy() - apart for each in planes)
         touching = bearing.radial_gap.nominal + bearing.balls.diametral_clearance.nominal / 2

@@ -59,13 +59,12 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
         offsets, period = circle(problem, problem.own[drop][column - len(problem.shared)])
         start, least, best = near[where[column]], math.inf, near[where[column]]
         stays = math.inf
-        for offset in offsets:
-            near[where[column]] = start + offset
-            try:
-                left = problem.residual(near, drop, horizon) * weights
-            except InputError:
+        turned = np.tile(near, (len(offsets), 1))
+        turned[:, where[column]] += offsets
+        for offset, residual in zip(offsets, problem.residuals_at(list(turned), drop, horizon), strict=True):
+            if residual is None:
                 continue
-            left = np.concatenate([left, near[where][others] * prior])
+            left = np.concatenate([residual * weights, near[where][others] * prior])
             left = left - basis @ (basis.T @ left)
             if offset == 0:
                 stays = float(left @ left)

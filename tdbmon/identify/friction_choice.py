@@ -125,8 +125,8 @@ def _orbit(calibration: Calibration, drop: int, coefficient: float, seconds: flo
     except InputError:
         return None
     sensors = problem.sensors(effects, values, own, drop)
-    simulated = readings(prediction, measured, calibration.machine, sensors)
-    here = simulated[:, span.start - prediction.first : span.stop - prediction.first]
+    simulated = readings(prediction.path, measured, calibration.machine, sensors)
+    here = simulated[:, span.start - prediction.path.first : span.stop - prediction.path.first]
     return np.asarray(at_planes(here, measured.time[span], measured, calibration.machine).displacement.to_numpy())
 
 

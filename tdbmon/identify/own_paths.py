@@ -118,11 +118,11 @@ def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
     for at in np.ndindex(misfit.shape):
         points[at] = stays.point.copy()
         points[at][angles] += [grid[k] for grid, k in zip(grids, at, strict=True)]
-        try:
-            left = alone.residual(points[at], 0, horizon) * weights
-        except InputError:
+    found = alone.residuals_at(list(points.values()), 0, horizon)
+    for at, residual in zip(points, found, strict=True):
+        if residual is None:
             continue
-        left = np.concatenate([left, (alone.prior * points[at])[others]])
+        left = np.concatenate([residual * weights, (alone.prior * points[at])[others]])
         left -= basis @ (basis.T @ left)
         misfit[at] = left @ left
     hollow = np.isfinite(misfit)

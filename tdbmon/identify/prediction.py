@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from tdbsim import hooks
 from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
@@ -34,35 +34,49 @@ _LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
-    """Readings of a simulated drop at the record's samples (SI).
+class Path:
+    """Where a simulated drop leads the shaft, at the record's samples (SI); or several at other values, along a first axis.
 
     Attributes
     ----------
     first : int
         Sample of the record at which it begins.
-    motion : Trajectory
-    x, y : (probes, k) arrays
+    x, y : (..., probes, k) arrays
         Shaft centre in the probes' planes as the bearings' centres have it, m.
-    angle : (k,) array
+    angle : (..., k) array
         Shaft angle, rad.
-    omega, coasting : float
-        Speed at the middle of the levitated stretch, rad/s, and angular acceleration there, rad/s^2, if nothing drives.
-    mean : (probes,) complex array
+    omega : float
+        Speed at the middle of the levitated stretch, rad/s.
+    coasting : (...) array
+        Angular acceleration there if nothing drives, rad/s^2.
+    mean : (..., probes) complex array
         x + i y of the levitated mean, m.
-    whirl : (probes,) complex array
+    whirl : (..., probes) complex array
         Of the levitated whirl: x + i y = whirl exp(i angle), m.
     """
 
     first: int
-    motion: Trajectory
     x: Array
     y: Array
     angle: Array
     omega: float
-    coasting: float
+    coasting: Array
     mean: NDArray[np.complex128]
     whirl: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A simulated drop.
+
+    Attributes
+    ----------
+    motion : Trajectory
+    path : Path
+    """
+
+    motion: Trajectory
+    path: Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +88,12 @@ class Sensors:
     chain : SensorChain
         What effects do to the channels, and how the surface at each end runs out (`with_surface`).
     shared, own : mapping
-        Values (SI) by name, of all drops and of this one.
+        Values (SI) by name, of all drops and of this one; with several paths, (paths,) arrays of them.
     """
 
     chain: SensorChain
-    shared: Values
-    own: Values
+    shared: Mapping[str, float | Array]
+    own: Mapping[str, float | Array]
 
 
 def with_surface(chain: SensorChain, machine: Machine, own: Values) -> SensorChain:
@@ -133,16 +147,17 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
     InputError
         If the values are impossible: the levitated shaft reaches the ring, or the simulation does not converge.
     """
-    return predicted(drop, run(*simulation(drop, model, own, horizon)), horizon)
+    motion = run(model, planned(drop, own, horizon))
+    return Prediction(motion, path_of(drop, motion, horizon))
 
 
-def simulation(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -> tuple[DropModel, DropPlan]:
-    """Return what is simulated for a prediction."""
-    return model, drop_plan(drop, own, *window(drop, horizon))
+def planned(drop: MeasuredDrop, own: Values, horizon: float) -> DropPlan:
+    """Return the plan of what is simulated for a prediction."""
+    return drop_plan(drop, own, *window(drop, horizon))
 
 
-def predicted(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Prediction:
-    """Return the prediction of a simulation."""
+def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
+    """Return where a simulation leads the shaft."""
     model, n = motion.model, motion.model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
@@ -150,17 +165,32 @@ def predicted(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Predict
     whirl = motion.whirl  # the speed hardly changes before the release
     at_first = whirl * np.exp(1j * angle[0])
     mean = motion.state[0, :n] + 1j * motion.state[0, n : 2 * n] - at_first
-    return Prediction(
+    return Path(
         first=window(drop, horizon)[0],
-        motion=motion,
         x=shapes @ motion.state[:, :n].T,
         y=shapes @ motion.state[:, n : 2 * n].T,
-        angle=angle,
+        angle=angle.copy(),  # all that is seen of the states, which take much room
         omega=middle,
-        coasting=coasting(model, middle),
+        coasting=np.asarray(coasting(model, middle)),
         mean=shapes @ mean,
         whirl=shapes @ whirl,
     )
+
+
+def side_by_side(paths: Sequence[Path], sensors: Sequence[Sensors]) -> tuple[Path, Sensors]:
+    """Return several paths of a drop to one horizon as one, with the sensors that see them, whose chains are equal."""
+
+    def stacked(name: str) -> NDArray[Any]:
+        return np.stack([getattr(each, name) for each in paths])
+
+    together = Path(
+        first=paths[0].first,
+        omega=paths[0].omega,
+        **{name: stacked(name) for name in ("x", "y", "angle", "coasting", "mean", "whirl")},
+    )
+    shared = {name: np.array([each.shared[name] for each in sensors]) for name in sensors[0].shared}
+    own = {name: np.array([each.own[name] for each in sensors]) for name in sensors[0].own}
+    return together, Sensors(sensors[0].chain, shared, own)
 
 
 def coasting(model: DropModel, omega: float) -> float:
@@ -178,71 +208,74 @@ def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
     return modes.at(positions)
 
 
-def readings(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
-    """Return what the probes read of a prediction, (probes, k), m."""
-    offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])
-    x, y = prediction.x + offset.real[:, None], prediction.y + offset.imag[:, None]
-    out = clean_readings(x, y, prediction.angle, drop.probes, sensors.chain)
-    for row, probe in zip(out, drop.probes, strict=True):
-        row += sensors.own[f"zero_{probe.name}"]
-    return out
+def readings(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
+    """Return what the probes read of a path, (..., probes, k), m."""
+    offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])[..., None]
+    seen = clean_readings(path.x + offset.real, path.y + offset.imag, path.angle, drop.probes, sensors.chain)
+    return seen + _zeros(drop, sensors)[..., None]
 
 
-def levitated(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
+def _zeros(drop: MeasuredDrop, sensors: Sensors) -> Array:
+    """Return what the probes read with the shaft in the middle, (..., probes), m."""
+    return np.stack([np.asarray(sensors.own[f"zero_{probe.name}"]) for probe in drop.probes], axis=-1)
+
+
+def levitated(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
     """Return what the probes read of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
     links = [sensors.chain.of(probe.name) for probe in drop.probes]
     pairs = list(zip(drop.probes, links, strict=True))
     axes = np.exp(-1j * np.array([probe.angle + link.angle_error for probe, link in pairs]))
     gain = np.array([link.gain for link in links])
-    place = prediction.mean + centre(machine, sensors.shared, [probe.position for probe in drop.probes])
+    place = path.mean + centre(machine, sensors.shared, [probe.position for probe in drop.probes])
     means = gain * (place * axes).real + np.array([link.offset for link in links])
-    phasors = np.zeros((len(links), 2), dtype=complex)
-    phasors[:, 0] = prediction.whirl * axes
-    for seen, axis, link in zip(phasors, axes.tolist(), links, strict=True):
+    surfaces = np.zeros((len(links), 2), dtype=complex)
+    for seen, axis, link in zip(surfaces, axes.tolist(), links, strict=True):
         for surface in link.runout:
             if surface.order <= len(seen):
                 seen[surface.order - 1] += surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
-    phasors *= gain[:, None]
+    once = path.whirl * axes + surfaces[:, 0]
+    phasors = np.stack([once, np.broadcast_to(surfaces[:, 1], once.shape)], axis=-1) * gain[:, None]
     rows = {probe.name: i for i, probe in enumerate(drop.probes)}
     alone = means.copy(), phasors.copy()
     for name, (source, part) in sensors.chain.leaks.items():
         if name in rows and source in rows:
-            means[rows[name]] += part * alone[0][rows[source]]
-            phasors[rows[name]] += part * alone[1][rows[source]]
-    late = np.exp(-1j * prediction.omega * drop.interval * np.array([link.lag for link in links]))
-    phasors *= np.column_stack([late, late**2])
-    means += np.array([sensors.own[f"zero_{probe.name}"] for probe in drop.probes])
-    return Levitated(means, phasors)
+            means[..., rows[name]] += part * alone[0][..., rows[source]]
+            phasors[..., rows[name], :] += part * alone[1][..., rows[source], :]
+    late = np.exp(-1j * path.omega * drop.interval * np.array([link.lag for link in links]))
+    return Levitated(means + _zeros(drop, sensors), phasors * np.column_stack([late, late**2]))
 
 
-def centre(machine: Machine, shared: Values, position: ArrayLike) -> NDArray[np.complex128]:
-    """Return where the line of the bearings' centres passes a plane, or several, in the probes' zero, x + i y, m."""
+def centre(machine: Machine, shared: Mapping[str, float | Array], position: Sequence[float]) -> NDArray[np.complex128]:
+    """Return where the line of the bearings' centres passes some planes in the probes' zero, x + i y, (..., planes), m."""
     a, b = machine.touchdown_bearings
-    at = [complex(shared[f"{end.name}.centre_x"], shared[f"{end.name}.centre_y"]) for end in (a, b)]
-    return np.asarray(at[0] + (at[1] - at[0]) * (np.asarray(position) - a.position) / (b.position - a.position))
+    at = [np.asarray(shared[f"{end.name}.centre_x"] + 1j * shared[f"{end.name}.centre_y"])[..., None] for end in (a, b)]
+    along = (np.asarray(position) - a.position) / (b.position - a.position)
+    return np.asarray(at[0] + (at[1] - at[0]) * along)
 
 
-def residuals(prediction: Prediction, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
+def residuals(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
 
-    In this order: readings (a probe after the other, without missing samples), pulses of the keyphasor, levitated means and
-    whirl, coasting.
+    In this order, along the last axis: readings (a probe after the other, without missing samples), pulses of the
+    keyphasor, levitated means and whirl, coasting.
     """
-    k = prediction.x.shape[1]
-    span = slice(prediction.first, prediction.first + k)
-    left = drop.reading[:, span] - readings(prediction, drop, machine, sensors)
-    scale = _scale(drop, prediction.first, k)
-    held = levitated(prediction, drop, machine, sensors)
-    turn = np.exp(1j * np.array([1, 2]) * sensors.own["shaft_angle"])
+    k = path.x.shape[-1]
+    span = slice(path.first, path.first + k)
+    left = drop.reading[:, span] - readings(path, drop, machine, sensors)
+    scale = _scale(drop, path.first, k)
+    held = levitated(path, drop, machine, sensors)
+    turn = np.exp(1j * np.multiply.outer(sensors.own["shaft_angle"], [1, 2]))[..., None, :]
     apart = (scale.orders - held.orders * turn) / scale.order_sigma
     still = (scale.mean - held.mean) / scale.mean_sigma
+    before = np.concatenate([still[..., None], apart.real, apart.imag], axis=-1)
     return np.concatenate(
         [
-            (coloured(left, scale.colour) / scale.reading_sigma)[scale.there],
-            _pulse_residuals(prediction, drop),
-            np.column_stack([still, apart.real, apart.imag]).ravel(),
-            _coasting_residual(prediction, drop),
-        ]
+            (coloured(left, scale.colour) / scale.reading_sigma)[..., scale.there],
+            _pulse_residuals(path, drop, scale),
+            before.reshape(*before.shape[:-2], -1),
+            _coasting_residual(path, drop)[..., None],
+        ],
+        axis=-1,
     )
 
 
@@ -262,6 +295,12 @@ class _Scale:
         Measured before the release, m.
     mean_sigma, order_sigma : (probes,) and (probes, 1) arrays
         Their standard deviations, m.
+    pulses : array of bool
+        Which pulses of the keyphasor come between the release and the end.
+    before_pulse, after_pulse : (pulses,) arrays of int
+        The samples between which each of these comes.
+    on_the_way : (pulses,) array
+        How far it is from one to the other, 0 to 1.
     """
 
     colour: Array
@@ -271,6 +310,10 @@ class _Scale:
     orders: NDArray[np.complex128]
     mean_sigma: Array
     order_sigma: Array
+    pulses: NDArray[np.bool_]
+    before_pulse: NDArray[np.intp]
+    after_pulse: NDArray[np.intp]
+    on_the_way: Array
 
 
 @lru_cache(maxsize=16)  # of some drops at a horizon or two
@@ -279,6 +322,11 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     colour = np.zeros((max(len(noise.colour) for noise in drop.noise), len(drop.noise), 1))
     for row, noise in enumerate(drop.noise):
         colour[: len(noise.colour), row, 0] = noise.colour
+    time = drop.time[first : first + count]
+    pulses = (drop.pulse_times > drop.release) & (drop.pulse_times < time[-1])
+    after = np.searchsorted(time, drop.pulse_times[pulses])
+    before = np.maximum(after - 1, 0)
+    between = time[after] - time[before]
     return _Scale(
         colour=colour,
         reading_sigma=np.array([np.hypot(noise.innovation, model) for noise in drop.noise]),
@@ -287,6 +335,10 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
         orders=np.array([noise.orders[:2] for noise in drop.noise]),
         mean_sigma=np.array([np.hypot(noise.mean_sigma, _LEVITATED_FLOOR) for noise in drop.noise]),
         order_sigma=np.array([[np.hypot(noise.order_sigma, _LEVITATED_FLOOR)] for noise in drop.noise]),
+        pulses=pulses,
+        before_pulse=before,
+        after_pulse=after,
+        on_the_way=(drop.pulse_times[pulses] - time[before]) / np.where(between > 0, between, 1.0),
     )
 
 
@@ -320,19 +372,16 @@ def model_error(drop: MeasuredDrop, since: Array) -> Array:
     return _MODEL_ERROR * np.exp(drop.divergence * np.maximum(since - FLIGHT_S, 0.0))
 
 
-def _pulse_residuals(prediction: Prediction, drop: MeasuredDrop) -> Array:
-    """Return measured less predicted shaft angle at the pulses within the prediction, over their standard deviation."""
-    time = drop.time[prediction.first : prediction.first + len(prediction.angle)]
-    inside = (drop.pulse_times > drop.release) & (drop.pulse_times < time[-1])
-    if not inside.any():
-        return np.empty(0)
-    seen = np.interp(drop.pulse_times[inside], time, prediction.angle)
-    return (drop.pulse_angles[inside] - seen) / drop.pulse_sigma
+def _pulse_residuals(path: Path, drop: MeasuredDrop, scale: _Scale) -> Array:
+    """Return measured less predicted shaft angle at the pulses within the path, over their standard deviation."""
+    before, after = path.angle[..., scale.before_pulse], path.angle[..., scale.after_pulse]
+    seen = before + scale.on_the_way * (after - before)
+    return np.asarray((drop.pulse_angles[scale.pulses] - seen) / drop.pulse_sigma)
 
 
-def _coasting_residual(prediction: Prediction, drop: MeasuredDrop) -> Array:
+def _coasting_residual(path: Path, drop: MeasuredDrop) -> Array:
     """Return measured less predicted deceleration before the release; nothing where a drive held the speed."""
-    if prediction.coasting == 0.0 or drop.acceleration / prediction.coasting < _DRIVEN:
-        return np.zeros(1)
+    turned_off = path.coasting != 0.0
+    driven = ~turned_off | (drop.acceleration / np.where(turned_off, path.coasting, 1.0) < _DRIVEN)
     sigma = math.hypot(drop.acceleration_sigma, _COASTING_FLOOR * drop.acceleration)
-    return np.array([(drop.acceleration - prediction.coasting) / sigma])
+    return np.where(driven, 0.0, (drop.acceleration - path.coasting) / sigma)

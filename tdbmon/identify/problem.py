@@ -20,8 +20,17 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
-from tdbmon.identify.prediction import Prediction, Sensors, predict, readings, residuals, with_surface
+from tdbmon.identify.prediction import (
+    Prediction,
+    Sensors,
+    planned,
+    predict,
+    readings,
+    residuals,
+    with_surface,
+)
 from tdbmon.identify.slopes import slopes
+from tdbmon.identify.variants import Variant, left_by, paths
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -177,7 +186,27 @@ class Problem:
         model, effects = self.setting(shared, own, drop)
         prediction = predict(self.drops[drop], model, own, horizon)
         sensors = self.sensors(effects, shared, own, drop)
-        return residuals(prediction, self.drops[drop], self.model.machine, sensors)
+        return residuals(prediction.path, self.drops[drop], self.model.machine, sensors)
+
+    def variant(self, point: Array, drop: int, horizon: float) -> Variant:
+        """Return what is simulated of a drop at a point (raises InputError where the values are impossible)."""
+        shared, own = self.values(point, drop)
+        model, effects = self.setting(shared, own, drop)
+        return Variant(model, planned(self.drops[drop], own, horizon), self.sensors(effects, shared, own, drop))
+
+    def residuals_at(self, points: Sequence[Array], drop: int, horizon: float) -> list[Array | None]:
+        """Return a drop's residuals at several points; None where the values are impossible."""
+        variants: dict[int, Variant] = {}
+        for at, point in enumerate(points):
+            try:
+                variants[at] = self.variant(point, drop, horizon)
+            except InputError:
+                continue
+        measured = self.drops[drop]
+        found = paths(measured, list(variants.values()), horizon)
+        left = left_by(measured, self.model.machine, found, [each.sensors for each in variants.values()])
+        reached = dict(zip(variants, left, strict=True))
+        return [reached.get(at) for at in range(len(points))]
 
     def simulated(self, point: Array, drop: int, horizon: float) -> Simulated:
         """Return a drop as a point has it (raises InputError where the values are impossible)."""
@@ -185,8 +214,8 @@ class Problem:
         measured = self.drops[drop]
         model, effects = self.setting(shared, own, drop)
         prediction = predict(measured, model, own, horizon)
-        seen = readings(prediction, measured, self.model.machine, self.sensors(effects, shared, own, drop))
-        span = slice(prediction.first, prediction.first + seen.shape[1])
+        seen = readings(prediction.path, measured, self.model.machine, self.sensors(effects, shared, own, drop))
+        span = slice(prediction.path.first, prediction.path.first + seen.shape[1])
         since = measured.time[span] - measured.release
         return Simulated(prediction, span, since, seen, measured.reading[:, span] - seen)
 

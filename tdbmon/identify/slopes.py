@@ -1,29 +1,26 @@
 """Slopes of a drop's residuals by differences, the drop and what nudges make of it simulated side by side.
 
-The drop itself is simulated beside them once more: what a nudge does not change, before the first touch for one, is then the
-same to the last bit.  Each takes the steps that it would take alone.
+The drop itself is simulated beside them: what a nudge does not change, before the first touch for one, is then the same to the
+last bit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
-from tdbsim.side_by_side import MOST, run_side_by_side, shared
-from tdbsim.simulate import DropPlan, Trajectory, run
 
-from tdbmon.identify.prediction import Sensors, predicted, residuals, simulation
+from tdbmon.identify.prediction import planned, residuals
+from tdbmon.identify.variants import Variant, left_by, paths
 
 if TYPE_CHECKING:
     from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
-Case = tuple[DropModel, DropPlan]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +33,15 @@ class _Nudged:
         Of the parameter among those of the drop.
     step : float
         How far, in coordinates.
-    case : (DropModel, DropPlan), optional
-        What is to be simulated, where the nudge moves the rotor.
-    sensors : Sensors
+    moves : bool
+        Whether the nudge moves the rotor; otherwise the probes alone see it otherwise.
+    variant : Variant
     """
 
     column: int
     step: float
-    case: Case | None
-    sensors: Sensors
+    moves: bool
+    variant: Variant
 
 
 def slopes(
@@ -52,49 +49,33 @@ def slopes(
 ) -> tuple[Array, Array]:
     """Return a drop's residuals and their slopes, as `Problem.slopes` says."""
     measured, machine = problem.drops[drop], problem.model.machine
-    values = problem.values(point, drop)
-    model, effects = problem.setting(*values, drop)
-    sensors = problem.sensors(effects, *values, drop)
-
-    def residuals_of(motion: Trajectory, seen: Sensors) -> Array:
-        return residuals(predicted(measured, motion, horizon), measured, machine, seen)
-
-    case = simulation(measured, model, values[1], horizon)
-    motion = run(*case)
-    base = residuals_of(motion, sensors)
-    jacobian = np.zeros((len(base), len(problem.columns(drop))))
-    common, beside = shared(*case), []
-    for nudged in _nudges(problem, point, drop, horizon, among, side):
-        if nudged.case is not None and common is not None and shared(*nudged.case) == common:
-            beside.append((nudged, nudged.case))
-            continue
-        try:
-            moved = motion if nudged.case is None else run(*nudged.case)
-        except InputError:
-            continue
-        jacobian[:, nudged.column] = (residuals_of(moved, nudged.sensors) - base) / nudged.step
-    found = _in_batches([case, *(each for _, each in beside)]) if beside else iter([motion])
-    still = next(found)
-    unmoved = base if isinstance(still, InputError) else residuals_of(still, sensors)
-    for (nudged, _), each in zip(beside, found, strict=True):
-        if not isinstance(each, InputError):
-            jacobian[:, nudged.column] = (residuals_of(each, nudged.sensors) - unmoved) / nudged.step
-    return base, jacobian
-
-
-def _in_batches(cases: Sequence[Case]) -> Iterator[Trajectory | InputError]:
-    """Yield drops side by side, a batch after the other, so that not all states are held at once."""
-    for first in range(0, len(cases), MOST):
-        yield from run_side_by_side(cases[first : first + MOST])
+    base = problem.variant(point, drop, horizon)
+    nudged = list(_nudges(problem, base, point, drop, horizon, among, side))
+    moving, still = [each for each in nudged if each.moves], [each for each in nudged if not each.moves]
+    stays, *moved = paths(measured, [base, *(each.variant for each in moving)], horizon)
+    if isinstance(stays, InputError):
+        raise stays
+    unmoved = residuals(stays, measured, machine, base.sensors)
+    found = [*moved, *([stays] * len(still))]
+    seen = left_by(measured, machine, found, [each.variant.sensors for each in (*moving, *still)])
+    jacobian = np.zeros((len(unmoved), len(problem.columns(drop))))
+    for each, left in zip((*moving, *still), seen, strict=True):
+        if left is not None:
+            jacobian[:, each.column] = (left - unmoved) / each.step
+    return unmoved, jacobian
 
 
 def _nudges(
-    problem: Problem, point: Array, drop: int, horizon: float, among: Collection[str] | None, side: int
+    problem: Problem,
+    base: Variant,
+    point: Array,
+    drop: int,
+    horizon: float,
+    among: Collection[str] | None,
+    side: int,
 ) -> Iterator[_Nudged]:
     """Yield the drop with each parameter moved that may be; what cannot be set is left out."""
-    values = problem.values(point, drop)
-    model, effects = problem.setting(*values, drop)
-    sensors = problem.sensors(effects, *values, drop)
+    _, effects = problem.setting(*problem.values(point, drop), drop)
     acting_names = {each.name for each in problem.free}
     parameters = (*problem.shared, *problem.own[drop])
     for k, (column, parameter) in enumerate(zip(problem.columns(drop), parameters, strict=True)):
@@ -106,15 +87,17 @@ def _nudges(
             step = -step
         near = point.copy()
         near[column] += step
-        moved_values = problem.values(near, drop)
-        moved, acting = model, effects
+        values = problem.values(near, drop)
+        model, acting = base.model, effects
         try:
             if k < len(problem.shared) or parameter.name.partition(".")[0] in acting_names:
-                moved, acting = problem.setting(*moved_values, drop)
+                model, acting = problem.setting(*values, drop)
             if parameter.moves:  # then the probes stay as they are
-                probes = replace(sensors, shared=moved_values[0], own=moved_values[1])
-                yield _Nudged(k, step, simulation(problem.drops[drop], moved, moved_values[1], horizon), probes)
+                sensors = replace(base.sensors, shared=values[0], own=values[1])
+                plan = planned(problem.drops[drop], values[1], horizon)
+                yield _Nudged(k, step, True, Variant(model, plan, sensors))
             else:
-                yield _Nudged(k, step, None, problem.sensors(acting, *moved_values, drop))
+                sensors = problem.sensors(acting, *values, drop)
+                yield _Nudged(k, step, False, replace(base, sensors=sensors))
         except InputError:
             continue

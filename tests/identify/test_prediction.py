@@ -44,16 +44,16 @@ def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):
         return seen[1] - seen[0]
 
     late = SensorChain(probes={"NDE_B": ProbeChain(lag=LAG, gain=GAIN)})
-    now = surface(SensorChain(), lambda s: readings(prediction, measured, machine, s))
-    then = surface(late, lambda s: readings(prediction, measured, machine, s))
+    now = surface(SensorChain(), lambda s: readings(prediction.path, measured, machine, s))
+    then = surface(late, lambda s: readings(prediction.path, measured, machine, s))
     assert np.abs(now[row]).max() > 1e-6
     np.testing.assert_allclose(then[row, LAG:], GAIN * now[row, :-LAG], atol=1e-12)
     others = np.arange(len(measured.probes)) != row
     np.testing.assert_allclose(then[others], now[others], atol=1e-15)
 
-    before = surface(SensorChain(), lambda s: levitated(prediction, measured, machine, s).orders)
-    after = surface(late, lambda s: levitated(prediction, measured, machine, s).orders)
-    turn = np.exp(-1j * np.array([1, 2]) * prediction.omega * LAG * measured.interval)
+    before = surface(SensorChain(), lambda s: levitated(prediction.path, measured, machine, s).orders)
+    after = surface(late, lambda s: levitated(prediction.path, measured, machine, s).orders)
+    turn = np.exp(-1j * np.array([1, 2]) * prediction.path.omega * LAG * measured.interval)
     np.testing.assert_allclose(after[row], GAIN * turn * before[row], atol=1e-12)
 
 

@@ -1,0 +1,85 @@
+"""Variants of a drop: one drop at many values, simulated side by side, and what each leaves of the record.
+
+A simulation in a kernel that takes eight costs half of one alone, and so does what NumPy makes of it.  Each variant takes the
+steps that it would take alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.drop_model import DropModel
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+from tdbsim.side_by_side import MOST, run_side_by_side, shared
+from tdbsim.simulate import DropPlan, Trajectory, run
+
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.prediction import Path, Sensors, path_of, residuals, side_by_side
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """A drop at some values: how it moves, and how the probes see it."""
+
+    model: DropModel
+    plan: DropPlan
+    sensors: Sensors
+
+
+def paths(measured: MeasuredDrop, variants: Sequence[Variant], horizon: float) -> list[Path | InputError]:
+    """Return where variants lead the shaft, or what was raised where one cannot be simulated.
+
+    Parameters
+    ----------
+    measured : MeasuredDrop
+    variants : sequence of Variant
+    horizon : float
+        s after the release, for which their plans were made.
+    """
+    found: dict[int, Path | InputError] = {}
+    alike: dict[Hashable, list[int]] = {}
+    for at, each in enumerate(variants):
+        alike.setdefault(shared(each.model, each.plan) or at, []).append(at)
+    for places in alike.values():
+        for first in range(0, len(places), MOST):
+            batch = places[first : first + MOST]
+            for at, moved in zip(batch, _run([variants[at] for at in batch]), strict=True):
+                found[at] = moved if isinstance(moved, InputError) else path_of(measured, moved, horizon)
+    return [found[at] for at in range(len(variants))]
+
+
+def _run(batch: Sequence[Variant]) -> list[Trajectory | InputError]:
+    if len(batch) > 1:
+        return run_side_by_side([(each.model, each.plan) for each in batch])
+    try:
+        return [run(batch[0].model, batch[0].plan)]
+    except InputError as error:
+        return [error]
+
+
+def left_by(
+    measured: MeasuredDrop, machine: Machine, found: Sequence[Path | InputError], sensors: Sequence[Sensors]
+) -> list[Array | None]:
+    """Return the residuals of paths as sensors see them; None where there is no path."""
+    out: list[Array | None] = [None] * len(found)
+    alike: list[list[int]] = []
+    for at, path in enumerate(found):
+        if isinstance(path, InputError):
+            continue
+        group = alike[-1] if alike else []
+        if group and len(group) < MOST and sensors[group[0]].chain == sensors[at].chain:
+            group.append(at)
+        else:
+            alike.append([at])
+    for group in alike:
+        seen = [path for at in group if isinstance(path := found[at], Path)]
+        together = side_by_side(seen, [sensors[at] for at in group])
+        for at, left in zip(group, residuals(together[0], measured, machine, together[1]), strict=True):
+            out[at] = left
+    return out
