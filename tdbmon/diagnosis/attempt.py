@@ -189,27 +189,32 @@ def roughly_from_the_fall(
     known, further : sequence of pair
         Each cause and where it begins.
     horizons : sequence of float
-        s, along which they are fitted.
+        s, along which they are fitted; at the first, where nothing touches yet, the known causes alone.
     """
-    found = fallen.problem.crew.apart(_roughly_along, [(fallen, [*known, each], horizons) for each in further])
+    first, *later = horizons
+    try:
+        bare = fallen
+        for cause, start in known:
+            bare = with_cause(bare, cause, start)
+        bare = settled(bare, first, SLOPES)
+    except InputError:
+        return []
+    found = fallen.problem.crew.apart(_roughly_along, [(bare, each, later) for each in further])
     return [
-        new.at_home(fallen, (*(each for each, _ in known), cause))
+        new.at_home(fallen, (*bare.causes, cause))
         for new, (cause, _) in zip(found, further, strict=True)
         if new is not None
     ]
 
 
-def _roughly_along(
-    fallen: Contender, causes: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
-) -> Contender | None:
+def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Sequence[float]) -> Contender | None:
     try:
-        for cause, start in causes:
-            fallen = with_cause(fallen, cause, start)
+        found = with_cause(bare, *further)
         for horizon in horizons:
-            fallen = replace(fallen, fit=fit(fallen.problem, fallen.fit.point, horizon, _ROUGH_SLOPES), horizon=horizon)
+            found = replace(found, fit=fit(found.problem, found.fit.point, horizon, _ROUGH_SLOPES), horizon=horizon)
     except InputError:
         return None
-    return fallen
+    return found
 
 
 def followed_on(contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:

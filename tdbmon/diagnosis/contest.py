@@ -54,7 +54,8 @@ _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be furth
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
 _FAILED_BY_THEN = 1.25
-_LOST, _LOST_HORIZONS = 3.0, 2  # the best ratio at so many horizons running, where it is no use to go on
+# the best ratio at so many horizons running, where it is no use to go on; once is enough where a search was in vain
+_LOST, _LOST_HORIZONS = 3.0, 2
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
@@ -109,6 +110,8 @@ class _Contest:
         s, to which they were compared last.
     sound : tuple of Contender
         Those of the other models that left noise alone there, where it was late enough to tell.
+    held : bool
+        Whether one of the other models left noise alone at the horizon before.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
     lain : list of str
@@ -136,6 +139,7 @@ class _Contest:
     others: list[Contender] = field(default_factory=list)
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
+    held: bool = False
     compared: list[Suspect] = field(default_factory=list)
     lain: list[str] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
@@ -188,10 +192,12 @@ class _Contest:
         if horizon <= FOLLOWED_S or not self.best.causes:  # a cause is named by then, and paths part
             self._deepen()
             self._free_stated_values()
+        rounds = self.search.rounds
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
+        searched = self.search.rounds < rounds
         least = min(each.ratio for each in [self.plain, *self.others])
         self.others = _kept(self.others)
-        if self._earlier_witness() or self._given_up(least):
+        if self._earlier_witness() or self._given_up(least, searched):
             return True
         if not self.decided and horizon >= _EARLIEST_S and decided(self.plain, self.others, horizon):
             self.others = [self.best]
@@ -233,15 +239,20 @@ class _Contest:
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
-        # the first contacts tell them apart only where they show in them
-        shown = self.other_kinds and self.search.began <= SOUND_S
-        if shown and (doubtful or deeper.ratio > _GIVEN_UP) and (cause.name, early) not in self.reordered:
+        # the first contacts tell causes apart only where they show in them
+        shown = self.search.began <= SOUND_S
+        if (
+            shown
+            and self.other_kinds
+            and (doubtful or deeper.ratio > _GIVEN_UP)
+            and (cause.name, early) not in self.reordered
+        ):
             self.reordered.append((cause.name, early))
             anew = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
             # where none of them leaves noise alone, what is missing is of another kind
             self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
             deeper = anew
-        held_before = bool(self.sound) and horizon <= FOLLOWED_S
+        held_before = shown and self.held and horizon <= FOLLOWED_S
         if held_before and deeper.fails_beside(self.plain) and cause.in_contacts and deeper.name not in self.exchanged:
             self.exchanged.append(deeper.name)
             self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
@@ -294,7 +305,7 @@ class _Contest:
 
         What held up to there is the better witness then: neighbouring paths part.
         """
-        fine = any(not each.fails_beside(self.plain) for each in self.others)
+        fine = self.held = any(not each.fails_beside(self.plain) for each in self.others)
         if self.sound and not fine:
             earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
             if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in self.sound):
@@ -304,13 +315,19 @@ class _Contest:
         self.sound = tuple(self.others) if fine and self.horizon >= SOUND_S else ()
         return False
 
-    def _given_up(self, least: float) -> bool:
-        """True where nothing explains the contacts so far, and nothing will explain later ones; `least` is the best ratio."""
+    def _given_up(self, least: float, searched: bool) -> bool:
+        """True where nothing explains the contacts so far, and nothing will explain later ones.
+
+        `least` is the best ratio, `searched` says that causes were sought at this horizon.
+        """
         self.lost = self.lost + 1 if least > _LOST else 0
         if self.horizon > FOLLOWED_S:
             return self.lost > 0
-        no_search_left = not self.search.may_ask(self.best) and least > _GIVEN_UP and self.horizon >= _EARLIEST_S
-        return self.lost >= _LOST_HORIZONS or no_search_left
+        none_left = not self.search.may_ask(self.best)
+        # once both ends have touched, a search beside the best cause is the last word, and so is none that is left
+        in_vain = self.horizon >= TOUCHED_S and (none_left or (searched and bool(self.best.causes)))
+        enough = 1 if in_vain else _LOST_HORIZONS
+        return self.lost >= enough or (none_left and least > _GIVEN_UP and self.horizon >= _EARLIEST_S)
 
 
 def _nearly_holds(best: Contender) -> bool:

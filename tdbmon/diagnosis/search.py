@@ -44,6 +44,9 @@ _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
+_PART = (
+    0.25  # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
+)
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
 _FURTHER = 2  # of them kept for further causes: what three did not find a first cause for has none in the catalogue
@@ -105,7 +108,7 @@ class Search:
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
             hardly = horizon == last and not best.causes and best.ratio < HARDLY * best.floor
-            found = self._found_beside(best, horizon, field, best.fails and not hardly)
+            found = self._found_beside(best, plain, horizon, field, best.fails and not hardly)
             if not found:
                 break
             # what is next to nothing may have led out of a hollow
@@ -127,14 +130,14 @@ class Search:
         return plain, field
 
     def _found_beside(
-        self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool
+        self, best: Contender, plain: Contender, horizon: float, field: Sequence[Contender], thorough: bool
     ) -> list[Contender]:
         """Return who explains what the best contender leaves: with a cause more than it, or than another of the field.
 
         Of two causes at once the first may look like a third until both are there, so where nothing helps the best one it is
         sought beside the others that are still in the contest.
         """
-        bases = [best, *others_of_the_field(best, horizon, field)]
+        bases = [best, *others_of_the_field(best, plain, horizon, field)]
         for base in bases:
             found = self._more_than_half(best, self._invited(base, horizon, field, thorough))
             if found:
@@ -236,13 +239,22 @@ def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> li
     return [min(near, key=lambda each: each.bic)] if near else []
 
 
-def others_of_the_field(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders with as many causes as the best one, of other kinds, that competed to a horizon with it."""
+def others_of_the_field(
+    best: Contender, plain: Contender, horizon: float, field: Sequence[Contender]
+) -> list[Contender]:
+    """Return the contenders with as many causes as the best one, of other kinds, that competed to a horizon with it.
+
+    One that takes away next to nothing of what the plain model leaves is no cause in another's disguise.
+    """
     asked = {best.name, *(each.name for each in elsewhere(best, horizon, field))}
     rivals = {
         each.name: each
         for each in sorted(field, key=lambda each: -each.bic)
-        if best.causes and each.horizon == horizon and len(each.causes) == len(best.causes) and each.name not in asked
+        if best.causes
+        and each.horizon == horizon
+        and len(each.causes) == len(best.causes)
+        and each.name not in asked
+        and (plain.horizon < horizon or each.excess < (1 - _PART) * plain.excess)
     }
     return sorted(rivals.values(), key=lambda each: each.bic)
 

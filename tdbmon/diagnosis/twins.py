@@ -14,7 +14,7 @@ from dataclasses import replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import followed_on
-from tdbmon.diagnosis.contender import FEW_SLOPES, SOUND_S, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import FEW_SLOPES, NEARLY, SOUND_S, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.follow import CONTACT_S
@@ -22,6 +22,7 @@ from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
 
 _LIKE = 0.9  # of what a cause promises, that another must promise in its place
+_NEAR_EARLY = 2.0  # times what the best leaves while paths have hardly parted, that one at another end may leave there
 _NEAR = 1.5  # times what the best leaves: who leaves more does not look like it
 
 
@@ -45,8 +46,10 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
                 found += _promising(bare, cause, others, best.horizon)
             else:
                 # the values of the ends' machines are other ones then, so it begins where paths have hardly parted
-                elsewhere = [with_cause(bare, other, best.starts()[index]) for other in others]
-                found += followed_on(elsewhere, (min(SOUND_S, best.horizon), best.horizon))
+                early = min(SOUND_S, best.horizon)
+                elsewhere = followed_on([with_cause(bare, other, best.starts()[index]) for other in others], (early,))
+                least = settled(best, early, 1).ratio
+                found += followed_on([each for each in elsewhere if each.ratio < _NEAR_EARLY * least], (best.horizon,))
         except InputError:
             continue
     return found
@@ -86,6 +89,8 @@ def with_twins(
     horizons : sequence of float
         s; all that there are.
     """
+    if best.ratio > NEARLY:  # nobody is named
+        return _of_each(field)
     found = with_paths_sought([*field, *twins(best, suspects)], best, horizons)
     ahead = min(found, key=lambda each: each.bic)
     if ahead.causes and ahead.name != best.name:

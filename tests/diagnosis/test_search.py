@@ -51,8 +51,10 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
     rival = contender(plain, ("probe_gain@DE_A",), 0, 3.5)
     pair = contender(plain, ("probe_gain@DE_A", "oval_clearance@DE"), 0, 0.9)
     lost = contender(plain, (), 0, 9.0)
-    assert others_of_the_field(best, 0.04, [best, rival, lost, pair]) == [rival]
-    assert others_of_the_field(lost, 0.04, [best, rival]) == []
+    vain = contender(plain, ("shaft_bow@rotor",), 0, 8.0)  # hardly better than none
+    assert others_of_the_field(best, lost, 0.04, [best, rival, vain, pair]) == [rival]
+    assert others_of_the_field(best, replace(lost, horizon=0.022), 0.04, [best, rival, vain]) == [rival, vain]
+    assert others_of_the_field(lost, lost, 0.04, [best, rival]) == []
     asked = []
 
     def invited(self, base, *rest):
@@ -61,7 +63,7 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
 
     monkeypatch.setattr(Search, "_invited", invited)
     search = Search(lost, (), (0.006, 0.04), lambda _: None)
-    assert search._found_beside(best, 0.04, [best, rival], True) == [pair]
+    assert search._found_beside(best, lost, 0.04, [best, rival], True) == [pair]
     assert asked == [best.name, rival.name]
 
 
@@ -168,4 +170,4 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
     assert found.starts()[1].shared["amplitude"] > 20e-6  # the first contact of two drops tells its size no better
     # what a lag leaves is another's; beside what acts in contacts an oval is sought as all others
     search.suspects = ()
-    assert search._found_beside(contender(best, ("loose_support@DE",), 0.0, 3.0), 0.014, [], True) == []
+    assert search._found_beside(contender(best, ("loose_support@DE",), 0.0, 3.0), best, 0.014, [], True) == []
