@@ -14,7 +14,7 @@ from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, 
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import twins, with_paths_sought
+from tdbmon.diagnosis.twins import twins, with_paths_sought, with_twins
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages, turning
 from tdbmon.identify.drop import measured_drop
@@ -303,6 +303,33 @@ def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, m
     fine = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [held], 0.027, sound=(held,))
     assert not fine._earlier_witness()
     assert fine.others[0].failed_s == 0.0
+
+
+def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
+    """Where nothing explains the drops once both ends have touched, nothing will explain later contacts."""
+    plain = replace(next(each for each in competed if not each.causes), horizon=0.014)
+    lost, best = contender(plain, (), 0, 9.0), contender(plain, ("shaft_bow@rotor",), 100, 5.0)
+
+    def given_up(least, *, searched, others=(best,), rounds=3, horizon=0.014):
+        field = [replace(each, horizon=horizon) for each in (lost, *others)]
+        held = _Contest(Search(plain, (), (0.006,), lambda _: None, rounds=rounds), field[0], field[1:], horizon)
+        return held._given_up(least, searched)
+
+    assert given_up(5.0, searched=True)
+    assert not given_up(5.0, searched=False)  # it may yet be led out of a hollow
+    assert given_up(5.0, searched=False, rounds=0)
+    assert not given_up(2.0, searched=True)
+    assert not given_up(5.0, searched=True, horizon=0.01)  # one end may not have touched
+    assert not given_up(9.0, searched=True, others=())  # no cause at all: the next contact may tell
+    again = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [], 0.014)
+    assert [again._given_up(9.0, True) for _ in range(2)] == [False, True]
+
+
+def test_twins_are_made_of_who_may_be_named_only(leaking):
+    """Leading a model's twins takes long, and nobody names one that leaves so much."""
+    everyone, bare, leak = leaking
+    hopeless = replace(leak, fit=replace(leak.fit, misfit=4.0 * leak.residuals))
+    assert with_twins([bare, hopeless], hopeless, everyone, (0.014,)) == [bare, hopeless]
 
 
 def test_a_ball_is_found_in_the_place_of_waves(crew):
