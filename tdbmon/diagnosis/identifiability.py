@@ -214,7 +214,7 @@ class _Observed:
 def _observe(problem: Problem, drop: int, wanted: Sequence[Suspect]) -> _Observed:
     base, slopes = problem.slopes(problem.start, drop, HORIZON)
     ones = np.ones(len(base))
-    return _Observed(slopes, changes_by(problem, problem.start, drop, HORIZON, wanted, ones, base, _keys))
+    return _Observed(slopes, changes_by(problem, problem.start, drop, HORIZON, wanted, ones, _keys))
 
 
 @dataclass(frozen=True, eq=False)

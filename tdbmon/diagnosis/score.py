@@ -24,7 +24,7 @@ from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
-from tdbmon.identify.prediction import planned
+from tdbmon.identify.prediction import planned, residuals
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber, spread
 from tdbmon.identify.variants import Variant, left_by, paths
@@ -79,10 +79,7 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
     left = left - basis @ (basis.T @ left)
     tried = problem.crew.apart(
         changes_by,
-        [
-            (problem, point, drop, horizon, suspects, weights[drop], residual)
-            for drop, (residual, _) in enumerate(linear)
-        ],
+        [(problem, point, drop, horizon, suspects, weight) for drop, weight in enumerate(weights)],
     )
     bench = _Bench(basis, begin, left)
     found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
@@ -193,7 +190,6 @@ def changes_by(
     horizon: float,
     suspects: Sequence[Suspect],
     weight: Array,
-    base: Array,
     keys: Callable[[Suspect], Sequence[Key]] = trial_keys,
 ) -> list[dict[Key, Array | None]]:
     """Return how each trial of each suspect changes a drop's weighted residuals; None where it cannot be simulated."""
@@ -223,12 +219,15 @@ def changes_by(
                 continue
             tried.append((changes[-1], key, on_sensors, Variant(model, still.plan, sensors)))
     stays, *moved = paths(measured, [still, *(each for *_, on_sensors, each in tried if not on_sensors)], horizon)
+    if isinstance(stays, InputError):
+        raise stays
     others = iter(moved)
     found = [stays if on_sensors else next(others) for *_, on_sensors, _ in tried]
-    for (of_suspect, key, *_), seen in zip(
-        tried, left_by(measured, machine, found, [each.sensors for *_, each in tried]), strict=True
-    ):
-        of_suspect[key] = None if seen is None else weight * (seen - base)
+    # simulated as they are: what does nothing changes nothing, to the last bit
+    unmoved = residuals(stays, measured, machine, still.sensors)
+    seen = left_by(measured, machine, found, [each.sensors for *_, each in tried])
+    for (of_suspect, key, *_), left in zip(tried, seen, strict=True):
+        of_suspect[key] = None if left is None else weight * (left - unmoved)
     return changes
 
 

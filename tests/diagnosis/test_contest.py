@@ -428,7 +428,7 @@ def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, m
 
     everyone, bare, leak = leaking
     point = leak.fit.point.copy()
-    point[0] += 0.3
+    point[0] += 0.05
     shallow = replace(leak, fit=linearised(leak.problem, point, 0.014))
     (ahead,) = [each for each in twins(leak, everyone) if each.name == "probe_angle@DE_B"][:1]
     assert ahead.bic < shallow.bic
