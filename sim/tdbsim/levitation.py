@@ -78,8 +78,10 @@ def _stable_factors(asked: _Asked) -> Factors:
 def _answer(factors: Factors, load: NDArray[Any]) -> NDArray[Any]:
     from scipy.linalg.lapack import dgetrs, zgetrs
 
-    # what `lu_solve` calls, whose checks take ten times as long
-    solution, _ = (zgetrs if np.iscomplexobj(load) else dgetrs)(*factors, load)
+    # what `lu_solve` calls, whose checks take ten times as long; it counts the pivots up in place and down again without
+    # Python's lock, so each call needs its own: another thread would solve with wrong ones meanwhile
+    matrix, pivots = factors
+    solution, _ = (zgetrs if np.iscomplexobj(load) else dgetrs)(matrix, pivots.copy(), load)
     return np.asarray(solution)
 
 
