@@ -109,9 +109,7 @@ class _Contest:
     horizon : float
         s, to which they were compared last.
     sound : tuple of Contender
-        Those of the other models that left noise alone there, where it was late enough to tell.
-    held : bool
-        Whether one of the other models left noise alone at the horizon before.
+        The other models, if one of them left noise alone there.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
     lain : list of str
@@ -139,7 +137,6 @@ class _Contest:
     others: list[Contender] = field(default_factory=list)
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
-    held: bool = False
     compared: list[Suspect] = field(default_factory=list)
     lain: list[str] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
@@ -252,7 +249,7 @@ class _Contest:
             # where none of them leaves noise alone, what is missing is of another kind
             self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
             deeper = anew
-        held_before = shown and self.held and horizon <= FOLLOWED_S
+        held_before = shown and bool(self.sound) and horizon <= FOLLOWED_S
         if held_before and deeper.fails_beside(self.plain) and cause.in_contacts and deeper.name not in self.exchanged:
             self.exchanged.append(deeper.name)
             self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
@@ -305,14 +302,15 @@ class _Contest:
 
         What held up to there is the better witness then: neighbouring paths part.
         """
-        fine = self.held = any(not each.fails_beside(self.plain) for each in self.others)
-        if self.sound and not fine:
+        fine = any(not each.fails_beside(self.plain) for each in self.others)
+        late_enough = bool(self.sound) and self.sound[0].horizon >= SOUND_S
+        if late_enough and not fine:
             earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
             if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in self.sound):
                 self.plain, self.others = earlier, [replace(each, failed_s=self.horizon) for each in self.sound]
                 self.horizon = earlier.horizon
                 return True
-        self.sound = tuple(self.others) if fine and self.horizon >= SOUND_S else ()
+        self.sound = tuple(self.others) if fine else ()
         return False
 
     def _given_up(self, least: float, searched: bool) -> bool:

@@ -24,10 +24,10 @@ from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
-from tdbmon.identify.prediction import planned, residuals
+from tdbmon.identify.prediction import planned
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber, spread
-from tdbmon.identify.variants import Variant, left_by, paths
+from tdbmon.identify.variants import Variant, changes
 
 Array = NDArray[np.float64]
 
@@ -202,33 +202,26 @@ def changes_by(
         planned(measured, own, horizon),
         problem.sensors(standing, shared, own, drop),
     )
-    changes: list[dict[Key, Array | None]] = []
-    tried: list[tuple[dict[Key, Array | None], Key, bool, Variant]] = []
+    found: list[dict[Key, Array | None]] = []
+    tried: list[tuple[dict[Key, Array | None], Key, Variant]] = []
     for suspect in suspects:
-        changes.append({})
+        found.append({})
         on_sensors = acts_on_sensors(suspect.declared)
         for key in keys(suspect):
             if suspect.counted and key[3] > machine.bearing(suspect.where).balls.count:
                 continue
-            changes[-1][key] = None
+            found[-1][key] = None
             effects = (*standing, _effect(suspect, key))
             try:
                 model = still.model if on_sensors else with_effects(bare, effects)
                 sensors = problem.sensors(effects, shared, own, drop)
             except InputError:
                 continue
-            tried.append((changes[-1], key, on_sensors, Variant(model, still.plan, sensors)))
-    stays, *moved = paths(measured, [still, *(each for *_, on_sensors, each in tried if not on_sensors)], horizon)
-    if isinstance(stays, InputError):
-        raise stays
-    others = iter(moved)
-    found = [stays if on_sensors else next(others) for *_, on_sensors, _ in tried]
-    # simulated as they are: what does nothing changes nothing, to the last bit
-    unmoved = residuals(stays, measured, machine, still.sensors)
-    seen = left_by(measured, machine, found, [each.sensors for *_, each in tried])
-    for (of_suspect, key, *_), left in zip(tried, seen, strict=True):
-        of_suspect[key] = None if left is None else weight * (left - unmoved)
-    return changes
+            tried.append((found[-1], key, Variant(model, still.plan, sensors)))
+    _, changed = changes(measured, machine, still, [each for *_, each in tried], horizon)
+    for (of_suspect, key, _), change in zip(tried, changed, strict=True):
+        of_suspect[key] = None if change is None else weight * change
+    return found
 
 
 def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:

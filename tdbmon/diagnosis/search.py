@@ -44,9 +44,8 @@ _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
-_PART = (
-    0.25  # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
-)
+# of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
+_PART = 0.25
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
 _FURTHER = 2  # of them kept for further causes: what three did not find a first cause for has none in the catalogue

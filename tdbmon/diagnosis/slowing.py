@@ -80,9 +80,9 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     try:
         model, _ = problem.setting(shared, own, drop)
         prediction = predict(measured, model, own, last)
-        path = prediction.path
     except InputError:
         return None
+    path = prediction.path
     sense = problem.model.machine.sense
     time = measured.time[path.first : path.first + len(path.angle)] - measured.release
     simulated = np.interp(since, time, path.angle)

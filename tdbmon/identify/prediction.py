@@ -381,7 +381,7 @@ def _pulse_residuals(path: Path, drop: MeasuredDrop, scale: _Scale) -> Array:
 
 def _coasting_residual(path: Path, drop: MeasuredDrop) -> Array:
     """Return measured less predicted deceleration before the release; nothing where a drive held the speed."""
-    turned_off = path.coasting != 0.0
-    driven = ~turned_off | (drop.acceleration / np.where(turned_off, path.coasting, 1.0) < _DRIVEN)
+    slows = path.coasting != 0.0
+    driven = drop.acceleration / np.where(slows, path.coasting, 1.0) < _DRIVEN
     sigma = math.hypot(drop.acceleration_sigma, _COASTING_FLOOR * drop.acceleration)
-    return np.where(driven, 0.0, (drop.acceleration - path.coasting) / sigma)
+    return np.where(slows & ~driven, (drop.acceleration - path.coasting) / sigma, 0.0)

@@ -180,19 +180,22 @@ class Problem:
             chain = effect.sense(chain, self.model.machine, 1 / self.drops[drop].interval)
         return Sensors(with_surface(chain, self.model.machine, own), shared, own)
 
-    def residual(self, point: Array, drop: int, horizon: float) -> Array:
-        """Return a drop's residuals (raises InputError where the values are impossible)."""
+    def _seen_at(self, point: Array, drop: int) -> tuple[DropModel, dict[str, float], Sensors]:
+        """Return the model, a drop's own values and its probes at a point (raises InputError where that is impossible)."""
         shared, own = self.values(point, drop)
         model, effects = self.setting(shared, own, drop)
+        return model, own, self.sensors(effects, shared, own, drop)
+
+    def residual(self, point: Array, drop: int, horizon: float) -> Array:
+        """Return a drop's residuals (raises InputError where the values are impossible)."""
+        model, own, sensors = self._seen_at(point, drop)
         prediction = predict(self.drops[drop], model, own, horizon)
-        sensors = self.sensors(effects, shared, own, drop)
         return residuals(prediction.path, self.drops[drop], self.model.machine, sensors)
 
     def variant(self, point: Array, drop: int, horizon: float) -> Variant:
         """Return what is simulated of a drop at a point (raises InputError where the values are impossible)."""
-        shared, own = self.values(point, drop)
-        model, effects = self.setting(shared, own, drop)
-        return Variant(model, planned(self.drops[drop], own, horizon), self.sensors(effects, shared, own, drop))
+        model, own, sensors = self._seen_at(point, drop)
+        return Variant(model, planned(self.drops[drop], own, horizon), sensors)
 
     def residuals_at(self, points: Sequence[Array], drop: int, horizon: float) -> list[Array | None]:
         """Return a drop's residuals at several points; None where the values are impossible."""
@@ -210,11 +213,10 @@ class Problem:
 
     def simulated(self, point: Array, drop: int, horizon: float) -> Simulated:
         """Return a drop as a point has it (raises InputError where the values are impossible)."""
-        shared, own = self.values(point, drop)
         measured = self.drops[drop]
-        model, effects = self.setting(shared, own, drop)
+        model, own, sensors = self._seen_at(point, drop)
         prediction = predict(measured, model, own, horizon)
-        seen = readings(prediction.path, measured, self.model.machine, self.sensors(effects, shared, own, drop))
+        seen = readings(prediction.path, measured, self.model.machine, sensors)
         span = slice(prediction.path.first, prediction.path.first + seen.shape[1])
         since = measured.time[span] - measured.release
         return Simulated(prediction, span, since, seen, measured.reading[:, span] - seen)

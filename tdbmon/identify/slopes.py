@@ -1,8 +1,4 @@
-"""Slopes of a drop's residuals by differences, the drop and what nudges make of it simulated side by side.
-
-The drop itself is simulated beside them: what a nudge does not change, before the first touch for one, is then the same to the
-last bit.
-"""
+"""Slopes of a drop's residuals by differences, the drop and what nudges make of it simulated side by side."""
 
 from __future__ import annotations
 
@@ -14,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.prediction import planned, residuals
-from tdbmon.identify.variants import Variant, left_by, paths
+from tdbmon.identify.prediction import planned
+from tdbmon.identify.variants import Variant, changes
 
 if TYPE_CHECKING:
     from tdbmon.identify.problem import Problem
@@ -33,14 +29,11 @@ class _Nudged:
         Of the parameter among those of the drop.
     step : float
         How far, in coordinates.
-    moves : bool
-        Whether the nudge moves the rotor; otherwise the probes alone see it otherwise.
     variant : Variant
     """
 
     column: int
     step: float
-    moves: bool
     variant: Variant
 
 
@@ -51,17 +44,11 @@ def slopes(
     measured, machine = problem.drops[drop], problem.model.machine
     base = problem.variant(point, drop, horizon)
     nudged = list(_nudges(problem, base, point, drop, horizon, among, side))
-    moving, still = [each for each in nudged if each.moves], [each for each in nudged if not each.moves]
-    stays, *moved = paths(measured, [base, *(each.variant for each in moving)], horizon)
-    if isinstance(stays, InputError):
-        raise stays
-    unmoved = residuals(stays, measured, machine, base.sensors)
-    found = [*moved, *([stays] * len(still))]
-    seen = left_by(measured, machine, found, [each.variant.sensors for each in (*moving, *still)])
+    unmoved, changed = changes(measured, machine, base, [each.variant for each in nudged], horizon)
     jacobian = np.zeros((len(unmoved), len(problem.columns(drop))))
-    for each, left in zip((*moving, *still), seen, strict=True):
-        if left is not None:
-            jacobian[:, each.column] = (left - unmoved) / each.step
+    for each, change in zip(nudged, changed, strict=True):
+        if change is not None:
+            jacobian[:, each.column] = change / each.step
     return unmoved, jacobian
 
 
@@ -75,7 +62,6 @@ def _nudges(
     side: int,
 ) -> Iterator[_Nudged]:
     """Yield the drop with each parameter moved that may be; what cannot be set is left out."""
-    _, effects = problem.setting(*problem.values(point, drop), drop)
     acting_names = {each.name for each in problem.free}
     parameters = (*problem.shared, *problem.own[drop])
     for k, (column, parameter) in enumerate(zip(problem.columns(drop), parameters, strict=True)):
@@ -88,16 +74,16 @@ def _nudges(
         near = point.copy()
         near[column] += step
         values = problem.values(near, drop)
-        model, acting = base.model, effects
+        model, acting = base.model, base.model.effects
         try:
             if k < len(problem.shared) or parameter.name.partition(".")[0] in acting_names:
                 model, acting = problem.setting(*values, drop)
             if parameter.moves:  # then the probes stay as they are
                 sensors = replace(base.sensors, shared=values[0], own=values[1])
                 plan = planned(problem.drops[drop], values[1], horizon)
-                yield _Nudged(k, step, True, Variant(model, plan, sensors))
+                yield _Nudged(k, step, Variant(model, plan, sensors))
             else:
                 sensors = problem.sensors(acting, *values, drop)
-                yield _Nudged(k, step, False, replace(base, sensors=sensors))
+                yield _Nudged(k, step, replace(base, sensors=sensors))
         except InputError:
             continue

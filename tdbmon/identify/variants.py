@@ -54,6 +54,32 @@ def paths(measured: MeasuredDrop, variants: Sequence[Variant], horizon: float) -
     return [found[at] for at in range(len(variants))]
 
 
+def changes(
+    measured: MeasuredDrop, machine: Machine, base: Variant, variants: Sequence[Variant], horizon: float
+) -> tuple[Array, list[Array | None]]:
+    """Return a drop's residuals, and how each variant of it changes them; None where one cannot be simulated.
+
+    The drop is simulated beside its variants: what one does not change, before the first touch for one, is then the same to
+    the last bit.  Those that have its model and plan, and are seen otherwise only, are not simulated again.
+
+    Raises
+    ------
+    InputError
+        If the drop itself cannot be simulated.
+    """
+    moves = [each.model is not base.model or each.plan is not base.plan for each in variants]
+    order = sorted(range(len(variants)), key=lambda at: not moves[at])
+    moving = [variants[at] for at in order if moves[at]]
+    stays, *moved = paths(measured, [base, *moving], horizon)
+    if isinstance(stays, InputError):
+        raise stays
+    unmoved = residuals(stays, measured, machine, base.sensors)
+    found = [*moved, *([stays] * (len(variants) - len(moved)))]
+    left = left_by(measured, machine, found, [variants[at].sensors for at in order])
+    changed = {at: None if each is None else each - unmoved for at, each in zip(order, left, strict=True)}
+    return unmoved, [changed[at] for at in range(len(variants))]
+
+
 def _run(batch: Sequence[Variant]) -> list[Trajectory | InputError]:
     if len(batch) > 1:
         return run_side_by_side([(each.model, each.plan) for each in batch])

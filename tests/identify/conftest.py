@@ -1,9 +1,20 @@
-"""Two drops of known values and their calibration, made once."""
+"""Drops of known values, what is to be fitted to them, and their calibration, made once."""
 
 import pytest
 
 from tdbmon.identify.calibrate import HORIZONS, fit_drops
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.problem import build_problem
 from tests.identify import drops
+
+
+@pytest.fixture(scope="session")
+def problem():
+    """One drop of a machine of which little is unknown."""
+    machine = drops.machine()
+    with Crew() as crew:
+        yield build_problem(machine, (measured_drop(drops.drop(), machine),), crew)
 
 
 @pytest.fixture(scope="session")

@@ -3,11 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from tdbsim.sensors import ProbeChain, SensorChain
 
-from tdbmon.identify.crew import Crew
-from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit
 from tdbmon.identify.prediction import (
     Sensors,
@@ -18,17 +15,8 @@ from tdbmon.identify.prediction import (
     touched_rows,
     with_surface,
 )
-from tdbmon.identify.problem import build_problem
-from tests.identify import drops
 
 LAG, GAIN = 19, 1.2
-
-
-@pytest.fixture(scope="module")
-def problem():
-    machine = drops.machine()
-    with Crew() as crew:
-        yield build_problem(machine, (measured_drop(drops.drop(), machine),), crew)
 
 
 def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):

@@ -1,21 +1,8 @@
 """Variants of a drop side by side leave what each leaves alone."""
 
 import numpy as np
-import pytest
-
-from tdbmon.identify.crew import Crew
-from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.problem import build_problem
-from tests.identify import drops
 
 HORIZON = 0.02
-
-
-@pytest.fixture(scope="module")
-def problem():
-    machine = drops.machine()
-    with Crew() as crew:
-        yield build_problem(machine, (measured_drop(drops.drop(), machine),), crew)
 
 
 def test_points_side_by_side_leave_what_each_leaves_alone(problem):
