@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _BALLS = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
-_WAVE_PHASES = 8  # tried of waves that stand still
+WAVE_PHASES = 8  # tried of waves that stand still
 _ROUGH_SLOPES = 2  # taken at each horizon of a rough fit
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
@@ -61,7 +61,7 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
     if new.standing_waves:
         found = [_round_the_race(problem, new, contender.fit, horizon)]
     elif new.of_each_drop:
-        found = [_turned(problem, contender.fit, horizon)]
+        found = [turned(problem, contender.fit, horizon)]
     else:
         found = [fit_or_none(problem, point, horizon, 1)]
     if new.counted is not None:
@@ -74,18 +74,18 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
 def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> Fit | None:
     """Return a fit of waves that stand still, from the best of phases all round a wave, each with the cages that suit it."""
     tried = [found]
-    for phase in np.arange(_WAVE_PHASES) * 2 * math.pi / _WAVE_PHASES - math.pi:
+    for phase in np.arange(WAVE_PHASES) * 2 * math.pi / WAVE_PHASES - math.pi:
         point = found.point.copy()
         for size, angle in cause.sizes:
             _set(problem, point, cause, size, size.typical)
             if angle is not None:
                 _set(problem, point, cause, angle, float(phase))
         try:
-            turned = turn_cages(problem, replace(found, point=np.clip(point, problem.low, problem.high)), horizon)
-            tried.append(fit(problem, turned, horizon, 0, slopes=found.slopes))
+            point = turn_cages(problem, replace(found, point=np.clip(point, problem.low, problem.high)), horizon)
+            tried.append(fit(problem, point, horizon, 0, slopes=found.slopes))
         except InputError:
             continue
-    return _turned(problem, min(tried, key=lambda each: each.misfit), horizon)
+    return turned(problem, min(tried, key=lambda each: each.misfit), horizon)
 
 
 def _set(problem: Problem, point: Array, cause: Suspect, parameter: Declared, value: float) -> None:
@@ -94,7 +94,7 @@ def _set(problem: Problem, point: Array, cause: Suspect, parameter: Declared, va
     point[at] = (value - problem.shared[at].nominal) / problem.shared[at].scale
 
 
-def _turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
+def turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
     """Return a fit after its cages and rings were turned to where they suit, twice; None where that is impossible."""
     try:
         for _ in range(2):
@@ -113,7 +113,7 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
         start = linearised(problem, np.clip(other, problem.low, problem.high), horizon)
     except InputError:
         return None
-    return _turned(problem, start, horizon)
+    return turned(problem, start, horizon)
 
 
 def all_from_the_fall(fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
@@ -217,18 +217,18 @@ def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Se
     return found
 
 
-def followed_on(contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
+def followed_on(contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES) -> list[Contender]:
     """Return those contenders that can be simulated, fitted along horizons, several at a time."""
     if not contenders or not horizons:
         return list(contenders)
-    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons) for each in contenders])
+    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _followed_on(contender: Contender, horizons: Sequence[float]) -> Contender | None:
+def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int) -> Contender | None:
     try:
         for horizon in horizons:
-            contender = settled(contender, horizon, SLOPES)
+            contender = settled(contender, horizon, slopes)
     except InputError:
         return None
     return contender

@@ -115,7 +115,7 @@ class _Contest:
     lain : list of str
         Models whose last cause was begun at other angles.
     reordered : list of tuple
-        Balls, waves and lobes, by name, in whose place all others were tried, and whether that was early.
+        Bearings at which all balls, waves and lobes were tried in each other's place, and whether that was early.
     other_kinds : bool
         Whether it may still help to try others in their place.
     exchanged : list of str
@@ -242,9 +242,9 @@ class _Contest:
             shown
             and self.other_kinds
             and (doubtful or deeper.ratio > _GIVEN_UP)
-            and (cause.name, early) not in self.reordered
+            and (cause.where, early) not in self.reordered
         ):
-            self.reordered.append((cause.name, early))
+            self.reordered.append((cause.where, early))
             anew = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
             # where none of them leaves noise alone, what is missing is of another kind
             self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))

@@ -9,18 +9,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
+import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import all_from_the_fall, followed_on, with_own_slopes
-from tdbmon.diagnosis.contender import SLOPES, Contender, settled, with_cause, without_cause
-from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on, turned
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.score import Score, scores
+from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.identify.least_squares import fit
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _MET_S = 0.01  # s after the release; by then an end has met its bearing at least
 _TOLD_S = 0.014  # s; and by then both, and more than once
-_KEPT = 3  # orders that go on from there
+_KEPT = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
+_BALLS = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
+_OF_EACH = 2  # of one wave among them, begun at other phases
+_PLAY = 1e-3  # of its scale, by which a value that is held may move all the same
 
 
 def in_neighbouring_orders(
@@ -95,30 +101,123 @@ def of_any_kind(
         All; fits go along those up to the contender's own.
     """
     *stay, cause = best.causes
-    taken = any(each.of_each_drop for each in stay)
-    others = [s for s in suspects if s is not cause and met_alike(s, cause) and not (s.of_each_drop and taken)]
+    others = [s for s in suspects if s is not cause and met_alike(s, cause)]
+    known = list(zip(stay, best.starts(), strict=False))
+    found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon])
+    return min([best, *found], key=lambda each: each.misfit)
+
+
+def from_the_first_contact(
+    fallen: Contender, known: Sequence[tuple[Suspect, Start]], others: Sequence[Suspect], horizons: Sequence[float]
+) -> list[Contender]:
+    """Return the best models with known causes and one of several more, begun at its usual size where contacts begin.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    known : sequence of pair
+        Each cause and where it begins.
+    others : sequence of Suspect
+        Waves, lobes and balls.
+    horizons : sequence of float
+        s, along which they are fitted; all to where both ends have touched, the best of them on to the last.
+    """
     met = [horizon for horizon in horizons if horizon <= _MET_S]
-    told = [horizon for horizon in horizons if _MET_S < horizon <= min(_TOLD_S, best.horizon)]
-    later = [horizon for horizon in horizons if _TOLD_S < horizon <= best.horizon]
+    told = [horizon for horizon in horizons if _MET_S < horizon <= _TOLD_S]
+    later = [horizon for horizon in horizons if horizon > _TOLD_S]
+    taken = any(cause.of_each_drop for cause, _ in known)
+    others = [each for each in others if not (taken and each.of_each_drop)]
     if not others or not told:
-        return best
+        return []
     try:
         bare = fallen
-        for each, start in zip(stay, best.starts(), strict=False):
-            bare = with_cause(bare, each, start)
+        for cause, start in known:
+            bare = with_cause(bare, cause, start)
+        loose, bare = bare, _held(bare)
         for horizon in met:
             bare = settled(bare, horizon, SLOPES)
         drops = len(bare.problem.drops)
-        starts = [(each, _usual(each, drops)) for each in others if each.counted is None]
-        # which ball it may be is for a score to say
+        starts = [(each, start) for each in others if each.counted is None for start in _all_round(each, drops)]
+        # which ball it may be is for a score to say first
         balls = [each for each in others if each.counted is not None]
-        starts += [(each.suspect, each.start) for each in scores(bare.problem, bare.fit, bare.horizon, balls)]
-        begun = [with_cause(bare, *each) for each in starts]
+        scored = scores(bare.problem, bare.fit, bare.horizon, balls)
+        starts += [(each.suspect, start) for each in scored for start in (each.start, *_of_many_sizes(each))]
     except InputError:
-        return best
-    found = followed_on(with_own_slopes(begun, bare.horizon), [bare.horizon, *told])
-    found = followed_on(sorted(found, key=lambda each: each.misfit)[:_KEPT], later)
-    return min([best, *found], key=lambda each: each.misfit)
+        return []
+    found = bare.problem.crew.apart(_met, [(bare, *start, told) for start in starts])
+    field = [
+        _let_go(new.at_home(bare, (*bare.causes, cause)), loose)
+        for new, (cause, _) in zip(found, starts, strict=True)
+        if new is not None
+    ]
+    for horizon, kept in zip_longest([told[-1], *later], _KEPT[: len(later) + 1], fillvalue=_KEPT[-1]):
+        field = followed_on(_best_few(field)[:kept], [horizon])
+    return sorted(field, key=lambda each: each.misfit)
+
+
+def _best_few(field: Sequence[Contender]) -> list[Contender]:
+    """Return the best two of each wave and lobe, and of each ball that is too large or too small, the best of all first."""
+    few: list[Contender] = []
+    for each in sorted(field, key=lambda each: each.misfit):
+        if sum(_alike(each, other) for other in few) < _OF_EACH:
+            few.append(each)
+    return few
+
+
+def _alike(one: Contender, other: Contender) -> bool:
+    """True where the last causes of two are the same, with a size of the same sign."""
+    if one.causes[-1] is not other.causes[-1]:
+        return False
+    (size, _), *_ = one.causes[-1].sizes
+    return one.starts()[-1].shared[size.name] * other.starts()[-1].shared[size.name] > 0
+
+
+def _met(bare: Contender, cause: Suspect, start: Start, horizons: Sequence[float]) -> Contender | None:
+    """Return a contender with a cause more, fitted to the first contact and on along horizons; None where impossible."""
+    try:
+        begun = with_cause(bare, cause, start)
+        fitted = turned(begun.problem, begun.fit, bare.horizon)
+        if fitted is None:
+            return None
+        for horizon in horizons:
+            fitted = fit(begun.problem, fitted.point, horizon, FEW_SLOPES)
+    except InputError:
+        return None
+    return replace(begun, fit=fitted, horizon=horizons[-1])
+
+
+def _held(contender: Contender) -> Contender:
+    """Return a contender whose causes stay where they begin.
+
+    Later contacts have told what they are; the first one alone would lead them astray.
+    """
+    held = {p.name for each in contender.problem.free for p in each.shared}
+    shared = tuple(
+        replace(p, low=max(p.low, p.nominal - _PLAY * p.scale), high=min(p.high, p.nominal + _PLAY * p.scale))
+        if p.name in held
+        else p
+        for p in contender.problem.shared
+    )
+    return replace(contender, problem=replace(contender.problem, shared=shared))
+
+
+def _let_go(contender: Contender, loose: Contender) -> Contender:
+    """Return a contender whose causes are as free again as those of another."""
+    known = {p.name: p for p in loose.problem.shared}
+    shared = tuple(known.get(p.name, p) for p in contender.problem.shared)
+    return replace(contender, problem=replace(contender.problem, shared=shared))
+
+
+def _all_round(suspect: Suspect, drops: int) -> list[Start]:
+    """Return starts of waves or lobes at their usual size: at phases all round a wave, where drops have none of their own."""
+    shared = {p.name: p.typical for p in suspect.shapes} | {size.name: size.typical for size, _ in suspect.sizes}
+    angles = [angle for _, angle in suspect.sizes if angle is not None]
+    own = {angle.name: 0.0 for angle in angles if angle.per_drop}
+    if own:
+        return [Start(shared, (own,) * drops)]
+    phases = np.arange(WAVE_PHASES) * 2 * math.pi / WAVE_PHASES - math.pi
+    return [Start(shared | {angle.name: float(phase) for angle in angles}) for phase in phases]
 
 
 def met_alike(one: Suspect, other: Suspect) -> bool:
@@ -126,12 +225,10 @@ def met_alike(one: Suspect, other: Suspect) -> bool:
     return one.where == other.where and one.fits_much and other.fits_much
 
 
-def _usual(suspect: Suspect, drops: int) -> Start:
-    """Return a start at the usual size, where all angles are 0."""
-    shared = {p.name: p.typical for p in suspect.shapes} | {size.name: size.typical for size, _ in suspect.sizes}
-    angles = [angle for _, angle in suspect.sizes if angle is not None]
-    own = {angle.name: 0.0 for angle in angles if angle.per_drop}
-    return Start(shared | {a.name: 0.0 for a in angles if not a.per_drop}, (own,) * drops if own else ())
+def _of_many_sizes(ball: Score) -> list[Start]:
+    """Return starts of a ball that is much too large or too small."""
+    (size, _), *_ = ball.suspect.sizes
+    return [replace(ball.start, shared={**ball.start.shared, size.name: sized(size, share)}) for share in _BALLS]
 
 
 def neighbours(cause: Suspect, suspects: Sequence[Suspect]) -> list[Suspect]:

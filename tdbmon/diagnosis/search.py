@@ -16,6 +16,7 @@ from tdbmon.diagnosis.contender import (
     FEW_SLOPES,
     FOLLOWED_S,
     MOST_CAUSES,
+    NEARLY,
     SLOPES,
     SOUND_S,
     Contender,
@@ -28,6 +29,7 @@ from tdbmon.diagnosis.contender import (
     without_each,
     without_last,
 )
+from tdbmon.diagnosis.met_alike import from_the_first_contact
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.slowing import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
@@ -137,13 +139,14 @@ class Search:
         sought beside the others that are still in the contest.
         """
         bases = [best, *others_of_the_field(best, plain, horizon, field)]
+        found: list[Contender] = []
         for base in bases:
             found = self._more_than_half(best, self._invited(base, horizon, field, thorough))
             if found:
-                return found
-        if horizon > SOUND_S or not best.causes or best.in_contacts:
-            return []
-        return self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
+                break
+        if not found and horizon <= SOUND_S and best.causes and not best.in_contacts:
+            found = self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
+        return found
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
@@ -171,6 +174,19 @@ class Search:
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
         return best_of_each_name(all_from_the_fall(self.fallen, ranked, self.horizons))
 
+    def _waves(self, best: Contender, horizon: float) -> list[Contender]:
+        """Return the contender with waves, lobes or a ball, begun at their usual size where contacts begin.
+
+        Gap, clearance and cages make up for them by the time a model fails; a fit that begins there finds next to none.
+        Where a model fails at the last horizon only, paths part.
+        """
+        if not TOUCHED_S < horizon < FOLLOWED_S or best.ratio > NEARLY or best.of_each_drop:
+            return []
+        known = list(zip(best.causes, best.starts(), strict=True))
+        others = [each for each in self.suspects if each.fits_much]
+        found = from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon])
+        return best_of_each_name([each.at_home(best, each.causes) for each in found])
+
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.
 
@@ -196,6 +212,7 @@ class Search:
             return [settled(each, horizon, SLOPES) for each in ranked]
         likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
+        wavy = look_like_waves(best, fitted)
         explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
             fitted += with_own_slopes(others, horizon)
@@ -213,7 +230,15 @@ class Search:
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
+        if wavy and not any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
+            seated += self._waves(best, horizon)
         return seated
+
+
+def look_like_waves(best: Contender, fitted: Sequence[Contender]) -> bool:
+    """True where waves, lobes or a ball explain most of all and yet not much, as they do where values have made up for them."""
+    won = min(fitted, key=lambda each: each.bic, default=best)
+    return won is not best and won.causes[-1].fits_much and best.misfit - won.misfit > _PART * best.excess
 
 
 def only_parts(best: Contender) -> bool:
