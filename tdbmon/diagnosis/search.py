@@ -139,14 +139,13 @@ class Search:
         sought beside the others that are still in the contest.
         """
         bases = [best, *others_of_the_field(best, plain, horizon, field)]
-        found: list[Contender] = []
         for base in bases:
             found = self._more_than_half(best, self._invited(base, horizon, field, thorough))
             if found:
-                break
-        if not found and horizon <= SOUND_S and best.causes and not best.in_contacts:
-            found = self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
-        return found
+                return found
+        if horizon > SOUND_S or not best.causes or best.in_contacts:
+            return []
+        return self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""

@@ -5,7 +5,15 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
-from tdbmon.diagnosis.search import Search, elsewhere, only_parts, others_of_the_field, siblings_first, worth_fitting
+from tdbmon.diagnosis.search import (
+    Search,
+    elsewhere,
+    look_like_waves,
+    only_parts,
+    others_of_the_field,
+    siblings_first,
+    worth_fitting,
+)
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.made_up import contender
@@ -65,6 +73,18 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
     search = Search(lost, (), (0.006, 0.04), lambda _: None)
     assert search._found_beside(best, lost, 0.04, [best, rival], True) == [pair]
     assert asked == [best.name, rival.name]
+
+
+def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed):
+    """What they leave decides, and whether another cause explains more."""
+    plain = contender(replace(next(each for each in competed if not each.causes), floor=0.9), (), 0, 2.9)
+    some = contender(plain, ("race_waviness@DE",), 0, 2.3)  # three tenths of what is left
+    hardly = contender(plain, ("race_waviness@DE",), 0, 2.7)
+    oval = contender(plain, ("oval_clearance@DE",), 0, 2.2)
+    assert look_like_waves(plain, [some, hardly])
+    assert not look_like_waves(plain, [hardly])
+    assert not look_like_waves(plain, [some, oval])
+    assert not look_like_waves(plain, [])
 
 
 def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(competed):
