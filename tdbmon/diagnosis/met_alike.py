@@ -18,7 +18,6 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
-from tdbmon.identify.least_squares import fit
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _MET_S = 0.01  # s after the release; by then an end has met its bearing at least
@@ -180,11 +179,13 @@ def _met(bare: Contender, cause: Suspect, start: Start, horizons: Sequence[float
         fitted = turned(begun.problem, begun.fit, bare.horizon)
         if fitted is None:
             return None
-        for horizon in horizons:
-            fitted = fit(begun.problem, fitted.point, horizon, FEW_SLOPES)
+        found = replace(begun, fit=fitted)
+        # waves that stand still begin at many phases, all else at one, from where the way may be long
+        for horizon in horizons if cause.standing_waves else (bare.horizon, *horizons):
+            found = settled(found, horizon, FEW_SLOPES if cause.standing_waves else SLOPES)
     except InputError:
         return None
-    return replace(begun, fit=fitted, horizon=horizons[-1])
+    return found
 
 
 def _held(contender: Contender) -> Contender:
