@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
 _BALLS = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
-WAVE_PHASES = 8  # tried of waves that stand still
+WAVE_PHASES = tuple(k * math.pi / 4 - math.pi for k in range(8))  # rad, tried of waves that stand still
 _ROUGH_SLOPES = 2  # taken at each horizon of a rough fit
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
 
@@ -74,12 +74,12 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
 def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> Fit | None:
     """Return a fit of waves that stand still, from the best of phases all round a wave, each with the cages that suit it."""
     tried = [found]
-    for phase in np.arange(WAVE_PHASES) * 2 * math.pi / WAVE_PHASES - math.pi:
+    for phase in WAVE_PHASES:
         point = found.point.copy()
         for size, angle in cause.sizes:
             _set(problem, point, cause, size, size.typical)
             if angle is not None:
-                _set(problem, point, cause, angle, float(phase))
+                _set(problem, point, cause, angle, phase)
         try:
             point = turn_cages(problem, replace(found, point=np.clip(point, problem.low, problem.high)), horizon)
             tried.append(fit(problem, point, horizon, 0, slopes=found.slopes))
@@ -217,18 +217,18 @@ def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Se
     return found
 
 
-def followed_on(contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES) -> list[Contender]:
+def followed_on(contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
     """Return those contenders that can be simulated, fitted along horizons, several at a time."""
     if not contenders or not horizons:
         return list(contenders)
-    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes) for each in contenders])
+    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int) -> Contender | None:
+def _followed_on(contender: Contender, horizons: Sequence[float]) -> Contender | None:
     try:
         for horizon in horizons:
-            contender = settled(contender, horizon, slopes)
+            contender = settled(contender, horizon, SLOPES)
     except InputError:
         return None
     return contender

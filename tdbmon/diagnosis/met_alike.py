@@ -9,9 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import zip_longest
 
-import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on, turned
@@ -150,8 +148,8 @@ def from_the_first_contact(
         for new, (cause, _) in zip(found, starts, strict=True)
         if new is not None
     ]
-    for horizon, kept in zip_longest([told[-1], *later], _KEPT[: len(later) + 1], fillvalue=_KEPT[-1]):
-        field = followed_on(_best_few(field)[:kept], [horizon])
+    for step, horizon in enumerate([told[-1], *later]):
+        field = followed_on(_best_few(field)[: _KEPT[min(step, len(_KEPT) - 1)]], [horizon])
     return sorted(field, key=lambda each: each.misfit)
 
 
@@ -212,13 +210,11 @@ def _let_go(contender: Contender, loose: Contender) -> Contender:
 
 def _all_round(suspect: Suspect, drops: int) -> list[Start]:
     """Return starts of waves or lobes at their usual size: at phases all round a wave, where drops have none of their own."""
-    shared = {p.name: p.typical for p in suspect.shapes} | {size.name: size.typical for size, _ in suspect.sizes}
-    angles = [angle for _, angle in suspect.sizes if angle is not None]
+    shared, angles = suspect.usual_values, suspect.angles
     own = {angle.name: 0.0 for angle in angles if angle.per_drop}
     if own:
         return [Start(shared, (own,) * drops)]
-    phases = np.arange(WAVE_PHASES) * 2 * math.pi / WAVE_PHASES - math.pi
-    return [Start(shared | {angle.name: float(phase) for angle in angles}) for phase in phases]
+    return [Start(shared | {angle.name: phase for angle in angles}) for phase in WAVE_PHASES]
 
 
 def met_alike(one: Suspect, other: Suspect) -> bool:

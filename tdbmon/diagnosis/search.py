@@ -183,8 +183,9 @@ class Search:
             return []
         known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much]
-        found = from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon])
-        return best_of_each_name([each.at_home(best, each.causes) for each in found])
+        return best_of_each_name(
+            from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon])
+        )
 
     def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
         """Return the best contender with each of the suspects that explain most, fitted.

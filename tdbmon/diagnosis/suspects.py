@@ -63,6 +63,16 @@ class Suspect:
         )
 
     @property
+    def angles(self) -> tuple[Declared, ...]:
+        """Those that belong to its sizes."""
+        return tuple(angle for _, angle in self.sizes if angle is not None)
+
+    @property
+    def usual_values(self) -> dict[str, float]:
+        """The free parameters but for angles, at their usual size (SI, by name)."""
+        return {p.name: p.typical for p in (*self.shapes, *(size for size, _ in self.sizes))}
+
+    @property
     def in_contacts(self) -> bool:
         """True for what does nothing to a shaft that touches nothing."""
         return self.declared.place in (Place.BEARING, Place.BEARING_OR_BOTH)
@@ -70,7 +80,7 @@ class Suspect:
     @property
     def turning(self) -> bool:
         """True for what turns with a ring: contacts meet it at a phase that differs from drop to drop."""
-        return self.in_contacts and any(angle is not None and angle.per_drop for _, angle in self.sizes)
+        return self.in_contacts and any(angle.per_drop for angle in self.angles)
 
     @property
     def standing_waves(self) -> bool:
@@ -81,7 +91,7 @@ class Suspect:
     @property
     def lies(self) -> bool:
         """True for what acts in contacts and lies some way, the same in all drops: an oval, a support softer one way."""
-        return bool(self.usual()) and not self.standing_waves and any(angle is not None for _, angle in self.sizes)
+        return bool(self.usual()) and not self.standing_waves and bool(self.angles)
 
     @property
     def of_each_drop(self) -> bool:
@@ -95,8 +105,7 @@ class Suspect:
 
     def usual(self) -> tuple[Start, ...]:
         """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
-        shared = {p.name: p.typical for p in self.shapes} | {size.name: size.typical for size, _ in self.sizes}
-        angles = [angle for _, angle in self.sizes if angle is not None]
+        shared, angles = self.usual_values, self.angles
         if not self.in_contacts or self.of_each_drop:
             return ()
         if not angles:
