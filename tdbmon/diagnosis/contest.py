@@ -32,7 +32,14 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
-from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, met_alike, neighbours, of_any_kind
+from tdbmon.diagnosis.met_alike import (
+    at_other_angles,
+    at_other_sizes,
+    in_neighbouring_orders,
+    met_alike,
+    neighbours,
+    of_any_kind,
+)
 from tdbmon.diagnosis.search import HARDLY, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
@@ -112,8 +119,8 @@ class _Contest:
         The other models, if one of them left noise alone there.
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
-    lain : list of str
-        Models whose last cause was begun at other angles.
+    begun_anew : list of str
+        Models whose last cause was begun at other angles or sizes.
     reordered : list of tuple
         Bearings at which all balls, waves and lobes were tried in each other's place, and whether that was early.
     other_kinds : bool
@@ -138,7 +145,7 @@ class _Contest:
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
     compared: list[Suspect] = field(default_factory=list)
-    lain: list[str] = field(default_factory=list)
+    begun_anew: list[str] = field(default_factory=list)
     reordered: list[tuple[str, bool]] = field(default_factory=list)
     other_kinds: bool = True
     exchanged: list[str] = field(default_factory=list)
@@ -227,9 +234,13 @@ class _Contest:
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
-        if deeper.fails_beside(self.plain) and cause.lies and deeper.name not in self.lain:
-            self.lain.append(deeper.name)
-            deeper = at_other_angles(self.search.fallen, deeper, self.search.horizons)
+        if deeper.fails_beside(self.plain) and deeper.name not in self.begun_anew:
+            if cause.lies:
+                self.begun_anew.append(deeper.name)
+                deeper = at_other_angles(self.search.fallen, deeper, self.search.horizons)
+            elif cause.many_valued and horizon > TOUCHED_S:
+                self.begun_anew.append(deeper.name)
+                deeper = at_other_sizes(self.search.fallen, deeper, self.search.horizons)
         if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]

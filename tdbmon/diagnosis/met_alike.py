@@ -22,6 +22,7 @@ _MET_S = 0.01  # s after the release; by then an end has met its bearing at leas
 _TOLD_S = 0.014  # s; and by then both, and more than once
 _KEPT = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
 _BALLS = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
+_SHARES = (1.0, 0.55, 0.3)  # of the usual size; of a spring the usual stiffness, three and ten times that
 _OF_EACH = 2  # of one wave among them, begun at other phases
 _PLAY = 1e-3  # of its scale, by which a value that is held may move all the same
 
@@ -65,6 +66,26 @@ def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float
     """
     cause = best.causes[-1]
     return _in_place_of_the_last(fallen, best, [(cause, start) for start in cause.usual()], horizons)
+
+
+def at_other_sizes(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
+    """Return a contender, or the best of those whose last cause begins anew at several sizes where both ends have touched.
+
+    The first contact alone says little of a cause with several values and leads it far off: a foundation becomes a damper.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    best : Contender
+        With a cause.
+    horizons : sequence of float
+        All; fits go along those up to the contender's own, but for the ones at the first contact.
+    """
+    cause = best.causes[-1]
+    sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SHARES]
+    begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
+    return _in_place_of_the_last(fallen, best, begun, [h for h in horizons if h == horizons[0] or h >= _TOLD_S])
 
 
 def _in_place_of_the_last(

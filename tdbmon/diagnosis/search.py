@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tdbmon.diagnosis.attempt import all_from_the_fall, begun, roughly_from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, begun, followed_on, roughly_from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -145,7 +145,7 @@ class Search:
                 return found
         if horizon > SOUND_S or not best.causes or best.in_contacts:
             return []
-        return self._more_than_half(best, self._lain(self._best_in_the_fall(bases), horizon))
+        return self._more_than_half(best, self._begun_in_the_fall(self._best_in_the_fall(bases), horizon))
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
@@ -160,18 +160,20 @@ class Search:
         least = _SHARE * best.excess if best.causes else -math.inf
         return [weighed(each) for each in found if best.misfit - each.misfit > least]
 
-    def _lain(self, best: Contender, horizon: float) -> list[Contender]:
-        """Return the contender with an oval or a soft direction, begun in the fall at its usual size and at several angles.
+    def _begun_in_the_fall(self, best: Contender, horizon: float) -> list[Contender]:
+        """Return the contender with what acts in contacts, begun in the fall at its usual size and at several angles.
 
-        The plain model makes up for the first contact by gap and clearance; a fit that begins there does not leave them, and
-        scores say little from there.
+        The plain model makes up for the first contacts by gap, clearance and stiffness; a fit that begins there does not leave
+        them, and scores say little from there.
         """
-        lying = [(cause, start) for cause in self.suspects if cause.lies for start in cause.usual()]
+        usual = [(cause, start) for cause in self.suspects if not cause.fits_much for start in cause.usual()]
         known = list(zip(best.causes, best.starts(), strict=True))
-        rough = roughly_from_the_fall(self.fallen, known, lying, [h for h in self.horizons if h <= horizon])
+        touched = min(horizon, TOUCHED_S)
+        rough = roughly_from_the_fall(self.fallen, known, usual, [h for h in self.horizons if h <= touched])
         ranked = best_of_each_name(rough)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
-        return best_of_each_name(all_from_the_fall(self.fallen, ranked, self.horizons))
+        later = [h for h in self.horizons if touched <= h <= horizon]
+        return best_of_each_name(followed_on(ranked, later))
 
     def _waves(self, best: Contender, horizon: float) -> list[Contender]:
         """Return the contender with waves, lobes or a ball, begun at their usual size where contacts begin.
@@ -224,15 +226,22 @@ class Search:
         for place in range(0, len(ranked), 2):
             seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
             won, rest = min(seated, key=lambda each: each.bic, default=best), ranked[place + 2 :]
-            if any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
+            if _explained(best, seated):
                 # what the first contact meets looks alike until the next one
                 if horizon > TOUCHED_S or all(each.misfit > _ALIKE * won.misfit for each in rest):
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
-        if wavy and not any(best.misfit - each.misfit > _CLEARLY * best.excess for each in seated):
+        if not best.causes and horizon >= TOUCHED_S and not _explained(best, seated):
+            seated += self._begun_in_the_fall(best, horizon)
+        if wavy and not _explained(best, seated):
             seated += self._waves(best, horizon)
         return seated
+
+
+def _explained(best: Contender, found: Sequence[Contender]) -> bool:
+    """True where one of those found takes away nearly all that the best contender leaves beyond noise."""
+    return any(best.misfit - each.misfit > _CLEARLY * best.excess for each in found)
 
 
 def look_like_waves(best: Contender, fitted: Sequence[Contender]) -> bool:

@@ -94,6 +94,11 @@ class Suspect:
         return bool(self.usual()) and not self.standing_waves and bool(self.angles)
 
     @property
+    def many_valued(self) -> bool:
+        """True for what acts in contacts and has values beside its size, the same in all drops: a foundation, looseness."""
+        return bool(self.usual()) and bool(self.shapes)
+
+    @property
     def of_each_drop(self) -> bool:
         """True for what has an angle or a number of its own in every drop: it fits anything a little."""
         return self.turning or self.counted is not None

@@ -73,6 +73,18 @@ def _alike(one: Suspect, other: Suspect) -> bool:
     return same and "both" in (one.where, other.where)
 
 
+def sensors_alike(one: Contender, other: Contender) -> bool:
+    """True where two models differ in one cause, and either's acts on the sensors of the same end."""
+    known = {cause.name for cause in one.causes} & {cause.name for cause in other.causes}
+    mine = {cause.name: cause for cause in one.causes if cause.name not in known}
+    yours = {cause.name: cause for cause in other.causes if cause.name not in known}
+    if len(mine) != 1 or len(yours) != 1:
+        return False
+    end_of = {probe.name: probe.end for probe in one.problem.model.machine.probes}
+    ends = {end_of.get(cause.where, cause.where) for cause in (*mine.values(), *yours.values())}
+    return len(ends) == 1 and all(acts_on_sensors(cause.declared) for cause in (*mine.values(), *yours.values()))
+
+
 def with_twins(
     field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
 ) -> list[Contender]:

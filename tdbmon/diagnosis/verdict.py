@@ -9,9 +9,13 @@ from enum import StrEnum
 
 from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, NEARLY, PLAIN_LEAD, Contender
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.twins import sensors_alike
 from tdbmon.estimate import Estimate
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
+# the same between two causes that act on the sensors of one end: an angle and a leak differ by the square of their size only,
+# and of four that led over the other by 29 to 330 one was right
+_TEMPERATURE_OF_SENSORS = 150.0
 _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
 _MOST = 0.5  # of what the plain model leaves beyond noise
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
@@ -183,7 +187,11 @@ def _probabilities(contenders: Sequence[Contender], lead: float) -> tuple[float,
     best = contenders[criteria.index(least)]
     # what even the best model leaves says how little a difference means
     temperature = TEMPERATURE + _DOUBT * best.excess
-    weights = [math.exp(-(c - least) / (2 * temperature)) for c in criteria]
+    soft = max(temperature, _TEMPERATURE_OF_SENSORS)
+    weights = [
+        math.exp(-(c - least) / (2 * (soft if sensors_alike(each, best) else temperature)))
+        for c, each in zip(criteria, contenders, strict=True)
+    ]
     # a model that leaves much is likely to lack something that is in no catalogue
     plain = next(each for each in contenders if not each.causes)
     outside = min(best.ratio / EXPLAINED, 1.0 if _explains(best, plain) else math.inf) ** 8

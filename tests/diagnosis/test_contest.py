@@ -10,7 +10,7 @@ from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.met_alike import at_other_angles, in_neighbouring_orders, neighbours, of_any_kind
+from tdbmon.diagnosis.met_alike import at_other_angles, at_other_sizes, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
@@ -259,10 +259,35 @@ def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
     assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
 
 
+def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
+    problem = problem_of(crew, "foundation_mode:end=DE,stiffness=2e8 N/m,mass=150 kg,damping=9000 N s/m")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    block = next(s for s in everyone if s.name == "foundation_mode@DE")
+    horizons = (0.006, 0.01, 0.014, 0.018, 0.022)
+    wrong = with_cause(fallen, block, Start({"stiffness": 4e6, "mass": 250.0, "damping": 3e5}))
+    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.022), horizon=0.022)
+    found = at_other_sizes(fallen, wrong, horizons)
+    assert wrong.fails
+    assert not found.fails
+    start = found.starts()[0].shared
+    assert start["stiffness"] == pytest.approx(2e8, rel=0.1)
+    assert start["mass"] == pytest.approx(150.0, rel=0.1)
+
+
 def test_only_what_lies_some_way_in_contacts_is_begun_at_other_angles(gained):
     _, everyone = gained
     lying = {each.declared.identifier for each in everyone if each.lies}
     assert lying == {"oval_clearance", "support_anisotropy"}
+
+
+def test_what_has_values_beside_its_size_in_contacts_is_begun_at_other_sizes(gained):
+    _, everyone = gained
+    assert {each.declared.identifier for each in everyone if each.many_valued} == {
+        "foundation_mode",
+        "loose_support",
+        "stribeck_friction",
+    }
 
 
 @pytest.mark.parametrize(("seen", "left", "adds"), [(True, 1.5, True), (False, 1.5, False), (True, 1.2, False)])

@@ -75,6 +75,24 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
     assert asked == [best.name, rival.name]
 
 
+def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(crew):
+    """From the plain model's values a fit of it at 18 ms ends at next to none."""
+    problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.4,direction=10 deg")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    plain = fallen
+    horizons = (0.006, 0.01, 0.014, 0.018)
+    for horizon in horizons:
+        plain = settled(plain, horizon, 3)
+    found = Search(fallen, everyone, horizons, lambda _: None)._begun_in_the_fall(plain, 0.018)
+    best = min(found, key=lambda each: each.bic)
+    assert best.horizon == 0.018
+    assert best.name == "support_anisotropy@DE"
+    assert best.excess < 0.1 * plain.excess
+    ratio = best.starts()[0].shared["ratio"]
+    assert min(ratio, 1 / ratio) == pytest.approx(0.4, rel=0.1)
+
+
 def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed):
     """What they leave decides, and whether another cause explains more."""
     plain = contender(replace(next(each for each in competed if not each.causes), floor=0.9), (), 0, 2.9)

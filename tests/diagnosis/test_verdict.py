@@ -32,6 +32,23 @@ def test_verdicts(competed):
     assert math.isfinite(plain.bic)
 
 
+def test_an_angle_and_a_leak_of_one_end_need_a_longer_lead_over_each_other(competed):
+    """They differ by the square of their size; a gain, a cause of the other end and one in contacts differ by more."""
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    angle = contender(plain, ("probe_angle@DE_A",), 900, 0.95)
+
+    def judged(name, behind):
+        return verdict([angle, contender(plain, (name,), 900 - behind, 0.95), lost], None)
+
+    beside_a_leak = judged("probe_crosstalk@DE", 300)
+    assert beside_a_leak.kind is Kind.AMBIGUOUS
+    assert beside_a_leak.probabilities[0] > 2 * beside_a_leak.probabilities[1]
+    assert judged("probe_crosstalk@DE", 900).kind is Kind.NAMED
+    assert judged("probe_crosstalk@NDE", 300).kind is Kind.NAMED
+    assert judged("oval_clearance@DE", 300).kind is Kind.NAMED
+
+
 def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
     plain = next(each for each in competed if not each.causes)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
