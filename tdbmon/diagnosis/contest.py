@@ -100,7 +100,14 @@ def contest(
             parted = not held.adds_to(early.best)
         if parted:  # paths with impacts do
             held = early
-    return sorted(with_twins([held.plain, *held.others], held.best, suspects, horizons), key=lambda each: each.bic)
+    before = [held.plain, *held.others]
+    compared = with_twins(before, held.best, suspects, horizons)
+    plain = next(each for each in compared if not each.causes)
+    others = [each for each in compared if each.causes]
+    if min(compared, key=lambda each: each.bic) not in before:
+        # a cause that is next to nothing may have led to the paths that were found
+        plain, others = _simplified(plain, others)
+    return sorted([plain, *others], key=lambda each: each.bic)
 
 
 @dataclass
@@ -357,7 +364,9 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         for freed in without_each(best, best.horizon):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
-            if (not near.fails_beside(plain) and near.bic < best.bic + SIMPLER) or only_accompanies(best, near, plain):
+            # who leaves as much with a cause less is the better model, whether it fails or not
+            needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
+            if needless or only_accompanies(best, near, plain):
                 simpler.append(near)
         if not simpler:
             break

@@ -121,8 +121,8 @@ def _of_each(field: Sequence[Contender]) -> list[Contender]:
 def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Sequence[float]) -> list[Contender]:
     """Return contenders, of those with the same causes the one that fits best.
 
-    Where others come near to the best, all of them have the paths of their drops sought anew, and are led along the horizons
-    from where these have hardly parted.
+    Where others come near to the best, the plain model among them, all have the paths of their drops sought anew, and are led
+    along the horizons from where these have hardly parted: who had that alone would seem the better one.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Seq
         s; all that there are.
     """
     kept = _of_each(field)
-    near = [c for c in kept if c.causes and c.horizon == best.horizon and c.ratio < _NEAR * best.ratio]
+    near = [each for each in kept if each.horizon == best.horizon and each.ratio < _NEAR * best.ratio]
     if len(near) < 2 or best.horizon < CONTACT_S:
         return kept
     every = range(len(best.problem.drops))

@@ -8,7 +8,7 @@ import pytest
 
 from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
-from tdbmon.diagnosis.contest import _Contest, contest, decided, only_accompanies
+from tdbmon.diagnosis.contest import _Contest, _simplified, contest, decided, only_accompanies
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.met_alike import at_other_angles, at_other_sizes, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
@@ -460,6 +460,41 @@ def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, m
     monkeypatch.setattr(module, "with_paths_sought", lambda field, best, horizons: [best, ahead])
     found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone, (0.014,))}
     assert found["probe_crosstalk@DE"].bic < leak.bic + 10
+
+
+def test_a_plain_model_that_comes_near_has_its_paths_sought_too(leaking, monkeypatch):
+    """Else who had them sought alone seems the better one."""
+    from tdbmon.diagnosis import twins as module
+
+    _, bare, leak = leaking
+    sought = []
+    monkeypatch.setattr(module, "CONTACT_S", 0.0)
+    monkeypatch.setattr(module, "followed_on", lambda field, horizons: list(field))
+    monkeypatch.setattr(module, "better_paths", lambda problem, fit, *rest: sought.append(len(problem.free)) or fit)
+    near = replace(bare, fit=replace(bare.fit, misfit=1.1 * leak.misfit))
+    with_paths_sought([near, leak], leak, (0.014,))
+    assert sorted(sought) == [0, 1]
+    sought.clear()
+    with_paths_sought([replace(near, fit=replace(near.fit, misfit=4.0 * leak.misfit)), leak], leak, (0.014,))
+    assert sought == []
+
+
+def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
+    """It only stands where the fit is better; the plain model is as good there."""
+    problem = problem_of(crew)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)
+    hard = next(s for s in everyone if s.name == "hardening_support@DE")
+    nothing = with_cause(bare, hard, Start({"cubic": 0.0}))
+    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
+    off = problem.start.copy()
+    off[place] += 0.5
+    stuck = replace(bare, fit=linearised(problem, off, 0.012))
+    assert stuck.misfit > 2 * bare.misfit
+    assert bare.fails
+    plain, field = _simplified(stuck, [nothing])
+    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
+    assert field == []
 
 
 def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
