@@ -76,6 +76,8 @@ class Search:
         Whether causes are sought beside a plain model that leaves noise alone too; not where laws are known to be off.
     began : float
         Horizon at which causes were sought first, s.
+    tried : Contender or None
+        The plain model in the fall from which causes in contacts were begun.
     """
 
     fallen: Contender
@@ -85,6 +87,7 @@ class Search:
     rounds: int = _ROUNDS
     weak: bool = True
     began: float = math.inf
+    tried: Contender | None = None
 
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
@@ -179,9 +182,10 @@ class Search:
         """Return the contender with waves, lobes or a ball, begun at their usual size where contacts begin.
 
         Gap, clearance and cages make up for them by the time a model fails; a fit that begins there finds next to none.
-        Where a model fails at the last horizon only, paths part.
+        Where a model fails at the last horizon only, or one with causes hardly fails, paths part.
         """
-        if not TOUCHED_S < horizon < FOLLOWED_S or best.ratio > NEARLY or best.of_each_drop:
+        parts = bool(best.causes) and horizon > SOUND_S and best.ratio < HARDLY * best.floor
+        if not TOUCHED_S < horizon < FOLLOWED_S or parts or best.ratio > NEARLY or best.of_each_drop:
             return []
         known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much]
@@ -232,7 +236,8 @@ class Search:
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
-        if not best.causes and horizon >= TOUCHED_S and not _explained(best, seated):
+        if not best.causes and horizon >= TOUCHED_S and not _explained(best, seated) and self.tried is not self.fallen:
+            self.tried = self.fallen  # they would come to the same at 14 ms again
             seated += self._begun_in_the_fall(best, horizon)
         if wavy and not _explained(best, seated):
             seated += self._waves(best, horizon)

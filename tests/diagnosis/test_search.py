@@ -202,7 +202,7 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
         best = settled(best, horizon, 3)
     assert best.fails
     search = Search(fallen, [s for s in everyone if s.lies and s.where == "DE"], horizons, lambda _: None)
-    found = search._lain(best, 0.014)[0]
+    found = search._begun_in_the_fall(best, 0.014)[0]
     assert found.name == "channel_lag@NDE_A + oval_clearance@DE"
     assert not found.fails
     assert found.starts()[1].shared["amplitude"] > 20e-6  # the first contact of two drops tells its size no better
