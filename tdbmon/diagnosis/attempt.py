@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, best_of_each_name, settled, with_cause
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.identify.cages import turn_cages
+from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none, linearised
 from tdbmon.identify.problem import Problem
 
@@ -205,6 +206,35 @@ def roughly_from_the_fall(
         for new, (cause, _) in zip(found, further, strict=True)
         if new is not None
     ]
+
+
+def at_usual_size(
+    fallen: Contender,
+    known: Sequence[tuple[Suspect, Start]],
+    suspects: Sequence[Suspect],
+    horizons: Sequence[float],
+) -> list[Contender]:
+    """Return the model with known causes and each of suspects, fitted roughly from its usual size in the fall to the contacts.
+
+    The plain model makes up for the first contacts by gap, clearance and stiffness; a fit that begins there does not leave them.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    known : sequence of pair
+        Each cause and where it begins.
+    suspects : sequence of Suspect
+    horizons : sequence of float
+        s; those up to where both ends have touched are used.
+
+    Returns
+    -------
+    list of Contender
+        The best first, of each cause one.
+    """
+    begun = [(each, start) for each in suspects for start in each.usual()]
+    return best_of_each_name(roughly_from_the_fall(fallen, known, begun, [h for h in horizons if h <= TOUCHED_S]))
 
 
 def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Sequence[float]) -> Contender | None:

@@ -241,13 +241,11 @@ class _Contest:
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
-        if deeper.fails_beside(self.plain) and deeper.name not in self.begun_anew:
-            if cause.lies:
-                self.begun_anew.append(deeper.name)
-                deeper = at_other_angles(self.search.fallen, deeper, self.search.horizons)
-            elif cause.many_valued and horizon > TOUCHED_S:
-                self.begun_anew.append(deeper.name)
-                deeper = at_other_sizes(self.search.fallen, deeper, self.search.horizons)
+        otherwise = at_other_angles if cause.lies else at_other_sizes
+        begins = cause.lies or (cause.many_valued and horizon > TOUCHED_S)
+        if begins and deeper.fails_beside(self.plain) and deeper.name not in self.begun_anew:
+            self.begun_anew.append(deeper.name)
+            deeper = otherwise(self.search.fallen, deeper, self.search.horizons)
         if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]

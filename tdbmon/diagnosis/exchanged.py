@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbmon.diagnosis.attempt import followed_on, roughly_from_the_fall
-from tdbmon.diagnosis.contender import Contender, best_of_each_name
+from tdbmon.diagnosis.attempt import at_usual_size, followed_on
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.clearances import TOUCHED_S
 
@@ -32,8 +32,8 @@ def exchanged(
         s; those up to the contender's own are used.
     """
     taken = {cause.name for cause in failing.causes}
-    others = [(each, start) for each in suspects if each.name not in taken for start in each.usual()]
+    others = [each for each in suspects if each.name not in taken]
     *stay, _ = zip(failing.causes, failing.starts(), strict=True)
-    begun = roughly_from_the_fall(fallen, stay, others, [h for h in horizons if h <= TOUCHED_S])
+    begun = at_usual_size(fallen, stay, others, horizons)
     on = [h for h in horizons if TOUCHED_S < h <= failing.horizon]
-    return min([failing, *followed_on(best_of_each_name(begun)[:_SEATED], on)], key=lambda each: each.bic)
+    return min([failing, *followed_on(begun[:_SEATED], on)], key=lambda each: each.bic)

@@ -16,10 +16,10 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.identify.clearances import TOUCHED_S
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _MET_S = 0.01  # s after the release; by then an end has met its bearing at least
-_TOLD_S = 0.014  # s; and by then both, and more than once
 _KEPT = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
 _BALLS = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
 _SHARES = (1.0, 0.55, 0.3)  # of the usual size; of a spring the usual stiffness, three and ten times that
@@ -85,7 +85,7 @@ def at_other_sizes(fallen: Contender, best: Contender, horizons: Sequence[float]
     cause = best.causes[-1]
     sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SHARES]
     begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
-    return _in_place_of_the_last(fallen, best, begun, [h for h in horizons if h == horizons[0] or h >= _TOLD_S])
+    return _in_place_of_the_last(fallen, best, begun, [h for h in horizons if h == horizons[0] or h >= TOUCHED_S])
 
 
 def _in_place_of_the_last(
@@ -142,8 +142,8 @@ def from_the_first_contact(
         s, along which they are fitted; all to where both ends have touched, the best of them on to the last.
     """
     met = [horizon for horizon in horizons if horizon <= _MET_S]
-    told = [horizon for horizon in horizons if _MET_S < horizon <= _TOLD_S]
-    later = [horizon for horizon in horizons if horizon > _TOLD_S]
+    told = [horizon for horizon in horizons if _MET_S < horizon <= TOUCHED_S]
+    later = [horizon for horizon in horizons if horizon > TOUCHED_S]
     taken = any(cause.of_each_drop for cause, _ in known)
     others = [each for each in others if not (taken and each.of_each_drop)]
     if not others or not told:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tdbmon.diagnosis.attempt import all_from_the_fall, begun, followed_on, roughly_from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, with_own_slopes
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -166,17 +166,14 @@ class Search:
     def _begun_in_the_fall(self, best: Contender, horizon: float) -> list[Contender]:
         """Return the contender with what acts in contacts, begun in the fall at its usual size and at several angles.
 
-        The plain model makes up for the first contacts by gap, clearance and stiffness; a fit that begins there does not leave
-        them, and scores say little from there.
+        Scores say little from where values have made up for it.
         """
-        usual = [(cause, start) for cause in self.suspects if not cause.fits_much for start in cause.usual()]
+        others = [each for each in self.suspects if not each.fits_much]
         known = list(zip(best.causes, best.starts(), strict=True))
-        touched = min(horizon, TOUCHED_S)
-        rough = roughly_from_the_fall(self.fallen, known, usual, [h for h in self.horizons if h <= touched])
-        ranked = best_of_each_name(rough)[:_SEATED_LATER]
+        horizons = [h for h in self.horizons if h <= horizon]
+        ranked = at_usual_size(self.fallen, known, others, horizons)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
-        later = [h for h in self.horizons if touched <= h <= horizon]
-        return best_of_each_name(followed_on(ranked, later))
+        return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, TOUCHED_S)]))
 
     def _waves(self, best: Contender, horizon: float) -> list[Contender]:
         """Return the contender with waves, lobes or a ball, begun at their usual size where contacts begin.

@@ -74,15 +74,15 @@ def _alike(one: Suspect, other: Suspect) -> bool:
 
 
 def sensors_alike(one: Contender, other: Contender) -> bool:
-    """True where two models differ in one cause, and either's acts on the sensors of the same end."""
-    known = {cause.name for cause in one.causes} & {cause.name for cause in other.causes}
-    mine = {cause.name: cause for cause in one.causes if cause.name not in known}
-    yours = {cause.name: cause for cause in other.causes if cause.name not in known}
-    if len(mine) != 1 or len(yours) != 1:
+    """True where two models differ in one cause each, and both of these act on the sensors of one end."""
+    mine, yours = ({cause.name: cause for cause in each.causes} for each in (one, other))
+    apart = [mine[name] for name in mine.keys() - yours.keys()], [yours[name] for name in yours.keys() - mine.keys()]
+    if [len(each) for each in apart] != [1, 1]:
         return False
     end_of = {probe.name: probe.end for probe in one.problem.model.machine.probes}
-    ends = {end_of.get(cause.where, cause.where) for cause in (*mine.values(), *yours.values())}
-    return len(ends) == 1 and all(acts_on_sensors(cause.declared) for cause in (*mine.values(), *yours.values()))
+    causes = [cause for each in apart for cause in each]
+    one_end = len({end_of.get(cause.where, cause.where) for cause in causes}) == 1
+    return one_end and all(acts_on_sensors(cause.declared) for cause in causes)
 
 
 def with_twins(

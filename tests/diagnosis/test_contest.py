@@ -6,17 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
+from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, _simplified, contest, decided, only_accompanies
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.met_alike import at_other_angles, at_other_sizes, in_neighbouring_orders, neighbours, of_any_kind
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.twins import twins, with_paths_sought, with_twins
 from tdbmon.diagnosis.verdict import Kind, verdict
-from tdbmon.identify.cages import turn_cages, turning
+from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
@@ -24,17 +22,6 @@ from tests.diagnosis.conftest import GAIN
 from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
-
-
-@pytest.fixture(scope="module")
-def leaking(crew):
-    """Suspects, the plain model and that with the leak, of drops with a crosstalk, fitted to 14 ms."""
-    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
-    leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
-    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
-    return everyone, bare, leak
 
 
 def test_score_names_the_hidden_effect_and_its_size(gained):
@@ -131,20 +118,6 @@ def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed,
     assert weighed(replace(gain, floor=gain.ratio / 1.5)).exact_excess == math.inf
 
 
-def test_twins_are_led_along_the_horizons_again(leaking):
-    *_, leak = leaking
-    for horizon in (0.018, 0.022):
-        leak = settled(leak, horizon, 4)
-    point = leak.fit.point.copy()
-    point[0] += 0.3  # a gap that is off: paths part
-    lost = replace(leak, fit=linearised(leak.problem, point, 0.022))
-    assert lost.misfit > leak.misfit + 100
-    (found,) = followed_on([lost], (0.018, 0.022))
-    assert found.horizon == 0.022
-    assert found.misfit < leak.misfit + 10
-    assert followed_on([leak], ()) == [leak]
-
-
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
     """Each drop's ring stands somewhere at the release; a phase half a period off is found again."""
     hidden = "ring_out_of_round:end=DE,amplitude=25 um,order=2,phase={} deg"
@@ -188,106 +161,6 @@ def test_a_fitfrom_the_fall_on_leaves_a_wrong_minimum(crew):
     assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
     assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
     assert abs(math.degrees(off)) < 5
-
-
-def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
-    """They differ by the square of 4 %: by 0.2 um of a gap of 250 um, two thirds of the noise."""
-    problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    turned = next(s for s in everyone if s.name == "probe_angle@DE_B")
-    angle = settled(with_cause(fallen, turned, Start({"error": 0.04})), 0.006, 4)
-    leak = next(each for each in twins(angle, everyone) if each.name == "probe_crosstalk@DE")
-    assert leak.horizon == angle.horizon
-    values, _ = leak.problem.values(leak.fit.point, 0)
-    assert values["probe_crosstalk@DE.factor"] == pytest.approx(-0.04, abs=0.005)
-    bare = contender(fallen, (), 0, 8.0)
-    assert {each.name for each in verdict(sorted([angle, leak, bare], key=lambda each: each.bic), None).accused} >= {
-        "probe_crosstalk@DE"
-    }
-
-
-def test_twins_are_compared_with_the_paths_of_their_drops_sought(leaking):
-    """The angle of a cage that is wrong costs more than a turned probe and a leak differ by."""
-    everyone, _, leak = leaking
-    point = leak.fit.point.copy()
-    point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
-    lost = replace(leak, fit=linearised(leak.problem, point, 0.014))
-    assert lost.bic > leak.bic + 100
-    found = {each.name: each for each in with_paths_sought([lost, *twins(lost, everyone)], lost, (0.014,))}
-    assert found["probe_crosstalk@DE"].bic < leak.bic + 10
-    assert {"probe_angle@DE_A", "probe_angle@DE_B"} & set(found)
-
-
-def test_an_effect_at_one_end_is_fitted_in_the_place_of_one_at_both(crew):
-    problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
-    at_both = next(s for s in everyone if s.name == "support_anisotropy@both")
-    both = settled(with_cause(bare, at_both, Start({"ratio": 0.6, "direction": math.radians(30)})), 0.014, 3)
-    found = {each.name: each for each in twins(both, everyone)}
-    assert found["support_anisotropy@DE"].bic < both.bic
-
-
-def test_lobes_of_a_wrong_order_are_found_anew(crew):
-    """Begun two orders off, with the sizes and phases that make up for it at the first contact."""
-    problem = problem_of(crew, "ring_out_of_round:end=DE,amplitude=19 um,order=2")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
-    drops = len(problem.drops)
-    wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
-    assert found.causes[-1].held["order"] == 2
-    assert found.bic < wrong.bic
-    assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
-
-
-def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
-    problem = problem_of(crew, "oval_clearance:end=DE,amplitude=22 um,angle=20 deg")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
-    horizons = (0.006, 0.01, 0.014, 0.018)
-    wrong = with_cause(fallen, oval, Start({"amplitude": 5e-6, "angle": math.radians(100)}))
-    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.018), horizon=0.018)
-    found = at_other_angles(fallen, wrong, horizons)
-    start = found.starts()[0].shared
-    across = 0.0 if start["amplitude"] > 0 else math.pi / 2  # a negative one is the same a quarter turn on
-    assert found.horizon == 0.018
-    assert abs(start["amplitude"]) == pytest.approx(22e-6, rel=0.1)
-    assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
-
-
-def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
-    problem = problem_of(crew, "foundation_mode:end=DE,stiffness=2e8 N/m,mass=150 kg,damping=9000 N s/m")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    block = next(s for s in everyone if s.name == "foundation_mode@DE")
-    horizons = (0.006, 0.01, 0.014, 0.018, 0.022)
-    wrong = with_cause(fallen, block, Start({"stiffness": 4e6, "mass": 250.0, "damping": 3e5}))
-    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.022), horizon=0.022)
-    found = at_other_sizes(fallen, wrong, horizons)
-    assert wrong.fails
-    assert not found.fails
-    start = found.starts()[0].shared
-    assert start["stiffness"] == pytest.approx(2e8, rel=0.1)
-    assert start["mass"] == pytest.approx(150.0, rel=0.1)
-
-
-def test_only_what_lies_some_way_in_contacts_is_begun_at_other_angles(gained):
-    _, everyone = gained
-    lying = {each.declared.identifier for each in everyone if each.lies}
-    assert lying == {"oval_clearance", "support_anisotropy"}
-
-
-def test_what_has_values_beside_its_size_in_contacts_is_begun_at_other_sizes(gained):
-    _, everyone = gained
-    assert {each.declared.identifier for each in everyone if each.many_valued} == {
-        "foundation_mode",
-        "loose_support",
-        "stribeck_friction",
-    }
 
 
 @pytest.mark.parametrize(("seen", "left", "adds"), [(True, 1.5, True), (False, 1.5, False), (True, 1.2, False)])
@@ -350,26 +223,6 @@ def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(
     assert [again._given_up(9.0, True) for _ in range(2)] == [False, True]
 
 
-def test_twins_are_made_of_who_may_be_named_only(leaking):
-    """Leading a model's twins takes long, and nobody names one that leaves so much."""
-    everyone, bare, leak = leaking
-    hopeless = replace(leak, fit=replace(leak.fit, misfit=4.0 * leak.residuals))
-    assert with_twins([bare, hopeless], hopeless, everyone, (0.014,)) == [bare, hopeless]
-
-
-def test_a_ball_is_found_in_the_place_of_waves(crew):
-    """At the first contact waves of an outer race do what a ball too large does."""
-    problem = problem_of(crew, "off_sized_ball:end=DE,ball=3,deviation=25 um")
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    waves = next(s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 5)
-    wrong = settled(with_cause(fallen, waves, Start({"amplitude": 8e-6, "phase": -2.6})), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
-    assert found.causes[-1].name == "off_sized_ball@DE"
-    assert found.bic < wrong.bic
-    assert found.starts()[-1].shared["deviation"] == pytest.approx(25e-6, rel=0.2)
-
-
 def test_values_of_causes_lead_to_the_same_model(gained):
     problem, everyone = gained
     plain = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
@@ -426,57 +279,6 @@ def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
     assert not negligible(named["off_sized_ball@DE"], {"deviation": 3e-6})
     assert not negligible(named["hardening_support@NDE"], {"cubic": 5e16})  # a soft support of a light machine
     assert not negligible(named["unbalance@impeller"], {"amount": 2e-6})
-
-
-def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail(crew):
-    """Waves of the race that stands still, seated with one too many."""
-    machine = drops.machine()
-    problem = problem_of(crew, "race_waviness:end=DE,race=outer,order=4,amplitude=8 um,phase=20 deg")
-    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
-    everyone = suspects(machine, machine.probes, ())
-    waves = {s.held["order"]: s for s in everyone if s.name == "race_waviness@DE" and s.held["race"] == "outer"}
-    horizons = (0.006, 0.010, 0.014, 0.018)
-    wrong = with_cause(fallen, waves[5.0], Start({"amplitude": 5e-6, "phase": math.radians(20 - 90)}))
-    for horizon in horizons:
-        wrong = settled(wrong, horizon, 3)
-    near = neighbours(waves[5.0], everyone)
-    assert set(near) == {waves[4.0], waves[6.0]}
-    found = in_neighbouring_orders(fallen, wrong, near, horizons)
-    assert found.causes == (waves[4.0],)
-    assert found.misfit < 0.9 * wrong.misfit
-    assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
-
-
-def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, monkeypatch):
-    """Else the twin that happened to find better values of the machine wins, whatever it is a twin of."""
-    from tdbmon.diagnosis import twins as module
-
-    everyone, bare, leak = leaking
-    point = leak.fit.point.copy()
-    point[0] += 0.05
-    shallow = replace(leak, fit=linearised(leak.problem, point, 0.014))
-    (ahead,) = [each for each in twins(leak, everyone) if each.name == "probe_angle@DE_B"][:1]
-    assert ahead.bic < shallow.bic
-    monkeypatch.setattr(module, "with_paths_sought", lambda field, best, horizons: [best, ahead])
-    found = {each.name: each for each in module.with_twins([bare, shallow], shallow, everyone, (0.014,))}
-    assert found["probe_crosstalk@DE"].bic < leak.bic + 10
-
-
-def test_a_plain_model_that_comes_near_has_its_paths_sought_too(leaking, monkeypatch):
-    """Else who had them sought alone seems the better one."""
-    from tdbmon.diagnosis import twins as module
-
-    _, bare, leak = leaking
-    sought = []
-    monkeypatch.setattr(module, "CONTACT_S", 0.0)
-    monkeypatch.setattr(module, "followed_on", lambda field, horizons: list(field))
-    monkeypatch.setattr(module, "better_paths", lambda problem, fit, *rest: sought.append(len(problem.free)) or fit)
-    near = replace(bare, fit=replace(bare.fit, misfit=1.1 * leak.misfit))
-    with_paths_sought([near, leak], leak, (0.014,))
-    assert sorted(sought) == [0, 1]
-    sought.clear()
-    with_paths_sought([replace(near, fit=replace(near.fit, misfit=4.0 * leak.misfit)), leak], leak, (0.014,))
-    assert sought == []
 
 
 def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):

@@ -1,12 +1,23 @@
-"""Waves, lobes and balls begun where contacts begin, on drops of the same simulator (so no test of the physics)."""
+"""Other angles, sizes, waves, lobes and balls begun anew, on drops of the same simulator (so no test of the physics)."""
+
+import math
+from dataclasses import replace
 
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
-from tdbmon.diagnosis.met_alike import from_the_first_contact
+from tdbmon.diagnosis.met_alike import (
+    at_other_angles,
+    at_other_sizes,
+    from_the_first_contact,
+    in_neighbouring_orders,
+    neighbours,
+    of_any_kind,
+)
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.identify.least_squares import fit
+from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.simulated import problem_of
+from tests.identify import drops
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018)
 
@@ -60,3 +71,96 @@ def test_nothing_is_begun_before_both_ends_have_touched(beside_an_oval):
     fallen, everyone, oval, lies = beside_an_oval
     waves = [s for s in everyone if s.standing_waves]
     assert from_the_first_contact(fallen, [(oval, lies)], waves, HORIZONS[:2]) == []
+
+
+def test_lobes_of_a_wrong_order_are_found_anew(crew):
+    """Begun two orders off, with the sizes and phases that make up for it at the first contact."""
+    problem = problem_of(crew, "ring_out_of_round:end=DE,amplitude=19 um,order=2")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
+    drops = len(problem.drops)
+    wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    assert found.causes[-1].held["order"] == 2
+    assert found.bic < wrong.bic
+    assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
+
+
+def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
+    problem = problem_of(crew, "oval_clearance:end=DE,amplitude=22 um,angle=20 deg")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    horizons = (0.006, 0.01, 0.014, 0.018)
+    wrong = with_cause(fallen, oval, Start({"amplitude": 5e-6, "angle": math.radians(100)}))
+    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.018), horizon=0.018)
+    found = at_other_angles(fallen, wrong, horizons)
+    start = found.starts()[0].shared
+    across = 0.0 if start["amplitude"] > 0 else math.pi / 2  # a negative one is the same a quarter turn on
+    assert found.horizon == 0.018
+    assert abs(start["amplitude"]) == pytest.approx(22e-6, rel=0.1)
+    assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
+
+
+def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
+    problem = problem_of(crew, "foundation_mode:end=DE,stiffness=2e8 N/m,mass=150 kg,damping=9000 N s/m")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    block = next(s for s in everyone if s.name == "foundation_mode@DE")
+    horizons = (0.006, 0.01, 0.014, 0.018, 0.022)
+    wrong = with_cause(fallen, block, Start({"stiffness": 4e6, "mass": 250.0, "damping": 3e5}))
+    wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.022), horizon=0.022)
+    found = at_other_sizes(fallen, wrong, horizons)
+    assert wrong.fails
+    assert not found.fails
+    start = found.starts()[0].shared
+    assert start["stiffness"] == pytest.approx(2e8, rel=0.1)
+    assert start["mass"] == pytest.approx(150.0, rel=0.1)
+
+
+def test_only_what_lies_some_way_in_contacts_is_begun_at_other_angles(gained):
+    _, everyone = gained
+    lying = {each.declared.identifier for each in everyone if each.lies}
+    assert lying == {"oval_clearance", "support_anisotropy"}
+
+
+def test_what_has_values_beside_its_size_in_contacts_is_begun_at_other_sizes(gained):
+    _, everyone = gained
+    assert {each.declared.identifier for each in everyone if each.many_valued} == {
+        "foundation_mode",
+        "loose_support",
+        "stribeck_friction",
+    }
+
+
+def test_a_ball_is_found_in_the_place_of_waves(crew):
+    """At the first contact waves of an outer race do what a ball too large does."""
+    problem = problem_of(crew, "off_sized_ball:end=DE,ball=3,deviation=25 um")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    waves = next(s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 5)
+    wrong = settled(with_cause(fallen, waves, Start({"amplitude": 8e-6, "phase": -2.6})), 0.014, 3)
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    assert found.causes[-1].name == "off_sized_ball@DE"
+    assert found.bic < wrong.bic
+    assert found.starts()[-1].shared["deviation"] == pytest.approx(25e-6, rel=0.2)
+
+
+def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail(crew):
+    """Waves of the race that stands still, seated with one too many."""
+    machine = drops.machine()
+    problem = problem_of(crew, "race_waviness:end=DE,race=outer,order=4,amplitude=8 um,phase=20 deg")
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    everyone = suspects(machine, machine.probes, ())
+    waves = {s.held["order"]: s for s in everyone if s.name == "race_waviness@DE" and s.held["race"] == "outer"}
+    horizons = (0.006, 0.010, 0.014, 0.018)
+    wrong = with_cause(fallen, waves[5.0], Start({"amplitude": 5e-6, "phase": math.radians(20 - 90)}))
+    for horizon in horizons:
+        wrong = settled(wrong, horizon, 3)
+    near = neighbours(waves[5.0], everyone)
+    assert set(near) == {waves[4.0], waves[6.0]}
+    found = in_neighbouring_orders(fallen, wrong, near, horizons)
+    assert found.causes == (waves[4.0],)
+    assert found.misfit < 0.9 * wrong.misfit
+    assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)

@@ -76,7 +76,7 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
 
 
 def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(crew):
-    """From the plain model's values a fit of it at 18 ms ends at next to none."""
+    """The plain model is fitted to 18 ms; the search goes back to the fall."""
     problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.4,direction=10 deg")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)

@@ -33,7 +33,7 @@ def test_verdicts(competed):
 
 
 def test_an_angle_and_a_leak_of_one_end_need_a_longer_lead_over_each_other(competed):
-    """They differ by the square of their size; a gain, a cause of the other end and one in contacts differ by more."""
+    """They differ by the square of their size; a cause of the other end and one in contacts differ by more."""
     plain = next(each for each in competed if not each.causes)
     lost = contender(plain, (), 0, 8.0)
     angle = contender(plain, ("probe_angle@DE_A",), 900, 0.95)
