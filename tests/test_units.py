@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tdbsim.errors import InputError
-from tdbsim.units import scale, si_unit_of, split_kind, to_si
+from tdbsim.units import is_unit, scale, si_unit_of, split_kind, to_si
 
 
 @pytest.mark.parametrize(
@@ -47,6 +47,50 @@ def test_text_to_si(text, si, expected):
 def test_nonsense_is_refused_with_the_text(text):
     with pytest.raises(InputError, match="quantity|unit|finite|amplitude"):
         to_si(text, "m")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["cycles/min", "Cycles/min", "cpm", "CPM", "1/min", "min-1", "min^-1", "min⁻¹", "/min", "U/min", "Umdr./min", "tr/min",
+     "r/min", "rev/min", "r.p.m."],
+)  # fmt: skip
+def test_turns_a_minute_are_counted_in_every_language(text):
+    assert si_unit_of(text) == ("Hz", pytest.approx(1 / 60, rel=1e-12))
+
+
+@pytest.mark.parametrize("text", ["cycles/s", "U/s", "tr/s", "rev/sec", "turns/s", "1/s", "s-1", "/s", "Hz"])
+def test_turns_a_second_are_hertz(text):
+    assert si_unit_of(text) == ("Hz", pytest.approx(1.0, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("text", "volts_per_hz"),
+    [
+        ("1 mV/Hz", 1e-3),
+        ("1 mV s", 1e-3),
+        ("1 mV/rpm", 0.06),
+        ("1 mV/(U/min)", 0.06),
+        ("1 mV/min-1", 0.06),
+        ("1 V s/rad", 2 * math.pi),
+    ],
+)
+def test_volts_of_a_speed_signal_count_turns(text, volts_per_hz):
+    assert to_si(text, "V s") == pytest.approx(volts_per_hz, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["Mikrometer", "mikrometer", "æm", "micron"])
+def test_micrometres_by_other_names(text):
+    assert scale(text, "m") == pytest.approx(1e-6)
+
+
+def test_direct_volts_are_volts():
+    assert si_unit_of("VDC") == si_unit_of("V DC") == ("V", 1.0)
+    assert si_unit_of("Vrms") is None
+
+
+def test_what_is_no_unit_at_all_is_told_from_one_of_another_quantity():
+    assert is_unit("kPa") and is_unit("um pp") and is_unit("µm RMS")
+    assert not is_unit("bananas")
 
 
 def test_frequency_refuses_a_length():

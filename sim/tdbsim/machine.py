@@ -209,7 +209,7 @@ class Probe(Part):
     """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
 
     Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.  `unit`
-    is that of the channel where the file states none.
+    is that of the channel where the file states none that is known.
     """
 
     name: str
@@ -233,11 +233,19 @@ class Probe(Part):
 
 
 class SpeedSignal(Part):
-    """The channel of the speed signal; `unit` where the file states none."""
+    """The channel of the speed signal; `unit` where the file states none that is known."""
 
     channel: str
     unit: str | None = None
     sensitivity: Annotated[float, quantity("V s")] | None = None  # volts per Hz
+
+    @model_validator(mode="after")
+    def _usable(self) -> SpeedSignal:
+        if self.unit is not None and (si_unit_of(self.unit) or ("", 1.0))[0] not in ("Hz", "V"):
+            raise InputError(f"unit '{self.unit}' is neither a speed nor a voltage; write e.g. unit = \"rpm\"")
+        if self.sensitivity == 0:
+            raise InputError('sensitivity 0 V s gives no speed; write e.g. "1 mV/rpm"')
+        return self
 
 
 class Keyphasor(Part):

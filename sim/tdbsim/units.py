@@ -19,15 +19,23 @@ _KINDS = {"pp": "pk-pk", "p-p": "pk-pk", "pkpk": "pk-pk", "pk-pk": "pk-pk", "pk"
 # what data acquisition systems write, and what it means
 _VENDOR = {
     "mil": "thou", "mils": "thou", "volts": "volt", "volt": "volt", "micron": "micrometer", "microns": "micrometer",
-    "mue": "micrometer", "seconds": "second", "sec": "second", "secs": "second", "hertz": "hertz",
-    "rev/min": "rpm", "r/min": "rpm", "1/min": "rpm", "min^-1": "rpm", "u/min": "rpm", "rps": "hertz",
-    "rev/s": "hertz", "rev": "turn", "rpm": "rpm", "hz": "hertz",
+    "mue": "micrometer", "mikrometer": "micrometer", "mikron": "micrometer",
+    "seconds": "second", "sec": "second", "secs": "second", "hertz": "hertz",
+    "vdc": "volt", "v dc": "volt", "mvdc": "mV", "mv dc": "mV",
+    "rps": "hertz", "rev": "turn", "rpm": "rpm", "r.p.m.": "rpm", "cpm": "rpm", "kcpm": "krpm", "hz": "hertz",
     "counts": "dimensionless", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
 }  # fmt: skip
 
 # products that are written together; here capitals matter, since nm is a length
 _TOGETHER = {"Nm": "N m", "mNm": "mN m", "kNm": "kN m", "Ns/m": "N s/m", "kNs/m": "kN s/m", "Nmm": "N mm", "kgm": "kg m",
              "kgm^2": "kg m^2", "gmm": "g mm", "kgmm": "kg mm", "gcm": "g cm"}  # fmt: skip
+
+# a count of turns over a time, as English, German and French instruments write it; alone or in brackets, as in mV/(U/min)
+_TURNS = re.compile(
+    r"(?i)(?:^|(?<=\())(?:cycles?|cyc|revs?|r|u|umdr\.?|umdrehungen|tr|tours?|1)?\s*/\s*"
+    r"(?:(?P<minute>min(?:utes?)?\.?)|s|secs?|seconds?|sek\.?|sekunden?)(?=$|\))"
+)
+_COUNTED = ("Hz", "V s")  # SI units in which a turn is one, not 2 pi: a speed, and the volts of a speed signal a hertz
 
 _NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
@@ -49,10 +57,12 @@ def split_kind(unit: str) -> tuple[str, str | None]:
 
 def _spelling(unit: str) -> str:
     text = unit.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("²", "^2").replace("³", "^3")
+    text = text.replace("æ", "u").replace("⁻¹", "^-1")  # æ is what the µ of DOS becomes on Windows
     if text.lower() in _VENDOR:
         return _VENDOR[text.lower()]
+    text = _TURNS.sub(lambda found: "rpm" if found["minute"] else "hertz", text)
     text = re.sub(r"\bmils?\b", "thou", text)
-    text = re.sub(r"(?<=[a-zA-Z])([23])(?!\d)", r"^\1", text)
+    text = re.sub(r"(?<=[a-zA-Z])(-1|[23])(?!\d)", r"^\1", text)
     return _TOGETHER.get(text, text)
 
 
@@ -84,8 +94,9 @@ def scale(unit: str, si: str) -> float:
         if si == "Hz":
             if parsed.dimensionality != {"[time]": -1.0}:
                 raise InputError(f"'{unit}' is not a frequency or a speed; write Hz, rpm or rad/s")
-            cycles = 2 * math.pi if re.search(r"rpm|rad|rev|turn|deg|rotation", spelled) else 1.0
-            return float(parsed.to_base_units().magnitude) / cycles
+        if si in _COUNTED:
+            angle = dict(parsed.to_root_units().unit_items()).get("radian", 0)
+            return float(parsed.to("1/s" if si == "Hz" else si).magnitude) / (2 * math.pi) ** float(angle)
         factor = parsed.to("dimensionless" if si == "1" else si)
         zero = registry.Quantity(0.0, spelled).to("dimensionless" if si == "1" else si)
         if zero.magnitude != 0.0:
@@ -128,6 +139,16 @@ def is_bare(value: Any) -> bool:
     """Tell whether a quantity is stated without a unit, as a number or as a text (``"135"``)."""
     found = _NUMBER.match(value) if isinstance(value, str) else None
     return not isinstance(value, str) or (found is not None and not found.group(2))
+
+
+def is_unit(unit: str) -> bool:
+    """Tell whether a text is a unit of any quantity, or an amplitude's (``um pp``)."""
+    spelled, kind = split_kind(unit)
+    try:
+        _registry().Quantity(1.0, _spelling(spelled))
+    except Exception:  # pint raises many kinds, several of them not its own
+        return kind is not None and is_unit(spelled)
+    return True
 
 
 def si_unit_of(unit: str) -> tuple[str, float] | None:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import Machine, Probe
-from tdbsim.units import scale
+from tdbsim.units import is_unit, scale
 
 _PAUSE = 0.5  # s
 
@@ -87,7 +87,7 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
     units = array.attrs.get("units", "")
     if units == "m":
         return array
-    if units in ("", "1") and probe.unit is not None:
+    if _unstated(units) and probe.unit is not None:
         array = _rescaled(array, *_stated(probe.unit))
         return array if array.attrs["units"] == "m" else _displacement(array, probe, place)
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
@@ -102,9 +102,8 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
             f"{place} has no unit; write one into the file, or give it with probe '{probe.name}' in the machine file,"
             ' e.g. unit = "um", or sensitivity = "7.87 mV/um" for volts'
         )
-    raise InputError(
-        f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {_wrong(units, 'm')}"
-    )
+    cure = _wrong(units, "m", f"unit = \"um\" with probe '{probe.name}'")
+    raise InputError(f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {cure}")
 
 
 def _stated(unit: str) -> tuple[float, float, str]:
@@ -118,7 +117,7 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
     signal = machine.speed
     if units == "Hz":
         return array
-    if units in ("", "1") and signal is not None and signal.unit is not None:
+    if _unstated(units) and signal is not None and signal.unit is not None:
         units = signal.unit
         if not _is_voltage(units):
             return _rescaled(array, scale(units, "Hz"), 0.0, "Hz")
@@ -133,9 +132,8 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
         raise InputError(
             f'{place} has no unit; write one into the file or into the machine file, e.g. [speed] unit = "rpm"'
         )
-    raise InputError(
-        f"{place} is {_quantity(array)}, where a speed in Hz, rpm, rad/s or V is needed; {_wrong(units, 'Hz')}"
-    )
+    cure = _wrong(units, "Hz", '[speed] unit = "rpm"')
+    raise InputError(f"{place} is {_quantity(array)}, where a speed in Hz, rpm, rad/s or V is needed; {cure}")
 
 
 def _is_voltage(unit: str) -> bool:
@@ -152,13 +150,19 @@ def _quantity(array: xr.DataArray) -> str:
     return f"{name} ({array.attrs.get('source_units') or units})" if name else f"in '{units}'"
 
 
-def _wrong(units: str, si: str) -> str:
+def _unstated(units: str) -> bool:
+    """Tell whether a file leaves a channel's unit open: it states none, or a word that is the unit of no quantity."""
+    return units in ("", "1") or not is_unit(units)
+
+
+def _wrong(units: str, si: str, stated: str) -> str:
     if units in _QUANTITIES:
         return "is it the right channel? correct [channels] in the machine file, or the unit in the file"
     try:
         scale(units, si)
     except InputError as error:
-        return str(error)
+        said = f"; or say in the machine file what it is, e.g. {stated}" if _unstated(units) else ""
+        return f"{error}{said}"
     return "correct the unit in the file"
 
 

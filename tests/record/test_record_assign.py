@@ -80,6 +80,38 @@ def test_the_file_s_own_unit_goes_before_that_of_the_machine_file() -> None:
     np.testing.assert_array_equal(out["NDE_A"].values, ds["NDE_A"].values)
 
 
+@pytest.mark.parametrize("unit", ["furlong-ish", "Mikron (gemittelt)"])
+def test_the_machine_file_states_a_unit_that_the_file_calls_by_a_word_of_its_own(unit: str) -> None:
+    out = assign(_record(NDE_A=unit), with_probe("NDE_A", unit="um"))
+    np.testing.assert_allclose(out["NDE_A"].values, np.arange(10.0) * 1e-6, rtol=1e-14)
+    out = assign(_record(speed=unit), machine(speed={"channel": "speed", "unit": "rpm"}))
+    np.testing.assert_allclose(out["speed"].values, np.arange(10.0) / 60, rtol=1e-14)
+
+
+@pytest.mark.parametrize("unit", ["kPa", "degC", "um pp", "µm RMS"])
+def test_the_machine_file_does_not_turn_another_quantity_into_a_displacement(unit: str) -> None:
+    with pytest.raises(InputError, match="where a displacement"):
+        assign(_record(NDE_A=unit), with_probe("NDE_A", unit="um"))
+
+
+def test_an_unknown_unit_can_be_said_in_the_machine_file() -> None:
+    with pytest.raises(InputError, match="say in the machine file what it is, e.g. unit = \"um\" with probe 'NDE_A'"):
+        assign(_record(NDE_A="bananas"), machine())
+    with pytest.raises(InputError, match=r"say in the machine file what it is, e.g. \[speed\] unit = \"rpm\""):
+        assign(_record(speed="bananas"), machine())
+
+
+@pytest.mark.parametrize("unit", ["bananas", "um", ""])
+def test_a_speed_s_unit_is_a_speed_or_a_voltage(unit: str) -> None:
+    with pytest.raises(InputError, match="neither a speed nor a voltage"):
+        machine(speed={"channel": "speed", "unit": unit})
+
+
+def test_a_speed_signal_without_sensitivity_to_speed_is_refused() -> None:
+    with pytest.raises(InputError, match="sensitivity 0 V s gives no speed"):
+        machine(speed={"channel": "speed", "sensitivity": 0.0})
+
+
 @pytest.mark.parametrize("unit", ["Hz", "kPa", "um pp", ""])
 def test_a_probe_s_unit_is_a_length_or_a_voltage(unit: str) -> None:
     with pytest.raises(InputError, match="neither a length nor a voltage"):
@@ -113,6 +145,7 @@ def test_a_displacement_in_a_wrong_unit_is_refused(unit: str, message: str) -> N
         ({"channel": "speed", "unit": "rad/s"}, "", 1 / (2 * np.pi)),
         ({"channel": "speed", "sensitivity": "20 mV s"}, "V", 50.0),
         ({"channel": "speed", "unit": "mV", "sensitivity": "20 mV s"}, "", 0.05),
+        ({"channel": "speed", "sensitivity": "20 mV/rpm"}, "V", 1 / 1.2),
     ],
 )
 def test_speed_in_many_units(signal: dict[str, str], unit: str, factor: float) -> None:
