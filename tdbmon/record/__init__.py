@@ -8,7 +8,8 @@ The form of a record as read (`read`)
     ``source_units`` (as in the file), ``long_name``; ``full_scale`` ([low, high] in ``units``) where the file tells.
     A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven.
     Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
-    ``incomplete`` (what is missing, where a file was cut off).
+    ``incomplete`` (what is missing, where a file was cut off), ``left_out`` (names of channels whose samples have no time,
+    with the reason; only where there are any).
 
 The form of a record that a machine has been laid over (`assign`)
     Probes by their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;

@@ -40,6 +40,8 @@ class Channel:
         What the file says about the channel.
     full_scale : tuple of float, optional
         Smallest and largest value that the instrument can tell, in `unit`; from packed integers without being given.
+    fault : str
+        Why nobody can say when the samples were taken, in words; such a channel is told of and not read.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Channel:
     offset: float = 0.0
     long_name: str = ""
     full_scale: tuple[float, float] | None = None
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -89,12 +92,15 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     InputError
         If there is no channel, two channels bear one name, or a time base does not increase.
     """
-    if not content.channels:
-        raise InputError(f"{path}: holds no channel along time; give a file with at least one numeric channel")
-    _unique(content.channels, path)
-    bases = _TimeBases(content.channels, path)
+    channels = [channel for channel in content.channels if not channel.fault]
+    left_out = {channel.name: channel.fault for channel in content.channels if channel.fault}
+    if not channels:
+        told = next((f" ('{name}': {fault})" for name, fault in left_out.items()), "")
+        raise InputError(f"{path}: holds no channel along time{told}; give a file with at least one numeric channel")
+    _unique(channels, path)
+    bases = _TimeBases(channels, path)
     data: dict[str, xr.DataArray] = {}
-    for channel in content.channels:
+    for channel in channels:
         data[_variable_name(channel.name)] = _variable(channel, bases.dimension_of(channel))
     record = xr.Dataset(data, coords=bases.coordinates())
     record.attrs = {
@@ -106,6 +112,8 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     }
     if content.incomplete:
         record.attrs["incomplete"] = content.incomplete
+    if left_out:
+        record.attrs["left_out"] = left_out
     return record
 
 

@@ -15,6 +15,7 @@ from tdbmon.record.read import read
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
 )  # fmt: skip
+_MOST = 10  # channels left out that the terminal tells of
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Inspection:
     title: str
     drop_time: str
     incomplete: str
+    left_out: dict[str, str]  # channels whose samples have no time, and why
     channels: tuple[ChannelInfo, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -60,6 +62,8 @@ class Inspection:
         head = [f"{self.file}   {self.reader}, {self.size / 1e6:.3g} MB, SHA-256 {self.sha256[:16]}..."]
         head += [f"{word}: {text}" for word, text in (("title", self.title), ("drop", self.drop_time)) if text]
         head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
+        head += [f"left out: {name}: {why}" for name, why in list(self.left_out.items())[:_MOST]]
+        head += [f"left out: {len(self.left_out) - _MOST} more"] if len(self.left_out) > _MOST else []
         rows = [_HEADINGS, *(_row(info) for info in self.channels)]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         table = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
@@ -85,6 +89,7 @@ def inspect(path: str | Path) -> Inspection:
         title=attributes["title"],
         drop_time=attributes["drop_time"],
         incomplete=attributes.get("incomplete", ""),
+        left_out=dict(attributes.get("left_out", {})),
         channels=tuple(_channel(str(name), record) for name in record.data_vars),
     )
 

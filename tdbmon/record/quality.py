@@ -122,6 +122,9 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
             if left < 2
             else f"end {end} has {left} probes left"
         )
+    fault = ds.attrs.get("left_out", {}).get(channel)
+    if fault:
+        return Check("present", name, False, f"channel '{channel}' is in the file, but left out: {follows}; {fault}")
     return Check(
         "present",
         name,

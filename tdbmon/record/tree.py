@@ -45,7 +45,7 @@ class Branch:
 
 
 def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
-    """Return the channels of a tree; what does not lie along a time is left out.
+    """Return the channels of a tree; one that does not lie along a time is returned with its fault.
 
     Raises
     ------
@@ -53,18 +53,18 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
         If there are arrays, but nothing tells when their samples were taken.
     """
     found: list[tuple[str, Channel]] = []
-    timeless: list[str] = []
+    timeless: list[tuple[str, Channel]] = []
     _collect(root, "", {}, [], found, timeless)
     if not found and timeless:
-        shown = ", ".join(f"'{name}'" for name in timeless[:10])
+        shown = ", ".join(f"'{channel.name}'" for _, channel in timeless[:10])
         raise InputError(
             f"{path}: nothing tells when the samples of {shown} were taken; name the time 'time', or give it its unit"
             " ('[s]'), or add an entry 'dt' in s or 'fs' in Hz"
         )
-    count = Counter(channel.name for _, channel in found)
+    count = Counter(channel.name for _, channel in (*found, *timeless))
     return tuple(
         replace(channel, name=f"{place}/{channel.name}") if place and count[channel.name] > 1 else channel
-        for place, channel in found
+        for place, channel in (*found, *timeless)
     )
 
 
@@ -94,7 +94,7 @@ def _collect(
     inherited: Mapping[str, Any],
     times: list[np.ndarray],
     found: list[tuple[str, Channel]],
-    timeless: list[str],
+    timeless: list[tuple[str, Channel]],
 ) -> None:
     entries = {**inherited, **branch.entries}
     leaves = [column for leaf in branch.leaves for column in _columns(leaf, branch.entries)]
@@ -119,11 +119,28 @@ def _collect(
             start = start_of(leaf.attributes) or start_of(entries)
             found.append((place, replace(channel, interval=interval, start=start)))
         else:
-            timeless.append(name)
+            fault = _fault(leaf.values.size, [*times, *own.values()], longest if interval_of(entries) else 0)
+            timeless.append((place, replace(channel, fault=fault)))
     for inner in branch.branches:
         _collect(
             inner, f"{place}/{inner.name}" if place else inner.name, entries, [*times, *own.values()], found, timeless
         )
+
+
+def _fault(size: int, times: list[np.ndarray], longest: int) -> str:
+    """Say why an array has no time; `longest` is the size of the arrays that a rate stands for, 0 without a rate."""
+    if times:
+        nearest = min((time.size for time in times), key=lambda each: abs(each - size))
+        return (
+            f"its {size} samples do not go with the {nearest} times beside it, and nothing tells which belong together:"
+            " export it again with one value a time"
+        )
+    if longest:
+        return (
+            f"it has {size} samples where others have {longest}, and nothing tells when they were taken: export it again, or"
+            " give it a 'dt' or 'fs' of its own"
+        )
+    return "nothing tells when its samples were taken"
 
 
 def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:

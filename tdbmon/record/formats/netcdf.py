@@ -88,6 +88,8 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
             if found is None:
                 interval = interval_of(_attributes(variable)) or stated
                 if interval is None:
+                    untold = Channel(prefix + name, np.empty(0), fault="nothing tells when its samples were taken")
+                    channels.append(untold)
                     continue
                 found = interval * np.arange(variable.size)
             times[dimension] = found

@@ -33,6 +33,7 @@ class TDMS:
         with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
             samples = sum(len(channel) for group in file.groups() for channel in group.channels())
             check_size(samples, path, compressed=False)  # of one byte at least
+            empty = [channel for group in file.groups() for channel in group.channels() if len(channel) == 0]
             cut = file.file_status.incomplete_final_segment
             groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]
             entries = dict(file.properties)
@@ -43,8 +44,19 @@ class TDMS:
         if not channels:
             channels = channels_of(Branch("", (), entries, others), path)
         else:  # beside waveforms, a group without a time channel is a table of results
-            timed = tuple(branch for branch in others if any(is_time_name(leaf.name) for leaf in branch.leaves))
-            channels += channels_of(Branch("", (), entries, timed), path)
+            timed = [any(is_time_name(leaf.name) for leaf in branch.leaves) for branch in others]
+            tables = tuple(branch for branch, has_time in zip(others, timed, strict=True) if has_time)
+            channels += channels_of(Branch("", (), entries, tables), path)
+            channels += tuple(
+                Channel(
+                    leaf.name,
+                    np.empty(0),
+                    fault="it has no sampling interval (wf_increment), its group no time channel",
+                )
+                for branch, has_time in zip(others, timed, strict=True)
+                for leaf in (() if has_time else branch.leaves)
+            )
+        channels += tuple(Channel(channel.name, np.empty(0), fault="it holds no sample") for channel in empty)
         return Content(
             channels,
             title=str(entries.get("title") or entries.get("name") or ""),
