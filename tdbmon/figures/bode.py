@@ -9,12 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
+from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.style import (
     AXIS_COLOUR,
     AXIS_WORD,
     BLACK,
     GREEN,
     GREY,
+    MEASURED,
     UM,
     Margins,
     legend_below,
@@ -33,6 +35,12 @@ if TYPE_CHECKING:
 
 _SEEN = 3.0  # standard deviations that an amplitude must have for its phase to be drawn
 _MARKED_HZ = 20.0  # speeds named in the polar plot
+_NAMED = 0.12  # of the greatest circle: smaller ones lie in a heap that no name tells apart
+# about a point of the polar plot, points of type: near it, then farther away
+_ABOUT = [
+    ((away * x, away * y), "left" if x > 0 else "right", "bottom" if y > 0 else "top")
+    for away in (3.0, 8.0) for x, y in ((1, 1), (-1, 1), (1, -1), (-1, -1))
+]  # fmt: skip
 
 
 @styled
@@ -51,8 +59,8 @@ def bode(analysis: Analysis) -> Figure:
     if not np.isfinite(first.amplitude).any():
         raise InputError("1X was not tracked: no window of it has all its samples")
     ends = seen_ends(analysis)
-    figure = new_figure(150, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
-    axes = subplots(figure, 3, len(ends), Margins(15, 3, 11, 16, across=17, down=14), [1, 0.8, 1.5])
+    figure = new_figure(166, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
+    axes = subplots(figure, 3, len(ends), Margins(15, 3, 11, 16, across=17, down=15), [1, 0.8, 1.8])
     for column, end in enumerate(ends):
         amplitude, lag, polar = axes[:, column]
         part = first.sel(end=end)
@@ -62,7 +70,7 @@ def bode(analysis: Analysis) -> Figure:
         amplitude.set_title(f"{end}: 1X")
         polar.set_title(f"{end}: forward circle of 1X")
         lag.sharex(amplitude)
-    legend_below(figure)
+    legend_below(figure, 4)
     return figure
 
 
@@ -74,8 +82,9 @@ def _amplitude(ax: Axes, part: xr.Dataset) -> None:
         ax.fill_between(speed, np.maximum(value - 1.96 * sigma, 0), value + 1.96 * sigma, color=AXIS_COLOUR[axis],
                         alpha=0.2, linewidth=0, rasterized=True)  # fmt: skip
     ax.set_ylabel("amplitude [µm 0-pk]")
-    if np.isfinite(part.amplitude).any():
-        ax.set_ylim(0, 1.15 * float(np.nanquantile(part.amplitude.to_numpy(), 0.995)) * UM)
+    upper = ((part.amplitude + 1.96 * part.sigma) * UM).to_numpy()
+    if np.isfinite(upper).any():
+        ax.set_ylim(0, 1.05 * float(np.nanmax(upper)))
 
 
 def _lag(ax: Axes, part: xr.Dataset) -> None:
@@ -102,22 +111,32 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
         say(ax, "1X does not stand out of the noise")
         return
     x, y = value * np.cos(lag) * UM, -value * np.sin(lag) * UM
+    # not left out: where a swing crosses 1X it is the greatest of all, and the least certain
+    ax.plot(x, y, ".-", color=MEASURED, markersize=2.5, linewidth=0.5, label="below 3 standard deviations")
     ax.plot(np.where(clear, x, np.nan), np.where(clear, y, np.nan), ".-", color=GREEN, markersize=2.5, linewidth=0.6,
-            label="forward circle, above 3 standard deviations")  # fmt: skip
-    reach = 1.2 * float(np.max(np.hypot(x[clear], y[clear])))
+            label="forward circle")  # fmt: skip
+    reach = 1.2 * float(np.nanmax(np.hypot(x, y)))
     ax.axhline(0, color=GREY, linewidth=0.5)
     ax.axvline(0, color=GREY, linewidth=0.5)
     ax.plot(0, 0, "+", color=BLACK, markersize=6)
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
-    named: list[tuple[float, float]] = []
-    for mark in (
-        np.arange(np.ceil(speed[clear].min() / _MARKED_HZ), np.floor(speed[clear].max() / _MARKED_HZ) + 1) * _MARKED_HZ
-    ):
-        at = int(np.argmin(np.where(clear, np.abs(speed - mark), np.inf)))
-        if any(np.hypot(x[at] - a, y[at] - b) < 0.14 * reach for a, b in named):
-            continue
-        named.append((float(x[at]), float(y[at])))
-        ax.annotate(
-            f"{mark:.0f} Hz", (x[at], y[at]), xytext=(3, 3), textcoords="offset points", fontsize=6.5, color=GREY
-        )
+    _name_speeds(ax, x, y, speed, clear)
+
+
+def _name_speeds(ax: Axes, x: np.ndarray, y: np.ndarray, speed: np.ndarray, clear: np.ndarray) -> None:
+    """Name the speed of the greatest circle of all and of the clear ones, and round speeds that stand apart and have room."""
+    size = np.hypot(x, y)
+    greatest = int(np.nanargmax(size))
+    known = np.isfinite(size)
+    low, high = float(speed[known].min()), float(speed[known].max())
+    round_ones = np.arange(np.ceil(low / _MARKED_HZ), np.floor(high / _MARKED_HZ) + 1) * _MARKED_HZ
+    marked = [greatest, int(np.argmax(np.where(clear, size, 0.0)))]
+    for mark in round_ones:
+        at = int(np.argmin(np.where(known, np.abs(speed - mark), np.inf)))
+        if size[at] > _NAMED * size[greatest]:
+            marked.append(at)
+    labels = Labels(ax, {"fontsize": 6.5, "color": BLACK}, must=False)
+    for at in dict.fromkeys(marked):
+        if labels.write(f"{speed[at]:.0f} Hz", [Place(float(x[at]), float(y[at]), *side) for side in _ABOUT]):
+            ax.plot(x[at], y[at], "o", color=BLACK, markersize=2.2, zorder=4)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
-from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
@@ -58,11 +58,10 @@ def cascade(analysis: Analysis) -> Figure:
                 spectra.amplitude.sel(end=end, axis=axis).transpose("speed", "frequency").to_numpy()[:, keep]
             )
             image = draw_map(ax, db, extent, limits)
-            draw_orders(ax, rows, rows, top_hz)
-            draw_constants(ax, analysis, end, top_hz)
             ax.set_title(f"{end}, {AXIS_WORD[axis]}")
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])
+            draw_lines(ax, (rows, rows), constants_of(analysis, end, top_hz), top_hz)
             ax.grid(False)
             if row == 1:
                 ax.set_xlabel("frequency [Hz]")

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
@@ -13,11 +15,11 @@ from tdbmon.analysis import orbit
 from tdbmon.figures.style import (
     BLACK,
     GREEN,
-    GREY,
     UM,
     Margins,
     centre_of,
     colour_bar,
+    legend_below,
     new_figure,
     released,
     said,
@@ -28,100 +30,132 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.collections import PathCollection
-
     from tdbmon.analysis.result import Analysis
 
 _WINDOW_S = 0.2
 _POINTS = 400
+_FEWEST = 2  # settled positions that show a course
 
 
 @styled
 def centreline(analysis: Analysis) -> Figure:
-    """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below."""
-    ends = seen_ends(analysis)
-    figure = new_figure(125, said(analysis, f"mean over {_WINDOW_S:g} s"))
-    axes = subplots(figure, 2, len(ends), Margins(16, 24, 11, 11, across=18, down=17))
-    path, shown = _path(analysis), None
+    """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below.
+
+    The lower row is left out where no end is on its circle for long enough.
+    """
+    ends, courses = seen_ends(analysis), _courses(analysis)
+    rows = 2 if settled_ends(analysis) else 1
+    figure = new_figure(29 + 43 * rows + 17 * (rows - 1), said(analysis, f"mean over {_WINDOW_S:g} s"))
+    axes = subplots(figure, rows, len(ends), Margins(16, 24, 11, 18, across=18, down=17))
+    scale = Normalize()
+    scale.autoscale(np.concatenate([[], *(_colour(analysis, time) for time, _ in courses.values())]))
     for column, end in enumerate(ends):
-        shown = _end(axes[:, column], analysis, path, end, shown) or shown
-    if shown is not None:
-        by_speed = len(analysis.speed_time) > 3
-        colour_bar(figure, shown, "speed [Hz]" if by_speed else "time [s]")
+        _whole(axes[0, column], analysis, end, courses.get(end), scale)
+        if rows > 1:
+            _near(axes[1, column], analysis, end, courses.get(end), scale)
+    legend_below(figure)
+    if courses:
+        words = "speed [Hz]" if coloured_by_speed(analysis) else "time [s]"
+        colour_bar(figure, ScalarMappable(scale, "viridis"), words)
     return figure
 
 
-def _end(
-    axes: np.ndarray, analysis: Analysis, path: xr.Dataset | None, end: str, like: PathCollection | None
-) -> PathCollection | None:
-    whole, near = axes
-    for ax, title in ((whole, "clearance"), (near, "from settling on, magnified")):
-        ax.set_title(f"{end}: {title}")
-        ax.set_xlabel("x (right) [µm]")
-        ax.set_ylabel("y (up) [µm]")
-        ax.set_aspect("equal", adjustable="box")
-    centre = centre_of(analysis, end) * UM
+def coloured_by_speed(analysis: Analysis) -> bool:
+    """Whether positions are coloured by the speed; by the time where none is known."""
+    return len(analysis.speed_time) > 3
+
+
+def settled_ends(analysis: Analysis) -> list[str]:
+    """Ends whose settled course is long enough to be drawn magnified."""
+    return [end for end, (time, _) in _courses(analysis).items() if _settled(analysis, end, time).sum() >= _FEWEST]
+
+
+def _whole(
+    ax: Axes, analysis: Analysis, end: str, course: tuple[np.ndarray, np.ndarray] | None, scale: Normalize
+) -> None:
+    """The clearance circle with all positions."""
+    _frame(ax, f"{end}: clearance")
     gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None or path is None:
-        say(whole, "no clearance circle is known")
-        say(near, "no clearance circle is known")
-        return None
-    radius = gap.radius.value * UM
-    time, mean = _means(path, end)
-    settled = time - _WINDOW_S / 2 >= gap.settled_from
-    for ax in (whole, near):
-        ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9))
-    whole.set_xlim(centre[0] - 1.15 * radius, centre[0] + 1.15 * radius)
-    whole.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
-    whole.plot(*centre, "+", color=BLACK, markersize=7)
-    colour = _colour(analysis, time)
-    shown = _scatter(whole, mean, colour, like)
+    if gap is None or gap.radius.value is None:
+        say(ax, "no clearance circle is known")
+        return
+    centre, radius = centre_of(analysis, end) * UM, gap.radius.value * UM
+    _circle(ax, centre, radius)
+    ax.set_xlim(centre[0] - 1.15 * radius, centre[0] + 1.15 * radius)
+    ax.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
+    ax.plot(*centre, "+", color=BLACK, markersize=7, label="centre")
+    if course is not None:
+        _scatter(ax, analysis, *course, scale)
     if analysis.release is not None and end in analysis.release.levitated:
         x, y = analysis.release.levitated[end]
-        whole.plot(x * UM, y * UM, "D", color=GREEN, markersize=4)
-        whole.annotate(
-            "levitated", (x * UM, y * UM), xytext=(4, 4), textcoords="offset points", color=GREEN, fontsize=7
-        )
-    if settled.sum() < 2:
-        say(near, "too short to show a course")
-        return shown
-    _scatter(near, mean[settled], colour[settled], shown)
+        ax.plot(x * UM, y * UM, "D", color=GREEN, markersize=4, label="levitated")
+
+
+def _near(
+    ax: Axes, analysis: Analysis, end: str, course: tuple[np.ndarray, np.ndarray] | None, scale: Normalize
+) -> None:
+    """The settled positions alone."""
+    _frame(ax, f"{end}: from settling on, magnified")
+    gap = analysis.ends[end].gap
+    if gap is None or gap.radius.value is None or course is None:
+        say(ax, "no clearance circle is known")
+        return
+    time, mean = course
+    settled = _settled(analysis, end, time)
+    if settled.sum() < _FEWEST:
+        say(ax, f"settled for less than {_FEWEST * _WINDOW_S:g} s")
+        return
+    _circle(ax, centre_of(analysis, end) * UM, gap.radius.value * UM)
+    _scatter(ax, analysis, time[settled], mean[settled], scale)
     low, high = mean[settled].min(axis=0), mean[settled].max(axis=0)
     middle, reach = (low + high) / 2, 0.65 * float(max(high - low)) + 0.2
-    near.set_xlim(middle[0] - reach, middle[0] + reach)
-    near.set_ylim(middle[1] - reach, middle[1] + reach)
-    near.annotate("clearance circle: black", (0.02, 0.03), xycoords="axes fraction", fontsize=6.5, color=GREY)
-    return shown
+    ax.set_xlim(middle[0] - reach, middle[0] + reach)
+    ax.set_ylim(middle[1] - reach, middle[1] + reach)
 
 
-def _scatter(ax: Axes, mean: np.ndarray, colour: np.ndarray, like: PathCollection | None = None) -> PathCollection:
-    shown = ax.scatter(mean[:, 0], mean[:, 1], c=colour, cmap="viridis", s=6, linewidths=0, rasterized=True, zorder=3)
-    if like is not None:
-        shown.set_clim(*like.get_clim())
-    return shown
+def _frame(ax: Axes, title: str) -> None:
+    ax.set_title(title)
+    ax.set_xlabel("x (right) [µm]")
+    ax.set_ylabel("y (up) [µm]")
+    ax.set_aspect("equal", adjustable="box")
 
 
-def _path(analysis: Analysis) -> xr.Dataset | None:
-    """Mean positions from the release on; None where the record ends within two windows of it."""
+def _circle(ax: Axes, centre: np.ndarray, radius: float) -> None:
+    ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label="clearance circle"))
+
+
+def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, scale: Normalize) -> None:
+    colour = _colour(analysis, time)
+    ax.scatter(*mean.T, c=colour, cmap="viridis", norm=scale, s=6, linewidths=0, rasterized=True, zorder=3)
+
+
+def _courses(analysis: Analysis) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Middle times (n,), s, and mean positions (n, 2), µm, of each end with a circle, from the release on.
+
+    Of the windows without a missing sample, thinned; empty where the record ends within two windows of the release.
+    """
     planes = analysis.planes
     if planes is None:
-        return None
+        return {}
     after = planes.sel(time=slice(released(analysis), None))
     if after.sizes["time"] < 2 * _WINDOW_S * planes.attrs["sampling_hz"]:
-        return None
-    return orbit.centreline(after, _WINDOW_S)
+        return {}
+    path, found = orbit.centreline(after, _WINDOW_S), {}
+    for end in seen_ends(analysis):
+        gap = analysis.ends[end].gap
+        time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
+        whole = np.isfinite(mean).all(axis=1)
+        if gap is not None and gap.radius.value is not None and whole.any():
+            thin = max(1, int(whole.sum()) // _POINTS)
+            found[end] = time[whole][::thin], mean[whole][::thin]
+    return found
 
 
-def _means(path: xr.Dataset, end: str) -> tuple[np.ndarray, np.ndarray]:
-    """Middle times (n,) and mean positions (n, 2), µm, of the windows without a missing sample, thinned."""
-    time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
-    whole = np.isfinite(mean).all(axis=1)
-    thin = max(1, int(whole.sum()) // _POINTS)
-    return time[whole][::thin], mean[whole][::thin]
+def _settled(analysis: Analysis, end: str, time: np.ndarray) -> np.ndarray:
+    """Which windows lie wholly after the last bounce."""
+    gap = analysis.ends[end].gap
+    return np.zeros(len(time), bool) if gap is None else time - _WINDOW_S / 2 >= gap.settled_from
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:
-    if len(analysis.speed_time) > 3:
-        return np.interp(time, analysis.speed_time, analysis.speed_hz)
-    return time
+    return np.interp(time, analysis.speed_time, analysis.speed_hz) if coloured_by_speed(analysis) else time

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map, draw_orders, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_lines, draw_map, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, say, styled, subplots
 
 if TYPE_CHECKING:
@@ -41,10 +41,11 @@ def coast_down_waterfalls(whole: CoastDown) -> Figure:
             half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
             extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
             image = draw_map(ax, db, extent, limits)
-            if len(analysis.speed_time) > 3:
-                draw_orders(ax, np.interp(time, analysis.speed_time, analysis.speed_hz), time, top_hz)
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])
+            if len(analysis.speed_time) > 3:
+                speed = np.interp(time, analysis.speed_time, analysis.speed_hz)
+                draw_lines(ax, (speed, time), (), top_hz)
             ax.grid(False)
     if image is not None and whole.measured.waterfall is not None:
         colour_bar(figure, image, f"amplitude [dB re 1 µm {whole.measured.waterfall.attrs['scale']}]")

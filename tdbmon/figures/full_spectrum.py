@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
+from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.spectral_map import decibel, top_frequency
 from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, seen_ends, styled, subplots
 
@@ -20,6 +21,11 @@ if TYPE_CHECKING:
 _LONGEST_S = 1.0
 _LEAST_S = 0.04
 _TOP_HZ = 1000.0
+_SHARES = (0.03, 0.14, 0.25)  # of the height, below which an order's name may begin
+_NAME: dict[str, Any] = {
+    "color": GREY, "fontsize": 6.0,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
+}  # fmt: skip
 
 
 @styled
@@ -34,7 +40,8 @@ def full_spectrum(analysis: Analysis) -> Figure:
     if analysis.planes is None:
         raise InputError("the record holds no displacement whose spectra could be drawn")
     ends, stretches = seen_ends(analysis), _stretches(analysis)
-    note = said(analysis, "Hann window over each stretch")
+    known = () if len(analysis.speed_time) > 3 else ("no speed: no orders",)
+    note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)
     axes = subplots(
         figure, len(stretches), len(ends), Margins(17, 3, 11, 10, across=6, down=8), sharex=True, sharey="row"
@@ -101,14 +108,13 @@ def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None
 
 def _orders(ax: Axes, analysis: Analysis, at: float, top: float) -> None:
     if len(analysis.speed_time) < 4:
-        ax.annotate("no speed: no orders", (0.02, 0.9), xycoords="axes fraction", fontsize=6.5, color=GREY)
         return
     speed = float(np.interp(at, analysis.speed_time, analysis.speed_hz))
-    for order in (1, 2, 3):
-        for side in (1, -1):
-            if order * speed < 0.95 * top:
-                ax.axvline(side * order * speed, color=GREY, linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-                if speed < 0.12 * top and order > 1:
-                    continue
-                ax.annotate(f"{order}X", (side * order * speed, 0.97), xycoords=("data", "axes fraction"), xytext=(1, 0),
-                            textcoords="offset points", va="top", fontsize=6.5, color=GREY)  # fmt: skip
+    lines = [(order, side * order * speed) for order in (1, 2, 3) for side in (1, -1) if order * speed < 0.95 * top]
+    for _, hz in lines:
+        ax.axvline(hz, color=GREY, linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
+    labels = Labels(ax, _NAME, must=False)  # of a shaft that hardly turns all orders are one line
+    low, high = ax.get_ylim()
+    for order, hz in lines:
+        places = [Place(hz, high - share * (high - low), (1.0, 0.0), va="top") for share in _SHARES]
+        labels.write(f"{order}X", places)

@@ -107,10 +107,11 @@ def _strip(ax: Axes, gap: Gap | None) -> None:
         ax.errorbar(at, middle, [middle - low, high - middle], fmt=".", color=BLUE, markersize=3.5, elinewidth=0.7,
                     label=f"median and 95 % range, bins of {_BIN_DEG:g}°")  # fmt: skip
     ax.axhline(0.0, color=BLACK, linewidth=0.9)
-    reach = 1.3 * float(np.max(np.abs(np.quantile(deviation, [0.01, 0.99]))))
-    ax.set_ylim(-reach, reach)
     ax.set_xlim(*np.quantile(angle, [0.0, 1.0]))
     if gap.radius.high is not None:
         width = (gap.radius.high - gap.radius.value) * UM
         ax.axhspan(-width, width, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
-    ax.set_ylim(*(1.1 * np.quantile(deviation, [0.002, 0.998])))
+    # all bars whole, though not every outlying dot
+    edges = [*np.quantile(deviation, [0.002, 0.998]), *(edge for row in rows for edge in row[2:])]
+    room = 0.08 * (max(edges) - min(edges)) + 1e-3
+    ax.set_ylim(min(edges) - room, max(edges) + room)

@@ -19,6 +19,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     centre_of,
+    has_circle,
     legend_below,
     new_figure,
     released,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _PANELS = 6
+_PANEL_MM, _DOWN_MM = 34.0, 18.0
 _SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
 _DENSE = 500  # samples, beyond which the line is drawn as an image
 
@@ -39,9 +41,13 @@ _DENSE = 500  # samples, beyond which the line is drawn as an image
 @styled
 def orbit_sequence(analysis: Analysis, end: str) -> Figure:
     """Draw six stretches of the orbit of an end with the clearance circle; small orbits are magnified and say so."""
-    figure = new_figure(101, said(analysis))
-    axes = subplots(figure, 2, 3, Margins(15, 2, 14, 16, across=15, down=18)).ravel()
     spans = _spans(analysis, end)
+    # four panels stand two by two
+    columns = min(len(spans), 3) if len(spans) != 4 else 2
+    rows = -(-len(spans) // columns)
+    notes = ["not filtered"] if analysis.angle is not None else ["not filtered", "no keyphasor: no dots"]
+    figure = new_figure(30 + _PANEL_MM * rows + _DOWN_MM * (rows - 1), said(analysis, *notes))
+    axes = subplots(figure, rows, columns, Margins(15, 2, 14, 16, across=15, down=_DOWN_MM)).ravel()
     for ax, (name, start, stop) in zip(axes, spans, strict=False):
         _orbit(ax, analysis, end, name, start, stop)
     for ax in axes[len(spans) :]:
@@ -116,10 +122,9 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     ax.plot(*xy[:, 0], "o", color=GREEN, markersize=4, label="begin")
     ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
     magnified = frame_orbit(ax, analysis, end, xy)
-    ax.set_title(
-        f"{end}, {name}\n{time_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center"
-    )
-    _pulses(ax, analysis, t, xy)
+    pulses = _pulses(ax, analysis, t, xy)
+    above = f"{end}, {name}{'' if pulses else ', no pulses'}"
+    ax.set_title(f"{above}\n{time_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center")
 
 
 def time_span(start: float, stop: float) -> str:
@@ -131,9 +136,10 @@ def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
     """Clearance circle, rotation arrow and limits; returns whether the panel is magnified."""
     gap = analysis.ends[end].gap
     centre = centre_of(analysis, end) * UM
-    drawing = analysis.machine.bearing(end).radial_gap.nominal
-    radius = (gap.radius.value if gap is not None and gap.radius.value is not None else drawing) * UM
-    label = "clearance circle" if gap is not None else "gap of the drawing about the probes' zero"
+    if gap is not None and has_circle(analysis, end):
+        radius, label = float(gap.radius.value or 0.0) * UM, "clearance circle"
+    else:
+        radius, label = analysis.machine.bearing(end).radial_gap.nominal * UM, "gap of the drawing about the probes' zero"
     ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label=label))
     ax.plot(*centre, "+", color=BLACK, markersize=5)
     low, high = np.nanmin(xy, axis=1), np.nanmax(xy, axis=1)
@@ -170,11 +176,10 @@ def rotation_arrow(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
     )
 
 
-def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> None:
-    """A dot where the keyphasor passed: the shaft's angle is that of its mark."""
+def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> bool:
+    """A dot where the keyphasor passed: the shaft's angle is that of its mark; False where its pulses are missing."""
     if analysis.angle is None or analysis.planes is None:
-        ax.annotate("no keyphasor: no dots", (0.03, 0.03), xycoords="axes fraction", fontsize=6, color=GREY)
-        return
+        return True
     mark = analysis.machine.keyphasor.angle if analysis.machine.keyphasor is not None else 0.0
     first = int(np.searchsorted(analysis.planes.time.to_numpy(), t[0]))
     turns = analysis.machine.sense * (analysis.angle[first : first + len(t)] - mark) / (2 * np.pi)
@@ -185,5 +190,4 @@ def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> None
         share = (whole[passed + 1] - turns[passed]) / (turns[passed + 1] - turns[passed])
         dots = xy[:, passed] + share * (xy[:, passed + 1] - xy[:, passed])
         ax.plot(*dots, "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor")
-    elif np.isnan(turns).all():
-        ax.annotate("no pulses here: no dots", (0.03, 0.03), xycoords="axes fraction", fontsize=6, color=GREY)
+    return not np.isnan(turns).all()

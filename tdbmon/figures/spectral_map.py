@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
+from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.style import UM
 
 if TYPE_CHECKING:
+    from tdbmon.analysis.lines import Line
     from tdbmon.analysis.result import Analysis
 
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
@@ -18,6 +21,12 @@ RANGE_DB = 100.0
 FLOOR_M = 1e-12
 LEAST_HZ = 200.0  # both swings and the first bending on touchdown bearings lie below
 _INK: dict[str, Any] = {"color": "white", "linewidth": 0.6, "alpha": 0.9}
+_SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the height, below which a name may begin
+# names stand before the lines on a patch of the map's darkest colour
+_NAME: dict[str, Any] = {
+    "color": "white", "fontsize": 6.0, "zorder": 5,
+    "bbox": {"facecolor": "#440154", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+}  # fmt: skip
 
 
 def decibel(amplitude: np.ndarray) -> np.ndarray:
@@ -58,41 +67,56 @@ def draw_map(
     )
 
 
-def draw_orders(ax: Axes, speed: np.ndarray, level: np.ndarray, top_hz: float) -> None:
-    """Draw orders of the speed: `speed` in Hz at each `level` of the vertical axis."""
-    for order in ORDERS:
-        frequency = order * speed
-        ax.plot(np.where(frequency <= top_hz, frequency, np.nan), level, linestyle=(0, (4, 2)), **_INK)
-        low, high = float(level.min()), float(level.max())
-        inside = np.flatnonzero((frequency < 0.95 * top_hz) & (level < high - 0.07 * (high - low)))
-        if inside.size:
-            at = inside[np.argmax(frequency[inside])]
-            ax.annotate(f"{order:g}X", (frequency[at], level[at]), xytext=(2, 2), textcoords="offset points",
-                        color="white", fontsize=6.5, clip_on=True)  # fmt: skip
+def draw_lines(ax: Axes, orders: tuple[np.ndarray, np.ndarray] | None, constants: Sequence[Line], top_hz: float) -> None:
+    """Draw orders and lines of constant frequency into a map whose limits are set, and name them.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    orders : tuple of np.ndarray or None
+        Speed, Hz, at each level of the vertical axis, and the levels; None where no speed is known.
+    constants : sequence of Line
+        Sums and multiples of others stay without a name.
+    top_hz : float
+        Highest frequency drawn.
+    """
+    for line in constants:
+        ax.axvline(line.frequency.value or 0.0, linestyle=(0, (1, 3)), color="white", linewidth=0.5, alpha=0.7)
+    curves = {}
+    if orders is not None:
+        speed, level = orders
+        for order in ORDERS:
+            curves[order] = np.where(order * speed <= top_hz, order * speed, np.nan), level
+            ax.plot(*curves[order], linestyle=(0, (4, 2)), **_INK)
+    labels = Labels(ax, _NAME)
+    low, high = ax.get_ylim()
+    for line in constants:
+        if not any(sign in line.name for sign in (" + ", " - ", " x ")):
+            hz = line.frequency.value or 0.0
+            places = [Place(hz, high - share * (high - low), (1.5, 0.0), va="top") for share in _SHARES]
+            labels.write(line.name, places, rotation=90)
+    for order, (frequency, level) in curves.items():
+        labels.write(f"{order:g}X", _along(frequency, level, low, high))
 
 
-def draw_constants(ax: Axes, analysis: Analysis, end: str, top_hz: float) -> None:
-    """Draw lines of constant frequency; those that are no sums and multiples of others by name."""
-    last, row = -np.inf, 0
-    for line in sorted(analysis.lines, key=lambda item: item.frequency.value or 0.0):
-        frequency = line.frequency.value
-        if line.kind == "order" or frequency is None or frequency > top_hz or line.end not in (end, "both", ""):
-            continue
-        ax.axvline(frequency, linestyle=(0, (1, 3)), color="white", linewidth=0.5, alpha=0.7)
-        if any(sign in line.name for sign in (" + ", " - ", " x ")):
-            continue
-        # neighbours too near to be read side by side stand one below the other
-        row = (row + 1) % 3 if frequency - last < 0.05 * top_hz else 0
-        last = frequency
-        ax.annotate(
-            line.name,
-            (frequency, 0.98 - 0.3 * row),
-            xycoords=("data", "axes fraction"),
-            xytext=(1, 0),
-            textcoords="offset points",
-            rotation=90,
-            va="top",
-            color="white",
-            fontsize=6,
-            clip_on=True,
-        )
+def constants_of(analysis: Analysis, end: str, top_hz: float) -> list[Line]:
+    """Lines of constant frequency of an end up to a frequency, in their order."""
+    found = [
+        line
+        for line in analysis.lines
+        if line.kind != "order" and line.end in (end, "both", "") and (line.frequency.value or np.inf) <= top_hz
+    ]
+    return sorted(found, key=lambda line: line.frequency.value or 0.0)
+
+
+def _along(frequency: np.ndarray, level: np.ndarray, low: float, high: float) -> list[Place]:
+    """Places beside the curve of an order: from its highest frequency on, not down to where all orders meet."""
+    edge = 0.05 * (high - low)
+    inside = np.flatnonzero(np.isfinite(frequency) & (level > low + edge) & (level < high - edge))
+    inside = inside[frequency[inside] > 0.4 * np.max(frequency[inside], initial=0.0)]
+    if not inside.size:
+        return []
+    inside = inside[np.argsort(-frequency[inside], kind="stable")]
+    at = inside[np.unique(np.linspace(0, inside.size - 1, 12).astype(int))]
+    sides = ((1.5, "left"), (-1.5, "right"))
+    return [Place(float(frequency[k]), float(level[k]), (away, 0.0), side) for away, side in sides for k in at]

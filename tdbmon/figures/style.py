@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
@@ -23,6 +24,7 @@ P = ParamSpec("P")
 
 WIDTH_MM = 170.0  # the text width of an A4 page
 UM = 1e6
+_LETTER_PT = 4.4  # mean width of a letter of figures' words
 
 # Okabe and Ito, Color Universal Design (2008): told apart with every common colour vision
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
@@ -84,7 +86,10 @@ def new_figure(height_mm: float, note: str = "") -> Figure:
     """Return an empty figure of the page's width; `note` says above it what was drawn."""
     figure = Figure(figsize=(WIDTH_MM / 25.4, height_mm / 25.4))
     if note:
-        figure.text(0.008, 1 - 1.5 / height_mm, note, va="top", color=GREY, fontsize=7)
+        text = figure.text(0.008, 1 - 1.5 / height_mm, note, va="top", color=GREY, fontsize=7)
+        share = text.get_window_extent().width / (0.984 * figure.bbox.width)
+        if share > 1:
+            text.set_text(textwrap.fill(note, int(len(note) / share) - 2))
     return figure
 
 
@@ -203,8 +208,14 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
 
 
 def say(ax: Axes, words: str) -> None:
-    """Say in the axes why they are empty or incomplete."""
-    ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY, wrap=True)
+    """Say in the axes why they are empty or incomplete; empty axes have no scale, for it would be invented."""
+    ax.apply_aspect()
+    points = ax.get_window_extent().width * 72 / ax.figure.dpi
+    lines = textwrap.fill(words, max(8, int(0.9 * points / _LETTER_PT)), break_long_words=False)
+    ax.text(0.5, 0.5, lines, transform=ax.transAxes, ha="center", va="center", color=GREY)
+    if not ax.has_data():
+        ax.tick_params(which="both", bottom=False, left=False, labelbottom=False, labelleft=False)
+        ax.grid(visible=False)
 
 
 def seen_ends(analysis: Analysis) -> list[str]:
@@ -215,6 +226,12 @@ def seen_ends(analysis: Analysis) -> list[str]:
 def released(analysis: Analysis) -> float | None:
     """Instant of the release, s; None where it is not known."""
     return None if analysis.release is None else analysis.release.time.value
+
+
+def has_circle(analysis: Analysis, end: str) -> bool:
+    """Whether radius and centre of an end's clearance circle are known."""
+    gap = analysis.ends[end].gap
+    return gap is not None and None not in (gap.radius.value, gap.centre[0].value, gap.centre[1].value)
 
 
 def centre_of(analysis: Analysis, end: str) -> np.ndarray:

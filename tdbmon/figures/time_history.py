@@ -76,7 +76,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
             ax.yaxis.set_label_coords(-11 / 150, 0.5)
             ax.margins(y=0.08)
     axes[-1].set_xlabel("time from the record's first sample [s]")
-    legend_below(figure, 4)
+    legend_below(figure, 5)
     return figure
 
 
@@ -99,19 +99,7 @@ def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
 def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:
     release = released(analysis)
     if release is not None and start <= release <= stop:
-        ax.axvline(release, color=GREY, linewidth=0.8)
-        early = release - start < 0.05 * (stop - start)
-        ax.annotate(
-            "release",
-            (release, 0.04),
-            xycoords=("data", "axes fraction"),
-            xytext=(2 if early else -2, 0),
-            textcoords="offset points",
-            rotation=90,
-            fontsize=6.5,
-            color=GREY,
-            ha="left" if early else "right",
-        )
+        ax.axvline(release, color=GREY, linewidth=0.8, label="release")
     contacts = analysis.ends[end].contacts
     if contacts is None:
         return

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
-from tdbmon.figures.spectral_map import colour_limits, decibel, draw_constants, draw_map, draw_orders, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
@@ -32,7 +32,12 @@ def waterfall(analysis: Analysis) -> Figure:
     top_hz = top_frequency(analysis, float(frequency[-1]))
     keep = frequency <= top_hz
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
-    figure = new_figure(112, said(analysis, window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"))
+    orders, notes = None, [window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"]
+    if len(analysis.speed_time) > 3:
+        orders = np.interp(time, analysis.speed_time, analysis.speed_hz), time
+    else:
+        notes.append("no speed: no orders")
+    figure = new_figure(112, said(analysis, *notes))
     axes = subplots(figure, 2, len(ends), Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     amplitude = spectra.amplitude.sel(end=ends).to_numpy()[..., keep]
     limits = colour_limits(decibel(amplitude))
@@ -43,14 +48,10 @@ def waterfall(analysis: Analysis) -> Figure:
             ax = axes[row, column]
             db = decibel(spectra.amplitude.sel(end=end, axis=axis).to_numpy()[:, keep])
             image = draw_map(ax, db, extent, limits)
-            if len(analysis.speed_time) > 3:
-                draw_orders(ax, np.interp(time, analysis.speed_time, analysis.speed_hz), time, top_hz)
-            else:
-                ax.annotate("no speed: no order lines", (0.02, 0.02), xycoords="axes fraction", color="white")
-            draw_constants(ax, analysis, end, top_hz)
             ax.set_title(f"{end}, {AXIS_WORD[axis]}")
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])
+            draw_lines(ax, orders, constants_of(analysis, end, top_hz), top_hz)
             ax.grid(False)
             if row == 1:
                 ax.set_xlabel("frequency [Hz]")

@@ -21,10 +21,8 @@ def section(analysis: Analysis) -> Section | None:
     blocks: list[Block] = [
         Figure(
             f"orbits-{i + 1}",
-            f"Orbits of {end} from the release on, equal axes, looking at the machine with x right and y up. Black: the"
-            " clearance circle at the static load; the shaft goes beyond it while an impact deflects bearing and support."
-            " The arrow turns as the rotor does; a dot marks each pulse of the keyphasor.",
-            f"Six orbit panels of {end}: fall and first contact, following contacts, settled, and run-down.",
+            _orbits_caption(analysis, end),
+            f"Orbit panels of {end}, from the release on as far as the record goes.",
             partial(orbit_sequence, analysis, end),
         )
         for i, end in enumerate(ends)
@@ -34,13 +32,42 @@ def section(analysis: Analysis) -> Section | None:
         blocks.append(
             Figure(
                 "centreline",
-                "Shaft centreline: the mean position over successive windows, coloured by the speed. The swing in the"
-                " clearance raises the mean above the circle's bottom until it has died away.",
-                "For each end the mean shaft position in the clearance circle, and magnified from settling on.",
+                _centreline_caption(analysis),
+                "For each end the mean shaft position in the clearance circle.",
                 partial(centreline, analysis),
             )
         )
     return Section("Orbits", tuple(blocks))
+
+
+def _orbits_caption(analysis: Analysis, end: str) -> str:
+    from tdbmon.figures.style import has_circle
+
+    if has_circle(analysis, end):
+        circle = (
+            "the clearance circle at the static load; the shaft goes beyond it while an impact deflects bearing and support"
+        )
+    else:
+        circle = (
+            "the gap of the drawing about the probes' zero, for no clearance circle was found; where the shaft really"
+            " touches is not known"
+        )
+    dots = "; a dot marks each pulse of the keyphasor" if analysis.angle is not None else ""
+    return (
+        f"Orbits of {end} from the release on, equal axes, looking at the machine with x right and y up. Black: {circle}."
+        f" The arrow turns as the rotor does{dots}."
+    )
+
+
+def _centreline_caption(analysis: Analysis) -> str:
+    from tdbmon.figures.centreline import coloured_by_speed, settled_ends
+
+    colour = "speed" if coloured_by_speed(analysis) else "time, for no speed is known"
+    below = " Below: from settling on, magnified." if settled_ends(analysis) else ""
+    return (
+        f"Shaft centreline: the mean position over successive windows, coloured by the {colour}.{below} The swing in the"
+        " clearance raises the mean above the circle's bottom until it has died away."
+    )
 
 
 def _filtered(analysis: Analysis) -> Block:

@@ -32,7 +32,8 @@ def section(analysis: Analysis) -> Section | None:
             "bode",
             f"1X against speed over windows of {window} revolutions: amplitude of x and y with their 95 % band, phase lag"
             " (positive against rotation) where the amplitude stands out of the noise, and the forward circle as a polar"
-            " plot. Where a swing crosses 1X it is read as 1X: the band widens there. Runout is not taken off.",
+            " plot, grey where it is less than 3 standard deviations. Where a swing crosses 1X it is read as 1X: the band"
+            " widens there. Runout is not taken off.",
             "Bode plot of amplitude and phase lag, and polar plot of 1X, for each end.",
             partial(bode, analysis),
         ),
