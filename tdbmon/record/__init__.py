@@ -15,4 +15,5 @@ The form of a record that a machine has been laid over (`assign`)
     Probes by their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;
     other channels are left out and listed in the attribute ``unused``.  What the machine expects and the file lacks is
     listed in the attribute ``missing``.
+    Probes of one rate are on one time base (`one_time`); what that took is in the attribute ``time_remarks``.
 """

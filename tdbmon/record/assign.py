@@ -8,6 +8,8 @@ from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import Machine, Probe
 from tdbsim.units import is_unit, scale
 
+from tdbmon.record.one_time import Series, on_one_time
+
 _PAUSE = 0.5  # s
 
 _QUANTITIES = {
@@ -57,7 +59,15 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
             data[name] = _speed(array, machine, place)
         else:
             data[name] = array
-    return _collect(data, ds, wanted)
+    data, times, remarks = on_one_time(data, {str(dimension): ds[dimension] for dimension in ds.sizes}, machine)
+    out = _collect(data, times)
+    out.attrs = dict(ds.attrs)
+    out.attrs["missing"] = [name for name in wanted if name not in data]
+    used = {wanted[name] for name in data}
+    out.attrs["unused"] = [str(name) for name in ds.data_vars if name not in used]
+    if remarks:
+        out.attrs["time_remarks"] = remarks
+    return out
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
@@ -188,19 +198,17 @@ def _without_pause(time: np.ndarray, source: str) -> None:
         )
 
 
-def _collect(data: dict[str, xr.DataArray], ds: xr.Dataset, wanted: dict[str, str]) -> xr.Dataset:
+def _collect(data: Series, times: Series) -> xr.Dataset:
     """Put the channels together; the first one's time base becomes ``time``, and what is infinite is missing."""
     dimensions = list(dict.fromkeys(array.dims[0] for array in data.values()))
     names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
-    out = xr.Dataset(coords={names[old]: (names[old], ds[old].values, ds[old].attrs) for old in dimensions})
+    out = xr.Dataset(
+        coords={names[old]: (names[old], times[str(old)].values, times[str(old)].attrs) for old in dimensions}
+    )
     for name, array in data.items():
         values = np.asarray(array.values)
         if np.isinf(values).any():
             values = np.where(np.isinf(values), np.nan, values)
         out[name] = (names[array.dims[0]], values, dict(array.attrs))
         out[name].encoding = dict(array.encoding)
-    out.attrs = dict(ds.attrs)
-    out.attrs["missing"] = [name for name in wanted if name not in data]
-    used = {wanted[name] for name in data}
-    out.attrs["unused"] = [str(name) for name in ds.data_vars if name not in used]
     return out

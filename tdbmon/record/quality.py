@@ -5,17 +5,19 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from tdbsim.errors import did_you_mean
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
+from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.speed_checks import first_speed, speed_check
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
 _ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
+_WHOLE = 0.9  # of the probes' time: a slow channel's last sample is not so early
 _UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
 
 
@@ -38,8 +40,10 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     if ds.attrs.get("incomplete"):
         found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
-    found += [_sampling(ds, str(dimension)) for dimension in ds.sizes]
     probes = [probe for probe in machine.probes if probe.name in ds]
+    found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
+    found += [Check("time base", each.channel, each.passed, each.detail) for each in ds.attrs.get("time_remarks", ())]
+    found += _rates(ds, machine, probes) + _ends_early(ds, probes)
     still = no_drop(ds, machine, probes)
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
@@ -63,14 +67,15 @@ def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple
     """Return the names of the probes that are fit for analysis.
 
     Left out are all where the shaft never falls, and probes that are missing, dead, identical with another one (one of
-    the two is not what its name says), a factor of ten or more off the gap, or without a value in half of their samples
-    or more.
+    the two is not what its name says), a factor of ten or more off the gap, without a value in half of their samples
+    or more, or on another time base than the one that shows most.
     """
     if any(entry.check == "drop" and not entry.passed for entry in checks):
         return ()
     out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
     names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
-    return tuple(name for name in names if np.isfinite(ds[name].values).mean() > 0.5)
+    names = [name for name in names if np.isfinite(ds[name].values).mean() > 0.5]
+    return best_time_base(ds, machine, names)
 
 
 def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
@@ -89,7 +94,7 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
     for name in ds.data_vars:
         values = ds[name].values
         bad = ~np.isfinite(values)
-        if not bad.any():
+        if not bad.any() or bad.all():
             continue
         runs = faults.runs_of(bad)
         inside = (runs.first > 0) & (runs.first + runs.length < values.size)
@@ -133,10 +138,56 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
     )
 
 
-def _sampling(ds: xr.Dataset, dimension: str) -> Check:
+def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]:
+    """A failed check of the probes that are on another time base than those that are analysed."""
+    names = [probe.name for probe in probes]
+    kept = best_time_base(ds, machine, names)
+    if len(kept) == len(names):
+        return []
+
+    left = [name for name in names if name not in kept]
+    detail = (
+        f"left out: {_bases(ds, left)}; {_bases(ds, list(kept))}. An orbit needs readings at one time: record all probes at one"
+        " rate, from start to end"
+    )
+    return [Check("time base", ", ".join(left), False, detail)]
+
+
+def _bases(ds: xr.Dataset, names: list[str]) -> str:
+    """Say of channels at which rate they are sampled and when."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(str(ds[name].dims[0]), []).append(name)
+    return "; ".join(f"{', '.join(held)} {_sampled(ds[dimension].values)}" for dimension, held in found.items())
+
+
+def _sampled(time: np.ndarray) -> str:
+    if time.size < 2:
+        return f"has {time.size} sample"
+    return f"at {1 / np.median(np.diff(time)):.6g} Hz from {time[0]:.4g} s to {time[-1]:.4g} s"
+
+
+def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
+    """A failed check of speed or keyphasor that end long before the probes: a logger that was cut off."""
+    last = max((float(ds[ds[probe.name].dims[0]][-1]) for probe in probes), default=0.0)
+    found = []
+    for name in ("speed", "keyphasor"):
+        end = float(ds[ds[name].dims[0]][-1]) if name in ds else last
+        if end < _WHOLE * last:
+            detail = (
+                f"ends at {end:.5g} s, the probes at {last:.5g} s: it tells nothing after that; was the logger cut off?"
+            )
+            found.append(Check("time base", name, False, detail))
+    return found
+
+
+def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
+    """Check a time base, named by its channels where there are several; contacts set a rate for those of probes alone."""
+    held = [str(name) for name in ds.data_vars if ds[name].dims == (dimension,)]
+    base = dimension if len(ds.sizes) == 1 else ", ".join(held)
     time = ds[dimension].values
     if time.size < 2:
-        return Check("sampling", dimension, False, f"{time.size} sample; export the whole record")
+        return Check("sampling", base, False, f"{time.size} sample; export the whole record")
     intervals = np.diff(time)
     interval = float(np.median(intervals))
     gaps = faults.runs_of(intervals > 1.5 * interval)
@@ -152,10 +203,10 @@ def _sampling(ds: xr.Dataset, dimension: str) -> Check:
         )
     if jitter > _UNEVEN * interval:
         faulty.append(f"intervals vary by {jitter / interval:.1%}: spectra are blurred; use the logger's own clock")
-    if rate < (1 - _ROUNDING) * _SLOWEST:
+    if rate < (1 - _ROUNDING) * _SLOWEST and not probes.isdisjoint(held):
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
     detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"
-    return Check("sampling", dimension, not faulty, "; ".join([detail, *faulty]))
+    return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
 def _signal_checks(ds: xr.Dataset, name: str) -> list[Check]:

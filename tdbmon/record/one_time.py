@@ -1,0 +1,173 @@
+"""Probes that a logger stored on several time bases, read at the times of one.
+
+Loggers stop their channels a few samples apart, and a multiplexed converter reads them one after the other.  An orbit needs
+both readings of an end at one time.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+_ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
+_EXACT = 1e-3  # of an interval: so near, a sample stands for the wanted time
+_LEAST = 0.5  # of the record: a probe that has less is not worth cutting the others to it
+_MANY = 0.01  # of the record: to lose less is of no account
+_HARD = 1000.0  # m/s^2, in a hard contact
+
+
+@dataclass(frozen=True)
+class TimeRemark:
+    """What was done to a probe's samples: of which probe, whether it is of no account, and in words."""
+
+    channel: str
+    passed: bool
+    detail: str
+
+
+Series = dict[str, xr.DataArray]
+
+
+def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, Series, list[TimeRemark]]:
+    """Read probes of one rate at the times of the one time base that most of them have, over the stretch that all have.
+
+    Where a probe was sampled between those times, its value is that of a straight line between its samples: over an
+    interval h that departs from a motion of acceleration a by at most ``a h^2 / 8``.
+
+    Parameters
+    ----------
+    data : dict of DataArray
+        Channels by their machine name, each along one dimension.
+    times : dict of DataArray
+        Time along each of these dimensions, s.
+    machine : Machine
+
+    Returns
+    -------
+    data, times : dict of DataArray
+        Probes of one rate on one dimension; everything else as it was.
+    remarks : list of TimeRemark
+        What was cut or read between samples.
+    """
+    remarks: list[TimeRemark] = []
+    data, times = dict(data), dict(times)
+    for names in _of_one_rate(data, times, [probe.name for probe in machine.probes if probe.name in data]):
+        leading = Counter(str(data[name].dims[0]) for name in names).most_common(1)[0][0]
+        reference = times[leading]
+        names = [name for name in names if _overlap(reference.values, times[str(data[name].dims[0])].values) > _LEAST]
+        if len({data[name].dims for name in names}) < 2:
+            continue
+        common = _common(reference.values, [times[str(data[name].dims[0])].values for name in names])
+        whole = len(common) == reference.size
+        target = leading if whole else f"{leading} in common"
+        if not whole:
+            times[target] = xr.DataArray(common, dims=(target,), attrs=reference.attrs)
+        remarks += _cut(
+            names, {name: times[str(data[name].dims[0])].values for name in names}, reference.values, common
+        )
+        lead = next(name for name in names if data[name].dims == (leading,))
+        for name in names:
+            array = data[name]
+            own = times[str(array.dims[0])].values
+            values, between = _read_at(common, own, array.values)
+            moved = xr.DataArray(values, dims=(target,), attrs=array.attrs)
+            if between:
+                remarks.append(_between(name, lead, own, common))
+            else:
+                moved.encoding = dict(array.encoding)
+            data[name] = moved
+    return data, times, remarks
+
+
+def best_time_base(ds: xr.Dataset, machine: Machine, names: Sequence[str]) -> tuple[str, ...]:
+    """Return those of the probes `names` that are on one time base: the one that shows most ends, then the fastest.
+
+    Readings at two rates give no orbit, and a contact that the slower one missed cannot be made up.
+    """
+    bases: dict[str, list[str]] = {}
+    for name in names:
+        bases.setdefault(str(ds[name].dims[0]), []).append(name)
+    if len(bases) < 2:
+        return tuple(names)
+
+    def worth(dimension: str) -> tuple[int, float, int]:
+        held = bases[dimension]
+        pairs = sum(sum(probe.name in held for probe in machine.probes_at(end)) > 1 for end in machine.ends)
+        return pairs, -_interval(ds[dimension].values), len(held)
+
+    return tuple(bases[max(bases, key=worth)])
+
+
+def _interval(time: np.ndarray) -> float:
+    return float(np.median(np.diff(time))) if time.size > 1 else np.inf
+
+
+def _of_one_rate(data: Series, times: Series, names: list[str]) -> list[list[str]]:
+    groups: list[tuple[float, list[str]]] = []
+    for name in names:
+        interval = _interval(times[str(data[name].dims[0])].values)
+        known = next((held for each, held in groups if abs(interval / each - 1) < _ONE_RATE), None)
+        if known is not None:
+            known.append(name)
+        elif np.isfinite(interval):
+            groups.append((interval, [name]))
+    return [held for _, held in groups]
+
+
+def _overlap(reference: np.ndarray, time: np.ndarray) -> float:
+    """Return the share of a time base that another one covers."""
+    return float((min(reference[-1], time[-1]) - max(reference[0], time[0])) / (reference[-1] - reference[0]))
+
+
+def _common(reference: np.ndarray, times: list[np.ndarray]) -> np.ndarray:
+    margin = _EXACT * _interval(reference)
+    first, last = max(time[0] for time in times), min(time[-1] for time in times)
+    return reference[(reference >= first - margin) & (reference <= last + margin)]
+
+
+def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Return values at the wanted times, and whether any lies between samples; NaN across a gap in time."""
+    usual = _interval(time)
+    after = np.clip(np.searchsorted(time, wanted - _EXACT * usual), 1, time.size - 1)
+    step = time[after] - time[after - 1]
+    share = (wanted - time[after - 1]) / step
+    between = (share > _EXACT) & (share < 1 - _EXACT)
+    line = values[after - 1] + share * (values[after] - values[after - 1])
+    out = np.where(share < 0.5, values[after - 1], values[after])
+    out = np.where(between, np.where(step > 1.5 * usual, np.nan, line), out)
+    return out, bool(between.any())
+
+
+def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[TimeRemark]:
+    """Tell of each probe that begins late or ends early, and so takes samples from the others."""
+    found = []
+    for name in names:
+        own = owns[name]
+        lacks = int(np.sum(reference < own[0]) + np.sum(reference > own[-1]))
+        if lacks <= (
+            own.size == reference.size
+        ):  # a probe sampled between the others' times has none at their first or last
+            continue
+        lost = reference.size - common.size
+        detail = (
+            f"has samples from {own[0]:.5g} s to {own[-1]:.5g} s only: the probes of its rate are read from {common[0]:.5g} s to"
+            f" {common[-1]:.5g} s, and {lost} of {reference.size} samples are left out"
+        )
+        found.append(TimeRemark(name, bool(lost < _MANY * reference.size), detail))
+    return found
+
+
+def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> TimeRemark:
+    usual = _interval(common)
+    late = (own[0] - common[0] + usual / 2) % usual - usual / 2
+    detail = (
+        f"is sampled {abs(late) * 1e6:.3g} us {'after' if late > 0 else 'before'} {lead}: it is read at the times of"
+        f" {lead} by straight lines between its samples, right to {_HARD * usual**2 / 8 * 1e6:.2g} um"
+        f" at {_HARD:g} m/s^2, as in a hard contact"
+    )
+    return TimeRemark(name, True, detail)
