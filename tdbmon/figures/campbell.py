@@ -34,8 +34,10 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
     for order in _ORDERS:
         ax.plot(speeds, order * speeds, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="orders of rotation")
         at = min(float(speeds[-1]), top / order)
-        ax.annotate(f"{order:g}X", (at, order * at), xytext=(3, -3), textcoords="offset points", color=GREY, fontsize=7,
-                    annotation_clip=False)  # fmt: skip
+        leaves_above = at < speeds[-1]
+        ax.annotate(f"{order:g}X", (at, order * at), xytext=(0, 2) if leaves_above else (3, 0), color=GREY, fontsize=7,
+                    textcoords="offset points", ha="center" if leaves_above else "left",
+                    va="bottom" if leaves_above else "center", annotation_clip=False)  # fmt: skip
     for mode in found.modes:
         for order, critical in zip(_ORDERS, mode.critical, strict=False):
             if critical is not None:

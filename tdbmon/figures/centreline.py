@@ -126,7 +126,9 @@ def _circle(ax: Axes, centre: np.ndarray, radius: float) -> None:
 
 def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, scale: Normalize) -> None:
     colour = _colour(analysis, time)
-    ax.scatter(*mean.T, c=colour, cmap="viridis", norm=scale, s=6, linewidths=0, rasterized=True, zorder=3)
+    ax.scatter(
+        mean[:, 0], mean[:, 1], c=colour, cmap="viridis", norm=scale, s=6, linewidths=0, rasterized=True, zorder=3
+    )
 
 
 def _courses(analysis: Analysis) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
@@ -78,5 +79,5 @@ class Labels:
         crossed = 0
         for line in self.ax.lines:
             path = line.get_path().transformed(line.get_transform()).cleaned(remove_nans=True)
-            crossed += bool(len(path.vertices) > 1 and path.intersects_bbox(wide, filled=False))
+            crossed += bool(np.shape(path.vertices)[0] > 1 and path.intersects_bbox(wide, filled=False))
         return _COVERED * (covered + leaves) + crossed

@@ -139,7 +139,10 @@ def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
     if gap is not None and has_circle(analysis, end):
         radius, label = float(gap.radius.value or 0.0) * UM, "clearance circle"
     else:
-        radius, label = analysis.machine.bearing(end).radial_gap.nominal * UM, "gap of the drawing about the probes' zero"
+        radius, label = (
+            analysis.machine.bearing(end).radial_gap.nominal * UM,
+            "gap of the drawing about the probes' zero",
+        )
     ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label=label))
     ax.plot(*centre, "+", color=BLACK, markersize=5)
     low, high = np.nanmin(xy, axis=1), np.nanmax(xy, axis=1)

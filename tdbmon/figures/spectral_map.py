@@ -67,7 +67,9 @@ def draw_map(
     )
 
 
-def draw_lines(ax: Axes, orders: tuple[np.ndarray, np.ndarray] | None, constants: Sequence[Line], top_hz: float) -> None:
+def draw_lines(
+    ax: Axes, orders: tuple[np.ndarray, np.ndarray] | None, constants: Sequence[Line], top_hz: float
+) -> None:
     """Draw orders and lines of constant frequency into a map whose limits are set, and name them.
 
     Parameters

@@ -27,12 +27,12 @@ def stress_box(drops: Sequence[DropForces]) -> Figure:
     )
     figure = new_figure(80, note)
     ends = list(drops[0].ends)
-    axes = subplots(figure, 1, len(ends), Margins(15, 3, 13, 24, across=6), sharey=True)[0]
+    many = len(drops) > 2  # their names stand aslant
+    axes = subplots(figure, 1, len(ends), Margins(15, 3, 13, 24 if many else 15, across=6), sharey=True)[0]
     for ax, end in zip(axes, ends, strict=True):
         for at, drop in enumerate(drops, start=1):
             _box(ax, at, drop.ends[end].stress)
         ax.set_title(end)
-        many = len(drops) > 2
         labels = [short_name(drop.name) for drop in drops]
         ax.set_xticks(range(1, len(drops) + 1), labels, rotation=20 if many else 0, ha="right" if many else "center")
         ax.set_xlim(0.4, len(drops) + 0.6)
@@ -58,6 +58,8 @@ def _box(ax: Axes, at: int, box: Stress) -> None:
     for peaks, marker, colour, size, words in (
         (box.tukey, ".", GREY, 4, "beyond Tukey's fence"), (box.outliers, "o", VERMILION, 6, "beyond three deviations")
     ):  # fmt: skip
+        if not peaks:
+            continue
         ax.plot([at] * len(peaks), [p * _MPA for p in peaks], marker, color=colour, markerfacecolor="none",
                 markersize=size, linestyle="none", label=words)  # fmt: skip
     for level, style, words in (

@@ -9,7 +9,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import since, words
-from tdbmon.report.sections.findings import release_time
+from tdbmon.report.sections.findings import ABOVE_ONE, release_time
 
 _LISTED = 10
 
@@ -64,6 +64,7 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
         ),
         *missing,
         Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
+        *([Paragraph(ABOVE_ONE)] if any(_above_one(end) for end in ends) else []),
         Figure(
             "first-contact",
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
@@ -103,6 +104,11 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     start = "from the release" if release.known else "from the first sample"
     header = ("Contact", f"Touch, {start}", "Length", "Direction from +x", "Beyond the touching radius")
     return Table(f"{end}: contacts before settling{more}", header, rows)
+
+
+def _above_one(end: EndResult) -> bool:
+    first = end.contacts.first if end.contacts is not None else None
+    return first is not None and (first.restitution.value or 0.0) > 1
 
 
 def _degrees(angle: float) -> str:

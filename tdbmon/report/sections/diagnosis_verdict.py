@@ -9,6 +9,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
+from tdbmon.report.remarks import grouped
 
 _TONE: dict[Kind, Tone] = {
     Kind.NONE: "good",
@@ -44,7 +45,7 @@ def section(evidence: Evidence) -> Section:
                 " directions and frequencies."
             )
         )
-    blocks += [Verdict(f"{remark[:1].upper()}{remark[1:]}.", "attention") for remark in diagnosis.remarks]
+    blocks += [Verdict(f"{remark[:1].upper()}{remark[1:]}.", "attention") for remark in grouped(diagnosis.remarks)]
     return Section("Verdict", tuple(blocks))
 
 

@@ -8,6 +8,10 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.quantity import since
 
+RESTITUTION = "Velocity after over before the contact"
+ABOVE_ONE = (
+    f"{RESTITUTION}: it is of that end of the shaft alone, and above one where the impact at the other end feeds it."
+)
 _NO_SPEED = "the record holds no speed"
 
 
@@ -88,7 +92,7 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("First contact, duration", first.duration if first else Estimate.missing("ms", end.no_contact), "ms"),
         ("Rebound", first.rebound if first else Estimate.missing("um", end.no_contact), None),
         (
-            "Velocity after over before the contact",
+            RESTITUTION,
             first.restitution if first else Estimate.missing("1", end.no_contact),
             None,
         ),

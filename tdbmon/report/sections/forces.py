@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
 from tdbmon.report.quantity import number, words
+from tdbmon.report.remarks import grouped
 
 if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
@@ -68,7 +69,7 @@ def section(fitted: FittedDrop) -> Section:
             f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over"
             f" {drop.seconds:g} s."
         ),
-        *(Verdict(remark, "attention") for remark in calibration.remarks),
+        *(Verdict(remark, "attention") for remark in grouped(calibration.remarks)),
         Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(
             f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"
@@ -78,7 +79,8 @@ def section(fitted: FittedDrop) -> Section:
         Figure(
             "stress-box",
             "Greatest Hertz stress among the balls while any is loaded. Box: quartiles with median; cross: mean; bar: greatest"
-            " value within Tukey's fence. Dots and rings: peaks beyond the fence and beyond three standard deviations.",
+            " value within Tukey's fence. Dots and rings: peaks beyond the fence and beyond three standard deviations,"
+            " where there are any.",
             "Box plots of the stress over time, a panel for each end and a box for each drop, with outliers by two rules.",
             partial(stress_box, fitted.all_forces),
         ),

@@ -44,9 +44,7 @@ def _orbits_caption(analysis: Analysis, end: str) -> str:
     from tdbmon.figures.style import has_circle
 
     if has_circle(analysis, end):
-        circle = (
-            "the clearance circle at the static load; the shaft goes beyond it while an impact deflects bearing and support"
-        )
+        circle = "the clearance circle at the static load; the shaft goes beyond it while an impact deflects bearing and support"
     else:
         circle = (
             "the gap of the drawing about the probes' zero, for no clearance circle was found; where the shaft really"

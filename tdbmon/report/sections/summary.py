@@ -11,7 +11,15 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.quantity import moment, number, rpm, words
-from tdbmon.report.sections.findings import Finding, end_findings, release_time, rotor_findings, settle_time
+from tdbmon.report.sections.findings import (
+    ABOVE_ONE,
+    RESTITUTION,
+    Finding,
+    end_findings,
+    release_time,
+    rotor_findings,
+    settle_time,
+)
 from tdbmon.report.sections.forces import hardest
 
 if TYPE_CHECKING:
@@ -181,6 +189,8 @@ def _ends_table(analysis: Analysis) -> list[Block]:
     header = ("Quantity", *analysis.ends)
     caption = f"The touchdown bearings: values with 95 % intervals, {where}"
     blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
+    if any(f.name == RESTITUTION and (f.estimate.value or 0.0) > 1 for found in columns.values() for f in found):
+        blocks.append(Paragraph(ABOVE_ONE))
     for name, found in columns.items():
         blocks += _missing(name, found)
     return blocks

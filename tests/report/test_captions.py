@@ -1,0 +1,119 @@
+"""Captions say what is drawn beside them, and words on numbers that surprise stand beside these."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.figures.centreline import centreline
+from tdbmon.figures.orbit_sequence import orbit_sequence
+from tdbmon.figures.stress_box import stress_box
+from tdbmon.report.document import Figure, Paragraph, Section
+from tdbmon.report.remarks import grouped
+from tdbmon.report.sections import contact, orbit, summary, tracking
+from tdbmon.report.sections.findings import ABOVE_ONE
+
+
+def _figure(section: Section | None, name: str) -> Figure:
+    assert section is not None
+    return next(block for block in section.blocks if isinstance(block, Figure) and block.name == name)
+
+
+def _without_circle(analysis: Analysis, end: str) -> Analysis:
+    bare = replace(analysis.ends[end], gap=None, contacts=None)
+    return replace(analysis, ends={**analysis.ends, end: bare})
+
+
+def test_the_caption_of_orbits_speaks_of_dots_only_with_a_keyphasor(short: Analysis) -> None:
+    assert "a dot marks each pulse" in _figure(orbit.section(short), "orbits-1").caption
+    assert "dot" not in _figure(orbit.section(replace(short, angle=None)), "orbits-1").caption
+
+
+def test_the_caption_of_orbits_names_the_circle_that_the_legend_names(short: Analysis) -> None:
+    half = _without_circle(short, "NDE")
+    captions = [_figure(orbit.section(half), name).caption for name in ("orbits-1", "orbits-2")]
+    for end, caption, words, others in (
+        ("NDE", captions[0], "gap of the drawing", "clearance circle at the static load"),
+        ("DE", captions[1], "clearance circle at the static load", "gap of the drawing"),
+    ):
+        labels = [text.get_text() for text in orbit_sequence(half, end).legends[0].get_texts()]
+        assert any(label in (words, "clearance circle", f"{words} about the probes' zero") for label in labels)
+        assert words in caption and others not in caption
+
+
+def test_few_orbits_leave_no_large_blank(short: Analysis) -> None:
+    whole, one = orbit_sequence(short, "NDE"), orbit_sequence(_without_circle(short, "NDE"), "NDE")
+    assert [len(figure.axes) for figure in (whole, one)] == [4, 1]
+    assert one.get_figheight() < 0.6 * whole.get_figheight()
+    assert all(ax.axison for figure in (whole, one) for ax in figure.axes)
+
+
+def test_the_centreline_draws_what_there_is_and_its_caption_says_so(short: Analysis, coastdown: Analysis) -> None:
+    for analysis, panels in ((short, 2), (coastdown, 4), (_without_circle(coastdown, "DE"), 4)):
+        figure = centreline(analysis)
+        FigureCanvasAgg(figure).draw()
+        drawn = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
+        assert len(drawn) == panels
+        assert ("magnified" in _figure(orbit.section(analysis), "centreline").caption) == (panels == 4)
+        for ax in drawn:
+            ticked = any(tick.label1.get_visible() and tick.label1.get_text() for tick in ax.xaxis.get_major_ticks())
+            assert ticked == ax.has_data(), ax.get_title("left")
+            assert ax.has_data() or "clearance circle" in ax.texts[0].get_text()
+
+
+def test_the_centreline_is_coloured_by_what_its_caption_says(short: Analysis) -> None:
+    bare = replace(short, speed_time=np.empty(0), speed_hz=np.empty(0))
+    for analysis, words in ((short, "speed"), (bare, "time")):
+        bar = next(ax for ax in centreline(analysis).axes if ax.get_label() == "<colorbar>")
+        assert bar.get_ylabel().startswith(words)
+        assert f"coloured by the {words}" in _figure(orbit.section(analysis), "centreline").caption
+
+
+def test_the_caption_of_the_polar_plot_says_what_is_grey(coastdown: Analysis) -> None:
+    assert "grey where it is less than 3 standard deviations" in _figure(tracking.section(coastdown), "bode").caption
+
+
+def test_a_velocity_greater_after_the_contact_is_explained_where_it_first_stands(coastdown: Analysis) -> None:
+    for section in (summary.section(coastdown), contact.section(coastdown)):
+        assert section is not None
+        assert Paragraph(ABOVE_ONE) in section.blocks
+
+
+def test_the_legend_of_stresses_holds_only_what_is_drawn() -> None:
+    known = SimpleNamespace(known=True, value=2e9)
+    box = SimpleNamespace(
+        greatest=known,
+        median=1e9,
+        q1=0.5e9,
+        q3=1.2e9,
+        mean=1e9,
+        tukey=(),
+        outliers=(),
+        tukey_level=2.3e9,
+        outlier_level=2.4e9,
+    )
+    for beyond in ((), (2.35e9,)):
+        end = SimpleNamespace(stress=SimpleNamespace(**{**vars(box), "tukey": beyond}))
+        figure = stress_box([SimpleNamespace(name="drop", seconds=0.2, ends={"DE": end})])  # type: ignore[list-item]
+        labels = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert ("beyond Tukey's fence" in labels) == bool(beyond)
+        assert "beyond three deviations" not in labels
+
+
+def test_remarks_of_one_kind_are_one() -> None:
+    def cut(count: int) -> str:
+        return f"{count} samples stand at -{count / 10} um, between {count / 1e3} s and 0.3 s: peaks are cut off"
+
+    remarks = [f"{drop}.nc: {probe}: {cut(k)}" for k, drop in enumerate("abc", 1) for probe in ("NDE_A", "DE_A")]
+    remarks += ["the drops part early: 25 ms", "b.nc: samples are missing: 3 of 'DE_A'"]
+    joined = grouped(remarks)
+    assert len(joined) == 3
+    assert (
+        joined[0]
+        == f"a.nc: NDE_A: {cut(1)}. The same, with other numbers, of a.nc DE_A; b.nc NDE_A, DE_A; c.nc NDE_A, DE_A"
+    )
+    assert joined[1:] == remarks[-2:]

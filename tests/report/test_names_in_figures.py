@@ -1,0 +1,146 @@
+"""Names written into figures can be read: none covers another, leaves its axes or lies bare on a line."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from tdbmon.analysis.result import Analysis
+from tdbmon.figures.bode import bode
+from tdbmon.figures.cascade import cascade
+from tdbmon.figures.full_spectrum import full_spectrum
+from tdbmon.figures.gap_map import gap_map
+from tdbmon.figures.orbit_sequence import orbit_sequence
+from tdbmon.figures.style import STYLE, new_figure, say, subplots
+from tdbmon.figures.style import Margins as Room
+from tdbmon.figures.time_history import time_history
+from tdbmon.figures.waterfall import waterfall
+
+NAMED = {"waterfall": waterfall, "cascade": cascade, "full_spectrum": full_spectrum, "bode": bode}
+
+
+def _rendered(figure: Figure) -> Figure:
+    FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def _names(ax: Axes) -> list[Text]:
+    return [text for text in ax.texts if text.get_text()]
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+@pytest.mark.parametrize("name", NAMED)
+def test_no_name_covers_another_or_leaves_its_axes(name: str, which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(NAMED[name](request.getfixturevalue(which)))
+    assert any(_names(ax) for ax in figure.axes)
+    for ax in figure.axes:
+        frame = ax.get_window_extent().padded(1.0)
+        boxes = [text.get_window_extent() for text in _names(ax)]
+        for text, box in zip(_names(ax), boxes, strict=True):
+            assert frame.x0 < box.x0 and box.x1 < frame.x1 and frame.y0 < box.y0 and box.y1 < frame.y1, text
+        for a, b in itertools.combinations(boxes, 2):
+            assert not a.overlaps(b), (name, ax.get_title("left"))
+
+
+@pytest.mark.parametrize("name", ["waterfall", "cascade"])
+def test_names_in_a_map_stand_before_its_lines_on_a_patch(name: str, coastdown: Analysis) -> None:
+    figure = NAMED[name](coastdown)
+    for ax in figure.axes[:4]:
+        said = [text.get_text() for text in _names(ax)]
+        assert {"0.5X", "1X", "2X", "3X", "4X", "swing 1", "swing 2", "mains", "bending 1"} <= set(said)
+        for text in _names(ax):
+            assert text.get_bbox_patch() is not None
+            assert all(text.get_zorder() > line.get_zorder() for line in ax.lines)
+
+
+def test_all_orders_of_a_slow_shaft_are_named_in_its_full_spectrum(coastdown: Analysis) -> None:
+    later = [ax for ax in full_spectrum(coastdown).axes if "later run-down" in ax.get_title("left")]
+    assert len(later) == 2
+    for ax in later:
+        assert {"1X", "2X", "3X"} <= {text.get_text() for text in _names(ax)}
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+def test_nothing_is_written_over_the_traces_of_the_time_history(which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(time_history(request.getfixturevalue(which)))
+    for ax in figure.axes:
+        assert not any(ax.get_window_extent().overlaps(text.get_window_extent()) for text in _names(ax))
+    assert "release" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, coastdown: Analysis) -> None:
+    without = _rendered(orbit_sequence(replace(short, angle=None), "NDE"))
+    assert "no keyphasor: no dots" in without.texts[0].get_text()
+    late = _rendered(orbit_sequence(coastdown, "NDE"))  # its last panel is after the keyphasor's last pulse
+    assert "no pulses" in late.axes[len(late.axes) - 1].get_title()
+    for figure in (without, late):
+        assert not any(_names(ax) for ax in figure.axes)
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+def test_every_95_percent_range_of_the_gap_is_drawn_whole(which: str, request: pytest.FixtureRequest) -> None:
+    figure = _rendered(gap_map(request.getfixturevalue(which)))
+    bars = 0
+    for ax in figure.axes:
+        low, high = ax.get_ylim()
+        for part in ax.collections:
+            if isinstance(part, LineCollection):
+                ends = np.concatenate(part.get_segments())[:, 1]
+                bars += len(ends)
+                assert low < ends.min() and ends.max() < high
+    assert bars > 4
+
+
+def test_the_whole_band_and_the_greatest_circle_of_1x_are_drawn(coastdown: Analysis) -> None:
+    figure = _rendered(bode(coastdown))
+    assert coastdown.tracks is not None
+    first = coastdown.tracks.sel(order=1.0)
+    for column, end in enumerate(("NDE", "DE")):
+        part = first.sel(end=end)
+        amplitude, polar = figure.axes[column], figure.axes[4 + column]
+        assert amplitude.get_ylim()[1] > float((part.amplitude + 1.96 * part.sigma).max()) * 1e6
+        greatest = int(np.argmax(part.forward.to_numpy()))
+        reach = float(part.forward[greatest]) * 1e6
+        assert polar.get_xlim()[1] > reach
+        drawn = max(float(np.nanmax(np.hypot(*np.array(line.get_data(), float)))) for line in polar.lines[:1])
+        assert drawn == pytest.approx(reach)
+        assert f"{float(part.speed[greatest]):.0f} Hz" in [text.get_text() for text in _names(polar)]
+
+
+def test_words_in_narrow_axes_are_broken_and_empty_axes_have_no_scale() -> None:
+    from matplotlib import rc_context
+
+    with rc_context(STYLE):
+        figure = new_figure(40)
+        empty, full = subplots(figure, 1, 2, Room(60, 60, 5, 5, across=10))[0]
+        full.plot([1, 2], [3, 4])
+        for ax in (empty, full):
+            say(ax, "not estimated, for the reason that the record says nothing of it")
+        _rendered(figure)
+        for ax in (empty, full):
+            box, frame = ax.texts[0].get_window_extent(), ax.get_window_extent()
+            assert frame.x0 < box.x0 and box.x1 < frame.x1
+        assert not any(label.get_visible() and label.get_text() for label in _ticks(empty))
+        assert any(label.get_visible() and label.get_text() for label in _ticks(full))
+
+
+def _ticks(ax: Axes) -> list[Text]:
+    return [
+        label
+        for axis in (ax.xaxis, ax.yaxis)
+        for tick in axis.get_major_ticks()
+        for label in (tick.label1, tick.label2)
+    ]
+
+
+def test_a_long_note_above_a_figure_is_broken() -> None:
+    figure = _rendered(new_figure(60, " · ".join(["Displacement of one end at the probe plane"] * 5)))
+    assert figure.texts[0].get_window_extent().x1 < figure.bbox.width
