@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.record.read import read
+from tdbmon.record.timebase import usual_interval
 
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
@@ -114,7 +115,7 @@ def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
         kind=_kind(name, str(array.attrs.get("units", "")), finite),
         unit=str(array.attrs.get("units", "")),
         source_unit=str(array.attrs.get("source_units", "")),
-        rate_hz=None if typical is None else 1 / typical,
+        rate_hz=None if typical is None else 1 / usual_interval(time),
         samples=int(values.size),
         start_s=float(time[0]),
         duration_s=float(time[-1] - time[0]),

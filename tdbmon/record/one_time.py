@@ -14,6 +14,8 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.record.timebase import usual_interval
+
 _ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
 _EXACT = 1e-3  # of an interval: so near, a sample stands for the wanted time
 _LEAST = 0.5  # of the record: a probe that has less is not worth cutting the others to it
@@ -104,7 +106,7 @@ def best_time_base(ds: xr.Dataset, machine: Machine, names: Sequence[str]) -> tu
 
 
 def _interval(time: np.ndarray) -> float:
-    return float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    return usual_interval(time) if time.size > 1 else np.inf
 
 
 def _of_one_rate(data: Series, times: Series, names: list[str]) -> list[list[str]]:

@@ -22,11 +22,10 @@ _FAR = 3.0  # radial gaps from the centre: no rotor gets there
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     name, array = probe.name, ds[probe.name]
     time, signal = ds[array.dims[0]].values, faults.prepare(array.values)
-    found = [missing_samples(name, time, signal)]
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
     if finite.size < 2:
-        found.append(Check("dead", name, False, "holds no value at all: check its cable and the logger's channel"))
-        return found
+        return [Check("dead", name, False, "holds no value at all: check its cable and the logger's channel")]
+    found = [missing_samples(name, time, signal)]
     gap = machine.bearing(probe.end).radial_gap.nominal
     peaks = spikes(signal, machine, probe)
     apart = peaks.mask(array.size)
@@ -43,6 +42,8 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
         if dead
         else Check("dead", name, True, f"moves by {um(swing)} pk-pk")
     )
+    if dead and not _moves_slowly(finite):
+        return found  # noise has no unit that is written wrong
     unit = _unit(name, swing, gap, str(array.attrs.get("source_units", "")))
     found.append(unit)
     if dead:
@@ -73,6 +74,11 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
         " cut before the release, or did the magnets hold? Otherwise check the unit of all displacements and their cables"
     )
     return Check("drop", "", False, detail)
+
+
+def _moves_slowly(values: np.ndarray) -> bool:
+    """Tell whether a signal is more than white noise, whose steps are as large as it is: a motion, however small it reads."""
+    return float(np.std(values)) > 1.5 * float(np.std(np.diff(values))) / np.sqrt(2)
 
 
 def _unit(name: str, swing: float, gap: float, unit: str) -> Check:
@@ -142,17 +148,19 @@ def _jumps(
 
 
 def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
-    found = []
+    same: dict[str, list[str]] = {}
     for one, other in combinations(probes, 2):
         if ds[one.name].dims != ds[other.name].dims:
             continue
         a, b = ds[one.name].values, ds[other.name].values
-        if np.array_equal(a[:100], b[:100], equal_nan=True) and np.array_equal(a, b, equal_nan=True):
-            for name, twin in ((one.name, other.name), (other.name, one.name)):
-                detail = (
-                    f"equals {twin} sample by sample: one of them is another channel; check [channels] and the wiring"
-                )
-                found.append(Check("identical", name, False, detail))
+        alike = np.array_equal(a[:100], b[:100], equal_nan=True) and np.array_equal(a, b, equal_nan=True)
+        if alike and np.nanmin(a, initial=np.inf) < np.nanmax(
+            a, initial=-np.inf
+        ):  # what stands still is dead, both of it
+            same.setdefault(one.name, []).append(other.name)
+            same.setdefault(other.name, []).append(one.name)
+    cause = "sample by sample: one of them is another channel; check [channels] and the wiring"
+    found = [Check("identical", name, False, f"equals {', '.join(others)} {cause}") for name, others in same.items()]
     if probes and not found:
         found.append(Check("identical", "", True, "no two probes are the same"))
     return found

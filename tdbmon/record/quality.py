@@ -13,7 +13,8 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
-from tdbmon.record.speed_checks import first_speed, speed_check
+from tdbmon.record.speed_checks import dead_speed, first_speed, speed_check
+from tdbmon.record.timebase import usual_interval
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
 _ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
@@ -49,16 +50,17 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         of_probe = probe_checks(ds, machine, probe)
         found += [each for each in of_probe if still is None or each.check not in ("dead", "unit")]
     found += [still] if still is not None else []
-    for name in ("speed", "keyphasor"):
-        if name in ds:
-            found += _signal_checks(ds, name)
+    marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
+    if "speed" in ds:
+        found += _speed_signal(ds, marks)
+    if "keyphasor" in ds:
+        found += _key_signal(ds)
     found += twins(ds, probes)
     found += fall_directions(ds, machine)
-    marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
     if marks is not None:
         found.append(_keyphasor(marks))
     found += whirl_directions(ds, machine, first_speed(ds, marks))
-    if "speed" in ds:
+    if "speed" in ds and not dead_speed(ds, marks):
         found.append(speed_check(ds, machine, marks))
     return tuple(found)
 
@@ -164,7 +166,7 @@ def _bases(ds: xr.Dataset, names: list[str]) -> str:
 def _sampled(time: np.ndarray) -> str:
     if time.size < 2:
         return f"has {time.size} sample"
-    return f"at {1 / np.median(np.diff(time)):.6g} Hz from {time[0]:.4g} s to {time[-1]:.4g} s"
+    return f"at {1 / usual_interval(time):.6g} Hz from {time[0]:.4g} s to {time[-1]:.4g} s"
 
 
 def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
@@ -193,7 +195,7 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     gaps = faults.runs_of(intervals > 1.5 * interval)
     lost = intervals[intervals > 1.5 * interval]
     jitter = float(np.std(intervals[intervals <= 1.5 * interval]))
-    rate = 1 / interval
+    rate = 1 / usual_interval(time)
     faulty = []
     if len(gaps):
         at = time[gaps.first[0]]
@@ -209,16 +211,23 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
-def _signal_checks(ds: xr.Dataset, name: str) -> list[Check]:
-    array = ds[name]
+def _speed_signal(ds: xr.Dataset, marks: Pulses | None) -> list[Check]:
+    array = ds["speed"]
     signal = faults.prepare(array.values)
-    found = [missing_samples(name, ds[array.dims[0]].values, signal)]
+    dead = dead_speed(ds, marks)
+    if dead:
+        return [Check("dead", "speed", False, dead)]
     still = signal.quantum == 0.0
-    what = "holds one value only" if still else "changes"
-    if still and name == "speed" and np.nanmax(np.abs(np.nan_to_num(signal.values)), initial=0.0) > 0:
-        still, what = False, "is constant: a set-point rather than a measured speed?"
-    found.append(Check("dead", name, not still, what + (": check its cable and the logger's channel" if still else "")))
-    return found
+    what = "is constant: a set-point rather than a measured speed?" if still else "changes"
+    return [missing_samples("speed", ds[array.dims[0]].values, signal), Check("dead", "speed", True, what)]
+
+
+def _key_signal(ds: xr.Dataset) -> list[Check]:
+    array = ds["keyphasor"]
+    signal = faults.prepare(array.values)
+    still = signal.quantum == 0.0
+    what = "holds one value only: check its cable and the logger's channel" if still else "changes"
+    return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
 
 
 def _keyphasor(marks: Pulses) -> Check:

@@ -30,6 +30,9 @@ _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
 _AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
 _LONGER, _TAIL = 10, 0.02  # times the longest hold before; of the record
+_NOTHING = 1e-3  # of the keyphasor's speed: a signal that reads less is dead
+_SLOWED = 0.005  # of the keyphasor's speed from start to end: more is no controlled speed
+_KEYED = ". It is left out: the speed comes from the keyphasor"
 _UNUSED = ". It is left out: nothing is said about the speed"
 
 
@@ -46,6 +49,10 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     good = np.isfinite(values)
     if not good.any():
         return Check("speed", "speed", False, "holds no value: check the channel")
+    if _backward(ds):
+        left_out = _KEYED if _sound(marks) else ""
+        detail = f"reads {float(np.median(values[good])):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+        return Check("speed", "speed", False, detail)
     floor = floor_from(values)
     if floor is not None:
         at = float(ds[ds["speed"].dims[0]].values[floor])
@@ -64,6 +71,39 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
+
+
+def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
+    """Say why a speed signal measures nothing; "" where it may measure: a rotor at a set-point has a constant speed too."""
+    values = ds["speed"].values
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return f"holds no value: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
+    if marks is None or not _sound(marks):
+        still = not values.any()
+        return "holds one value only, nought: check its cable and the logger's channel" if still else ""
+    _, hz, sigma = speed(marks)
+    few = max(min(hz.size // 4, 10), 1)
+    first, last = float(np.median(hz[:few])), float(np.median(hz[-few:]))
+    if np.median(np.abs(values)) < _NOTHING * max(first, last):
+        kept = f"reads {np.median(values):.3g} Hz while the keyphasor counts {first:.4g} Hz"
+    elif np.ptp(values) == 0 and abs(first - last) > max(_SLOWED * first, 5 * float(np.median(sigma))):
+        kept = (
+            f"stands at {values[0]:.4g} Hz while the keyphasor counts {first:.4g} Hz at first and {last:.4g} Hz at last"
+        )
+    else:
+        return ""
+    return f"{kept}: check its cable and the logger's channel{_KEYED}"
+
+
+def _sound(marks: Pulses | None) -> bool:
+    return marks is not None and marks.times.size > 4
+
+
+def _backward(ds: xr.Dataset) -> bool:
+    values = ds["speed"].values
+    good = np.isfinite(values)
+    return bool(good.any()) and float(np.median(values[good])) < 0
 
 
 def floor_from(values: np.ndarray) -> int | None:
@@ -156,10 +196,22 @@ def refuted(ds: xr.Dataset, machine: Machine) -> str:
 
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record without the channel of the speed that the others refute (see `refuted`), and without its floor."""
-    ds = _without_floor(ds, machine)
+    """Return a record without the channel of the speed that the others refute (see `refuted`), and without its floor.
+
+    A signal that is dead or counts backwards goes where a keyphasor tells the speed.
+    """
+    ds = _without_floor(_without_dead(ds, machine), machine)
     wrong = refuted(ds, machine)
     return ds.drop_vars(wrong) if wrong else ds
+
+
+def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    if "speed" not in ds:
+        return ds
+    marks = _marks(ds, machine)
+    empty = not np.isfinite(ds["speed"].values).any()
+    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "")
+    return ds.drop_vars("speed") if empty or unfit else ds
 
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:

@@ -28,6 +28,12 @@ _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
+def usual_interval(time: np.ndarray) -> float:
+    """Return the mean interval of sampled times of shape (n,), n > 1, s: gaps left out, free of the rounding of each."""
+    intervals = np.diff(time)
+    return float(np.mean(intervals[intervals <= 1.5 * np.median(intervals)]))
+
+
 def split_unit(label: str) -> tuple[str, str | None]:
     """Split ``"NDE_A [um]"`` or ``"NDE_A (um)"`` into name and unit; the unit is None where there are no brackets."""
     found = _UNIT_IN_NAME.match(label.strip())

@@ -184,12 +184,21 @@ def _time(leaf: Leaf) -> np.ndarray | None:
 
 
 def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
-    """Return the first array in a stated unit of time that increases throughout: a time by another name."""
+    """Return the first array in a stated unit of time that increases throughout: a time by another name.
+
+    Without any, one that only repeats itself, such as a clock of too few digits: its fault is told later.
+    """
+    repeats: dict[int, np.ndarray] = {}
     for i, leaf in enumerate(leaves):
         unit = si_unit_of(first_text(leaf.attributes, _UNIT_KEYS) or split_unit(leaf.name)[1] or "")
-        if unit is not None and unit[0] == "s" and leaf.values.size > 1 and np.all(np.diff(leaf.values) > 0):
+        if unit is None or unit[0] != "s" or leaf.values.size < 2:
+            continue
+        steps = np.diff(leaf.values)
+        if np.all(steps > 0):
             return {i: np.asarray(leaf.values, dtype=np.float64) * unit[1]}
-    return {}
+        if np.all(steps >= 0) and not repeats:
+            repeats = {i: np.asarray(leaf.values, dtype=np.float64) * unit[1]}
+    return repeats
 
 
 def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: list[np.ndarray]) -> np.ndarray | None:

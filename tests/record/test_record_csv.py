@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tdbsim.errors import InputError
 
+from tdbmon.record.inspect import inspect
 from tdbmon.record.read import read
 
 
@@ -141,6 +142,10 @@ BAD = {
     "short row of blanks": ("time A B\n0 1 2\n0.1 1\n0.2 1 2\n", "line 3 has 2 columns instead of 3"),
     "no time": ("A,B\n1,2\n3,4\n", "nothing tells when the samples of 'A', 'B' were taken"),
     "no header": ("0,1\n0.1,2\n", "nothing tells when"),
+    "clock of too few digits": (
+        "Uhrzeit;A\n09:59:59,800;1\n09:59:59,800;2\n09:59:59,801;3\n",
+        "time does not increase after sample 1 .* too few digits",
+    ),
     "backwards": ("time,A\n0,1\n0.2,2\n0.1,3\n", "runs backwards"),
     "repeated": ("time,A\n0.000,1\n0.001,2\n0.001,3\n", "too few digits"),
     "missing time": ("time,A\n0,1\n,2\n0.2,3\n", "the time of sample 2 is no number"),
@@ -180,3 +185,9 @@ def test_a_day_that_may_be_two_is_left_open(first: str, last: str, day: str, tmp
     record = _read(tmp_path, f"time,A\n{first},1\n{last},2\n")
     np.testing.assert_allclose(record["time"].values, [0.0, 0.1])
     assert record.attrs["drop_time"] == day
+
+
+def test_seconds_of_an_epoch_have_the_rate_that_they_were_sampled_at(tmp_path: Path) -> None:
+    path = tmp_path / "epoch.csv"
+    path.write_text("time;A\n" + "".join(f"{1773219600 + k * 50e-6:.6f};{k % 7}\n" for k in range(2000)))
+    assert inspect(path).channels[0].rate_hz == pytest.approx(20000.0, rel=1e-5)

@@ -11,6 +11,7 @@ import xarray as xr
 from record_machine import machine, with_probe
 from tdbsim.machine import Machine, load_machine
 
+from tdbmon.analysis.analyse import analyse
 from tdbmon.record.assign import assign
 from tdbmon.record.lost_samples import without_lost_samples
 from tdbmon.record.quality import Check, check, repair_gaps, usable
@@ -79,6 +80,29 @@ def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
     assert f"a factor {factor:g} " in failed["unit", "NDE_A"]
     assert ("range", "NDE_A") not in failed  # said once
     assert "NDE_A" not in usable(ds, machine(), check(ds, machine()))
+
+
+def test_a_probe_without_any_value_is_dead_and_ends_nothing(sound: xr.Dataset) -> None:
+    ds = _changed(sound, "DE_A", np.full(sound["DE_A"].size, np.nan))
+    assert list(_failed(ds)) == [("dead", "DE_A")]
+    assert np.isnan(repair_gaps(ds)["DE_A"].values).all()
+    full = load_machine(shipped("short/drop_100.nc").parent / "machine.toml")
+    raw = read(shipped("short/drop_100.nc"))
+    raw["DE_A"].values[:] = np.nan
+    assert analyse(raw, full).planes is not None
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3e-6])
+def test_a_dead_probe_is_in_no_wrong_unit(noise: float, sound: xr.Dataset) -> None:
+    still = noise * np.random.default_rng(1).standard_normal(sound["NDE_A"].size)
+    assert list(_failed(_changed(sound, "NDE_A", still))) == [("dead", "NDE_A")]
+
+
+def test_probes_that_all_stand_still_are_told_once(sound: xr.Dataset) -> None:
+    ds = sound
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        ds = _changed(ds, name, np.zeros(sound[name].size))
+    assert list(_failed(ds)) == [("drop", "")]
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -199,6 +223,9 @@ def test_identical_channels(sound: xr.Dataset) -> None:
     ds = _changed(sound, "DE_B", sound["DE_A"].values)
     failed = _failed(ds)
     assert ("identical", "DE_A") in failed
+    assert (
+        sum(found.check == "identical" for found in check(_changed(ds, "NDE_A", sound["DE_A"].values), machine())) == 3
+    )
     assert ("identical", "DE_B") in failed
     assert usable(ds, machine(), check(ds, machine())) == ("NDE_A", "NDE_B")
 

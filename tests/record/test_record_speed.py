@@ -184,3 +184,68 @@ def test_a_speed_signal_that_stops_at_its_floor_is_no_speed(keyphasor: bool) -> 
     if not keyphasor:
         assert left["speed"].values[np.isfinite(left["speed"].values)].min() == 60.0
         assert np.isnan(left["speed"].values[-60000:]).all()
+
+
+def _with_speed(values: np.ndarray | float, keyphasor: bool = True) -> xr.Dataset:
+    raw = read(SHORT[1])
+    raw["speed"] = raw["speed"].copy(data=np.broadcast_to(values, raw["speed"].shape).copy())
+    return raw if keyphasor else raw.drop_vars("keyphasor")
+
+
+@pytest.mark.parametrize(
+    ("value", "word"),
+    [
+        (0.0, "reads 0 Hz while the keyphasor counts 96"),
+        (np.nan, "holds no value"),
+        (100.0, "stands at 100 Hz while the keyphasor counts 96"),
+        (96.0, "stands at 96 Hz while the keyphasor counts 96"),
+    ],
+)
+def test_a_dead_speed_signal_is_told_once_and_the_keyphasor_used(value: float, word: str) -> None:
+    raw = _with_speed(value)
+    ds = assign(raw, machine())
+    failed = [found for found in check(ds, machine()) if not found.passed]
+    assert [(found.check, found.channel) for found in failed] == [("dead", "speed")]
+    assert word in failed[0].detail
+    assert "the speed comes from the keyphasor" in failed[0].detail
+    assert "speed" not in without_refuted(ds, machine())
+    found = analyse(raw, machine()).rundown
+    assert found is not None and found.source == "keyphasor pulses"
+    true = analyse(read(SHORT[1]), machine()).rundown
+    assert true is not None
+    assert found.initial.value == pytest.approx(true.initial.value, rel=2e-3)
+    assert measured_drop(raw, machine()).omega == pytest.approx(
+        measured_drop(read(SHORT[1]), machine()).omega, rel=1e-3
+    )
+
+
+def test_a_speed_that_reads_backwards_is_told_and_the_keyphasor_used() -> None:
+    raw = _with_speed(-read(SHORT[1])["speed"].values)
+    ds = assign(raw, machine())
+    found = _speed_check(ds)
+    assert not found.passed
+    assert "turn the sign of its sensitivity" in found.detail
+    assert "speed" not in without_refuted(ds, machine())
+    alone = assign(raw.drop_vars("keyphasor"), machine())
+    assert "turn the sign" in _speed_check(alone).detail
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_dead_speed_signal_without_a_keyphasor_is_told(value: float) -> None:
+    ds = assign(_with_speed(value, keyphasor=False), machine())
+    failed = {
+        found.check: found.detail for found in check(ds, machine()) if found.channel == "speed" and not found.passed
+    }
+    assert list(failed) == ["dead"]
+    assert "keyphasor" not in failed["dead"]
+
+
+def test_a_rotor_at_its_set_point_has_a_constant_speed() -> None:
+    raw = _with_speed(96.0)
+    time = raw["time"].values
+    raw["keyphasor"] = raw["keyphasor"].copy(data=((96.0 * time * (1 + 1e-4 * time)) % 1 < 0.1).astype(float))
+    ds = assign(raw, machine())
+    assert not [found for found in check(ds, machine()) if found.channel == "speed" and not found.passed]
+    assert "speed" in without_refuted(ds, machine())
+    alone = assign(_with_speed(96.0, keyphasor=False), machine())
+    assert not [found for found in check(alone, machine()) if found.check == "dead" and not found.passed]
