@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _PANELS = 6
-_PANEL_MM, _DOWN_MM = 34.0, 18.0
+_PANEL_MM, _DOWN_MM = {1: 36.0, 2: 26.5}, 18.0  # of one row of panels, and of two
 _SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
 _DENSE = 500  # samples, beyond which the line is drawn as an image
 
@@ -46,7 +46,7 @@ def orbit_sequence(analysis: Analysis, end: str) -> Figure:
     columns = min(len(spans), 3) if len(spans) != 4 else 2
     rows = -(-len(spans) // columns)
     notes = ["not filtered"] if analysis.angle is not None else ["not filtered", "no keyphasor: no dots"]
-    figure = new_figure(30 + _PANEL_MM * rows + _DOWN_MM * (rows - 1), said(analysis, *notes))
+    figure = new_figure(30 + _PANEL_MM[rows] * rows + _DOWN_MM * (rows - 1), said(analysis, *notes))
     axes = subplots(figure, rows, columns, Margins(15, 2, 14, 16, across=15, down=_DOWN_MM)).ravel()
     for ax, (name, start, stop) in zip(axes, spans, strict=False):
         _orbit(ax, analysis, end, name, start, stop)

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BINS = 1500
+_TOUCHES_S = 2.0  # the longest stretch with its touches marked
 
 
 @styled
@@ -80,6 +81,11 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     return figure
 
 
+def shows_touches(start: float, stop: float) -> bool:
+    """Whether a stretch is short enough that touches can be told apart."""
+    return stop - start < _TOUCHES_S
+
+
 def _scaled(line: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return line[0], line[1] * UM
 
@@ -104,7 +110,7 @@ def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -
     if contacts is None:
         return
     shown = [c for c in contacts.events if start <= c.start <= stop]
-    if shown and stop - start < 2.0:
+    if shown and shows_touches(start, stop):
         ax.plot(
             [c.start for c in shown],
             [0.0] * len(shown),

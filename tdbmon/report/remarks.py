@@ -1,37 +1,38 @@
-"""Remarks on several records, those of one kind in one."""
+"""Remarks on several records as sentences, those of one kind in one."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-_PLACE = re.compile(r"(?P<record>[^:]+): (?:(?P<channel>[^\s:]+): )?(?P<words>.+)", re.DOTALL)
+_CHANNEL = re.compile(r"(?P<channel>[^\s:]+): (?P<words>.+)", re.DOTALL)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
 
-def grouped(remarks: Iterable[str]) -> list[str]:
-    """Join remarks that say the same of several channels and records, apart from their numbers.
+def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
+    """Return remarks as sentences; those that say the same of channels and records, apart from numbers, are one.
 
     The first of them is told whole, for the others where they hold.
     """
     kinds: dict[str, list[tuple[str, str, str]]] = {}
     for remark in remarks:
-        found = _PLACE.fullmatch(remark)
-        record, channel, words = (
-            (found["record"], found["channel"] or "", found["words"]) if found else ("", "", remark)
-        )
-        key = _NUMBER.sub("#", words) if found else remark
-        kinds.setdefault(key, []).append((record, channel, words))
+        record = next((name for name in records if remark.startswith(f"{name}: ")), "")
+        words = remark.removeprefix(f"{record}: ")
+        found = _CHANNEL.fullmatch(words) if record else None
+        channel, words = (found["channel"], found["words"]) if found else ("", words)
+        kinds.setdefault(_NUMBER.sub("#", words) if record else remark, []).append((record, channel, words))
     return [_joined(alike) for alike in kinds.values()]
 
 
 def _joined(alike: list[tuple[str, str, str]]) -> str:
     record, channel, words = alike[0]
+    if not record:
+        return f"{words[:1].upper()}{words[1:]}."
     told = ": ".join(part for part in (record, channel, words) if part)
     if len(alike) == 1:
-        return told
+        return f"{told}."
     others: dict[str, list[str]] = {}
     for where, which, _ in alike[1:]:
         others.setdefault(where, []).append(which)
     places = "; ".join(f"{where} {', '.join(filter(None, which))}".strip() for where, which in others.items())
-    return f"{told}. The same, with other numbers, of {places}"
+    return f"{told}. The same, with other numbers, of {places}."

@@ -50,7 +50,8 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
             estimate = getattr(first, pick)
             found.append(since(estimate, release) if unit == "release" else estimate)
         shown = None if unit == "release" else unit
-        rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
+        surprising = pick == "restitution" and any((estimate.value or 0.0) > 1 for estimate in found)
+        rows.append(Row((name + (ABOVE_ONE if surprising else ""), *(words(estimate, shown) for estimate in found))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))
@@ -64,7 +65,6 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
         ),
         *missing,
         Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
-        *([Paragraph(ABOVE_ONE)] if any(_above_one(end) for end in ends) else []),
         Figure(
             "first-contact",
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
@@ -104,11 +104,6 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     start = "from the release" if release.known else "from the first sample"
     header = ("Contact", f"Touch, {start}", "Length", "Direction from +x", "Beyond the touching radius")
     return Table(f"{end}: contacts before settling{more}", header, rows)
-
-
-def _above_one(end: EndResult) -> bool:
-    first = end.contacts.first if end.contacts is not None else None
-    return first is not None and (first.restitution.value or 0.0) > 1
 
 
 def _degrees(angle: float) -> str:

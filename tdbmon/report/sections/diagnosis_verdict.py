@@ -45,7 +45,8 @@ def section(evidence: Evidence) -> Section:
                 " directions and frequencies."
             )
         )
-    blocks += [Verdict(f"{remark[:1].upper()}{remark[1:]}.", "attention") for remark in grouped(diagnosis.remarks)]
+    records = [drop.name for drop in diagnosis.plain.problem.drops]
+    blocks += [Verdict(remark, "attention") for remark in grouped(diagnosis.remarks, records)]
     return Section("Verdict", tuple(blocks))
 
 

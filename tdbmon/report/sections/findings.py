@@ -9,9 +9,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.report.quantity import since
 
 RESTITUTION = "Velocity after over before the contact"
-ABOVE_ONE = (
-    f"{RESTITUTION}: it is of that end of the shaft alone, and above one where the impact at the other end feeds it."
-)
+ABOVE_ONE = " (above 1: the impact at the other end feeds it)"
 _NO_SPEED = "the record holds no speed"
 
 

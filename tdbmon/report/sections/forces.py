@@ -69,7 +69,10 @@ def section(fitted: FittedDrop) -> Section:
             f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over"
             f" {drop.seconds:g} s."
         ),
-        *(Verdict(remark, "attention") for remark in grouped(calibration.remarks)),
+        *(
+            Verdict(remark, "attention")
+            for remark in grouped(calibration.remarks, [each.name for each in fitted.all_forces])
+        ),
         Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(
             f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"

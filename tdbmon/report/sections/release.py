@@ -73,24 +73,35 @@ def _figures(analysis: Analysis) -> list[Block]:
     release = analysis.release.time.value if analysis.release is not None else None
     begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
     end = min(begin + _FIRST_S, float(time[-1]))
-    reading = (
-        "Dashed: how far the shaft centre lies from the clearance centre at rest."
-        " Triangles: touches of that end. Shading: phases."
-    )
     return [
         Figure(
             "first-contacts",
-            f"The first {end - begin:.2f} s of the drop. {reading}",
+            f"The first {end - begin:.2f} s of the drop.{_reading(analysis, begin, end)}",
             f"x and y of each end from {begin:.2f} s to {end:.2f} s: the fall and the bounces on the touchdown bearings.",
             partial(time_history, analysis, begin, end),
         ),
         Figure(
             "whole-record",
-            f"The whole record. {reading}",
+            f"The whole record.{_reading(analysis, float(time[0]), float(time[-1]))}",
             "x and y of each end over the whole record.",
             partial(time_history, analysis),
         ),
     ]
+
+
+def _reading(analysis: Analysis, begin: float, end: float) -> str:
+    """How to read a time history, of what it shows."""
+    from tdbmon.figures.style import has_circle, seen_ends
+    from tdbmon.figures.time_history import shows_touches
+
+    ends = seen_ends(analysis)
+    words = ""
+    if any(has_circle(analysis, name) for name in ends):
+        words += " Dashed: how far the shaft centre lies from the clearance centre at rest."
+    found = [contacts for name in ends if (contacts := analysis.ends[name].contacts) is not None]
+    if shows_touches(begin, end) and any(begin <= event.start <= end for each in found for event in each.events):
+        words += " Triangles: touches of that end."
+    return words + (" Shading: phases." if analysis.phases else "")
 
 
 def _time(seconds: float) -> str:

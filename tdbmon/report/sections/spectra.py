@@ -32,15 +32,20 @@ def section(analysis: Analysis) -> Section | None:
     blocks: list[Block] = [_lines(analysis, has_speed)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
-        " Dashed: orders of the speed; dotted: lines of constant frequency that were found (sums and multiples of"
-        " others without a name)."
+        + (" Dashed: orders of the speed." if has_speed else " Without a speed there are no orders.")
+        + (
+            " Dotted: lines of constant frequency that were found (sums and multiples of others without a name)."
+            if any(line.kind != "order" for line in analysis.lines)
+            else ""
+        )
     )
+    turning = "What follows a dashed line turns with the rotor; what stands" if has_speed else "What stands"
     blocks.append(
         Figure(
             "waterfall",
-            f"Waterfall, vertical and horizontal at each end. {reading} What follows a dashed line turns with the rotor;"
-            " what stands upright is a swing or a bending of the rotor on its touchdown bearings, or the mains.",
-            "Maps of amplitude over frequency and time for each end and direction, with curved order lines.",
+            f"Waterfall, vertical and horizontal at each end. {reading} {turning}"
+            " upright is a swing or a bending of the rotor on its touchdown bearings, or the mains.",
+            "Maps of amplitude over frequency and time for each end and direction.",
             partial(waterfall, analysis),
         )
     )

@@ -183,14 +183,13 @@ def _ends_table(analysis: Analysis) -> list[Block]:
     for findings in zip(*columns.values(), strict=True):
         if any(f.estimate.known for f in findings):
             cells = (words(f.estimate, f.unit) if f.estimate.known else "–" for f in findings)
-            rows.append(Row((findings[0].name, *cells)))
+            surprising = findings[0].name == RESTITUTION and any((f.estimate.value or 0.0) > 1 for f in findings)
+            rows.append(Row((findings[0].name + (ABOVE_ONE if surprising else ""), *cells)))
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
     header = ("Quantity", *analysis.ends)
     caption = f"The touchdown bearings: values with 95 % intervals, {where}"
     blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
-    if any(f.name == RESTITUTION and (f.estimate.value or 0.0) > 1 for found in columns.values() for f in found):
-        blocks.append(Paragraph(ABOVE_ONE))
     for name, found in columns.items():
         blocks += _missing(name, found)
     return blocks
