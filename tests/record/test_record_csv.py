@@ -76,6 +76,56 @@ def test_the_same_table_in_many_dresses(kind: str, encoding: str, tmp_path: Path
     assert (record["A"].attrs["units"], record["B"].attrs["units"]) == (("m", "V") if stated else ("", ""))
 
 
+UNEVEN = {
+    "a remark more than columns": "time;A;B;Comment\ns;um;V;\n0;1,5;-2\n0,001;2,5;-3\n",
+    "rows that end with a separator": "time;A;B\ns;um;V\n0;1,5;-2;\n0,001;2,5;-3;\n",
+    "names, units, remarks": "time;A;B\ns;um;V\nclock;left;right\n0;1,5;-2\n0,001;2,5;-3\n",
+    "names, remarks, units": "time;A;B\nclock 1;left;right\ns;um;V\n0;1,5;-2\n0,001;2,5;-3\n",
+    "an empty line": "time;A;B\ns;um;V\n\n0;1,5;-2\n0,001;2,5;-3\n",
+    "columns counted below": "time;A;B;C\ns;um;V;V\n1;2;3;4\n0,000;1,5;-2;1\n0,001;2,5;-3;1\n",
+    "columns counted above": "1;2;3;4\ntime;A;B;C\ns;um;V;V\n0,000;1,5;-2;1\n0,001;2,5;-3;1\n",
+    "units of DOS": "time;A;B\ns;\u00e6m;V\n0;1,5;-2\n0,001;2,5;-3\n",
+    "whole numbers first": "time;A;B\ns;um;V\n0;1;-2\n0,001;2,5;-3\n",
+    "whole numbers first, blanks": "time A B\ns um V\n0 1 -2\n0,001 2,5 -3\n",
+    "LabVIEW": "Y_Unit_Label\tMicrometers\tVolts\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\n"
+    "X_Value\tA\tB\tComment\n0.0\t1.5\t-2\n0.001\t2.5\t-3\n",
+}
+
+
+@pytest.mark.parametrize("kind", UNEVEN)
+def test_header_rows_that_differ_a_little_keep_their_names(kind: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, UNEVEN[kind])
+    assert [name for name in record.data_vars if name != "C"] == ["A", "B"]
+    first = 1.0 if "whole" in kind else 1.5
+    np.testing.assert_allclose(record["A"].values, [first * 1e-6, 2.5e-6])
+    np.testing.assert_array_equal(record["B"].values, [-2, -3])
+    assert record["B"].attrs["units"] == "V"
+    np.testing.assert_allclose(record["time"].values, [0, 0.001])
+
+
+def test_a_row_of_empty_units_leaves_them_open(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time;A;B\n;;\n0;1,5;-2\n0,001;2,5;-3\n")
+    assert list(record.data_vars) == ["A", "B"]
+    assert record["A"].attrs["units"] == ""
+
+
+@pytest.mark.parametrize("unit", ["µm RMS", "Mikron*"])
+def test_units_that_nobody_knows_are_no_part_of_the_names(unit: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"time;A;B;C\ns;{unit};{unit};V\n0;1,5;-2;0\n0,001;2,5;-3;0\n")
+    assert list(record.data_vars) == ["A", "B", "C"]
+    assert record["A"].attrs["units"] == unit
+
+
+def test_a_first_row_that_counts_is_measured_where_time_goes_on_from_it(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time;A;B;C\n1;2;3;4\n2;3;4;5\n")
+    np.testing.assert_array_equal(record["A"].values, [2, 3])
+
+
+def test_a_remark_before_an_empty_line_is_no_header(tmp_path: Path) -> None:
+    record = _read(tmp_path, "fs;1000\nmade by;nobody\n\n1,5;-2\n2,5;-3\n")
+    assert list(record.data_vars) == ["column_1", "column_2"]
+
+
 def test_two_header_rows_of_names(tmp_path: Path) -> None:
     record = _read(
         tmp_path, "time,NDE,NDE,DE,DE\n,A,B,A,B\n0,1,2,3,4\n0.1,1,2,3,4\n0.2,1,2,3,4\n".replace("\n,", "\ntime,")
@@ -140,6 +190,22 @@ BAD = {
     "long row": ("time,A,B\n0,1,2\n0.1,1,5,7\n0.2,1,2\n", "line 3 has 4 columns instead of 3"),
     "cut row": ("time,A,B\n0,1,2\n0.1,1,5\n0.2,1", r"line 4 \(the last: the file was cut off\)"),
     "short row of blanks": ("time A B\n0 1 2\n0.1 1\n0.2 1 2\n", "line 3 has 2 columns instead of 3"),
+    "header too long": (
+        "time;A;B;C\n0;1;2\n0.1;2;3\n",
+        "the header in line 1 has 4 cells, the rows of numbers have 3; correct the header",
+    ),
+    "units fit and names do not": (
+        "time;A;B;C\ns;um;um\n0;1;2\n0.1;2;3\n",
+        "the header in line 1 has 4 cells, the rows of numbers have 3",
+    ),
+    "comma twice": (
+        "time,A,B\n0,000,1,5,2,5\n0,001,1,5,2,5\n",
+        "the header in line 1 has 3 cells, the rows of numbers have 6; the comma seems to be separator and decimal sign",
+    ),
+    "comma twice under units": (
+        "time,A,B\ns,um,1\n0,000,1,5,2\n0,001,1,5,2\n",
+        "the header in line 2 has 3 cells, the rows of numbers have 5; the comma seems to be separator and decimal sign",
+    ),
     "no time": ("A,B\n1,2\n3,4\n", "nothing tells when the samples of 'A', 'B' were taken"),
     "no header": ("0,1\n0.1,2\n", "nothing tells when"),
     "clock of too few digits": (

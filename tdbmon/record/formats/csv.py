@@ -10,7 +10,8 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.text_table import CLOCK, DATE, MOMENT, Layout, decoded, layout_of, split
+from tdbmon.record.formats.text_cells import CLOCK, DATE, MOMENT, split
+from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
 
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
@@ -31,9 +32,9 @@ class CSV:
         lines = decoded(path.read_bytes()).split("\n")
         layout = layout_of(lines, path)
         leaves: list[Leaf] = []
-        date = first_text(layout.entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+        date = first_text(layout.header.entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
         for name, unit, caption, column in zip(
-            layout.names, layout.units, layout.captions, _columns(lines, layout, path), strict=True
+            layout.header.names, layout.header.units, layout.header.captions, _columns(lines, layout, path), strict=True
         ):
             attributes: dict[str, Any] = {"long_name": caption} if caption else {}
             if column is None:
@@ -45,8 +46,10 @@ class CSV:
             elif unit is not None:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
-        title = first_text(layout.entries, ("title", "name", "test", "versuch")) or ""
-        return Content(channels_of(Branch("", tuple(leaves), layout.entries), path), title, date, _cut_off(lines))
+        title = first_text(layout.header.entries, ("title", "name", "test", "versuch")) or ""
+        return Content(
+            channels_of(Branch("", tuple(leaves), layout.header.entries), path), title, date, _cut_off(lines)
+        )
 
 
 def _cut_off(lines: list[str]) -> str:
@@ -65,7 +68,7 @@ def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
     import pandas as pd
 
     body = [line for line in lines[layout.first :] if line.strip() and not line.lstrip().startswith("#")]
-    width = len(layout.names)
+    width = len(layout.header.names)
     _check_width(body, lines, layout, width, path)
     separator = r"\s+" if layout.separator == " " else layout.separator
     table = pd.read_csv(
@@ -76,7 +79,7 @@ def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
 
 
 def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -> _Column:
-    name = layout.names[k]
+    name = layout.header.names[k]
     if series.dtype.kind in "iufb":
         if series.isna().all():
             if not name:

@@ -1,0 +1,172 @@
+"""The rows above the numbers of a table written as text: names, units, remarks, and what the lines before them say."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from tdbsim.errors import InputError
+from tdbsim.units import si_unit_of, split_kind
+
+from tdbmon.record.formats.text_cells import COMMENT, is_number, numbers_columns, split
+from tdbmon.record.timebase import is_time_name, split_unit, time_factor
+
+_MOST_ROWS = 3  # of names, units and remarks
+_FEWEST_NAMES = 3  # cells of text in a line that make it a row of names
+_REMARKS = {"comment", "comments", "kommentar", "bemerkung", "remark", "remarks", "note", "notes", "marker"}
+_UNIT_LABELS = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
+_LABVIEW_TIME = "X_Value"
+
+
+@dataclass(frozen=True)
+class Header:
+    """Names and units as written, one a column, remarks on the columns, and entries such as ``fs = 20 kHz``."""
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    captions: tuple[str, ...]
+    entries: Mapping[str, str]
+
+
+def header_of(lines: list[str], first: int, separator: str, path: Path) -> Header:
+    """Read what stands above the numbers, of which the first row is the line of index `first`.
+
+    Raises
+    ------
+    InputError
+        If a row of names has another number of cells than the rows of numbers.
+    """
+    row = split(lines[first], separator)
+    rows, at = _rows_above(lines, first, separator, row)
+    if not [each for each in rows if not is_unit_row(each)]:
+        _refuse_misfit(lines, at, separator, len(row), path)
+    entries = _entries(lines[:at], separator)
+    unit_rows = [k for k in range(len(rows)) if is_unit_row(rows[k])] if len(rows) > 1 else []
+    units: list[str | None]
+    if unit_rows:
+        units = [cell.strip("[]()") for cell in rows.pop(unit_rows[-1])]
+        likely = max(unit_rows[-1] - 1, 0)
+    else:
+        units = _labelled_units(lines[:at], separator, row)
+        likely = len(rows) - 1
+    names, captions = _names_and_captions(rows, likely, len(row))
+    if not any(unit is not None for unit in units):
+        units = [split_unit(name)[1] for name in names]
+        names = [split_unit(name)[0] for name in names]
+    if names[0] == _LABVIEW_TIME:
+        names[0] = "time"
+    return Header(tuple(names), tuple(units), tuple(captions), entries)
+
+
+def _rows_above(lines: list[str], first: int, separator: str, row: list[str]) -> tuple[list[list[str]], int]:
+    """Return the rows of names, units and remarks, and the index of the line under which they begin."""
+    rows: list[list[str]] = []
+    at, apart = first, False
+    while at > 0 and len(rows) < _MOST_ROWS:
+        line = COMMENT.sub("", lines[at - 1])
+        if not line.strip() and not rows:
+            apart, at = True, at - 1
+            continue
+        cells = _fitted(line, separator, row)
+        if cells is None:
+            break
+        empty, counted = not any(cells), numbers_columns(cells, row)
+        if empty and rows:
+            break
+        if not empty and not counted:
+            numbers = any(is_number(cell, sign) for cell in cells for sign in ",.")
+            if numbers and not is_unit_row(cells):  # "1" is a unit as well
+                break
+            rows.insert(0, cells)
+        at -= 1
+    named = len(row) >= _FEWEST_NAMES or any(is_time_name(cell) for cells in rows for cell in cells)
+    if apart and not named:  # a remark with an empty line behind it
+        return [], first
+    return rows, at if rows else first
+
+
+def _fitted(line: str, separator: str, row: list[str]) -> list[str] | None:
+    """Return the cells of a line above the numbers, one for each cell of a row of numbers; None where they do not fit."""
+    cells = split(line, separator)
+    if separator == " " and len(cells) != len(row):
+        cells = re.split(r"\s{2,}|\t|[;,]\s*", line.strip())  # names with a single blank in them
+    while len(cells) > len(row) and (not cells[-1] or cells[-1].lower() in _REMARKS):
+        cells.pop()
+    if 1 < len(cells) < len(row) and not any(row[len(cells) :]):  # rows that end with a separator
+        cells += [""] * (len(row) - len(cells))
+    return cells if len(cells) == len(row) else None
+
+
+def _names_and_captions(rows: list[list[str]], likely: int, width: int) -> tuple[list[str], list[str]]:
+    """Return the row that names the time, or else the row `likely`, and the remarks that the nearest other row makes."""
+    if not rows:
+        return [f"column_{k + 1}" for k in range(width)], [""] * width
+    timed = [k for k in range(len(rows)) if any(is_time_name(cell) for cell in rows[k])]
+    k = timed[-1] if timed else min(likely, len(rows) - 1)
+    names, others = rows[k], [other for other in range(len(rows)) if other != k]
+    if not others:
+        return list(names), [""] * width
+    other = min(others, key=lambda each: (abs(each - k), each))
+    if len(set(names)) == width:
+        return list(names), list(rows[other])
+    upper, lower = (rows[each] for each in sorted((k, other)))
+    joined = [below if above in ("", below) else f"{above}_{below}" for above, below in zip(upper, lower, strict=True)]
+    return joined, [""] * width
+
+
+def _refuse_misfit(lines: list[str], at: int, separator: str, width: int, path: Path) -> None:
+    """Refuse a row of names that does not fit the rows of numbers: columns without names are anybody's guess."""
+    k = next((k for k in range(at - 1, -1, -1) if lines[k].strip()), None)
+    if k is None or separator == " ":
+        return
+    cells = split(COMMENT.sub("", lines[k]), separator)
+    filled = [cell for cell in cells if cell]
+    texts = is_unit_row(cells) or not any(is_number(cell, sign) for cell in filled for sign in ",.")
+    if len(filled) < _FEWEST_NAMES or not texts or len(cells) == width:
+        return
+    if separator == "," and len(cells) < width <= 2 * len(cells):
+        cause = "the comma seems to be separator and decimal sign as well: export with ';' or tabs between the cells"
+    else:
+        cause = "correct the header, or export it again with one name a column"
+    raise InputError(
+        f"{path}: the header in line {k + 1} has {len(cells)} cells, the rows of numbers have {width}; {cause}"
+    )
+
+
+def is_unit_row(cells: list[str]) -> bool:
+    """Tell whether a row holds the columns' units, some of which may be words that nobody knows."""
+    texts = [cell.strip("[]() ") for cell in cells]
+    filled = [text for text in texts if text]
+    known = [text for text in filled if text == "-" or si_unit_of(text) is not None or split_kind(text)[1] is not None]
+    if not filled:
+        return False
+    twice = len(set(filled)) < len(filled)
+    if len(known) == len(filled):  # single capitals may be the names A, B, or V as well
+        return twice or any(not re.fullmatch("[A-Z]", text) for text in filled)
+    bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in cells if cell)
+    time_first = bool(texts[0]) and time_factor(texts[0]) is not None
+    return bracketed or (time_first and (twice or (2 * len(known) >= len(filled) and max(map(len, filled)) <= 6)))
+
+
+def _labelled_units(lines: list[str], separator: str, row: list[str]) -> list[str | None]:
+    """Return the units of a row further up that begins with a word for them, as in LabVIEW's files; its time is in s."""
+    for line in reversed(lines):
+        label = line.split(separator, 1)[0].strip().lower()
+        if label in _UNIT_LABELS and (cells := _fitted(line, separator, row)) is not None:
+            return [None, *cells[1:]]
+    return [None] * len(row)
+
+
+def _entries(lines: list[str], separator: str) -> dict[str, str]:
+    """Return what lines such as ``fs = 20 kHz`` or ``Sampling rate;20000`` above the header say."""
+    found: dict[str, str] = {}
+    for line in lines:
+        bare = COMMENT.sub("", line).strip()
+        for sign in (separator if separator != " " else "\t", "=", ":"):
+            key, there, value = bare.partition(sign)
+            if there and key.strip() and value.strip(f" {separator}"):
+                found[key.strip(' "')] = value.strip(f' "{separator}')
+                break
+    return found
