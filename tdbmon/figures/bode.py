@@ -96,6 +96,8 @@ def _lag(ax: Axes, part: xr.Dataset) -> None:
         clear = value > _SEEN * sigma
         degrees = np.rad2deg(np.mod(lag, 2 * np.pi))
         ax.plot(speed[clear], degrees[clear], ".", color=AXIS_COLOUR[axis], markersize=2.2, rasterized=True)
+    if not (part.amplitude > _SEEN * part.sigma).any():
+        say(ax, "no amplitude stands out of the noise")
     ax.set_ylim(0, 360)
     ax.set_yticks([0, 90, 180, 270, 360])
 

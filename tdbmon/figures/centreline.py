@@ -65,6 +65,11 @@ def coloured_by_speed(analysis: Analysis) -> bool:
     return len(analysis.speed_time) > 3
 
 
+def has_courses(analysis: Analysis) -> bool:
+    """Whether the record holds a mean position of an end with a clearance circle."""
+    return bool(_courses(analysis))
+
+
 def settled_ends(analysis: Analysis) -> list[str]:
     """Ends whose settled course is long enough to be drawn magnified."""
     return [end for end, (time, _) in _courses(analysis).items() if _settled(analysis, end, time).sum() >= _FEWEST]

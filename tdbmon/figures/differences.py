@@ -44,8 +44,9 @@ def differences(comparison: Comparison) -> Figure:
         else:
             side = 1 if value > 0 else -1
             ax.plot(side * _REACH, row, ">" if side > 0 else "<", color=colour, markersize=5, clip_on=False, zorder=3)
+            near = min(low, _REACH) if side > 0 else max(high, -_REACH)  # before the bar, which would strike it out
             ax.annotate(
-                f"{value:.0f}", (side * _REACH, row), xytext=(-side * 9, 0), textcoords="offset points",
+                f"{value:.0f}".replace("-", "−"), (near, row), xytext=(-side * 5, 0), textcoords="offset points",
                 ha="right" if side > 0 else "left", va="center", fontsize=6.5, color=colour,
             )  # fmt: skip
     ax.axvline(0, color=GREY, linewidth=0.8, zorder=1)

@@ -70,13 +70,15 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
     spans = []
     if len(events) > 1:
         middle = events[min(4, len(events) - 1)].start
-        spans.append(("fall, first contact, rebound", begin, events[1].start))
+        first_name = "up to the second contact" if release is None else "fall, first contact, rebound"
+        spans.append((first_name, begin, events[1].start))
         if middle > events[1].start:
             spans.append(("following contacts", events[1].start, middle))
         if settled is not None and settled > middle:
             spans.append(("last contacts", max(middle, settled - 0.08), settled))
-    else:
-        spans.append(("from the release on", begin, min(begin + 0.1, last)))
+    elif settled is None or settled > begin:
+        whole = "from the first sample on" if release is None else "from the release on"
+        spans.append((whole, begin, min(begin + 0.1, last)))
     if settled is not None:
         swing = analysis.swing.frequencies[0].value if analysis.swing is not None else None
         length = 3 / (swing or 30.0)

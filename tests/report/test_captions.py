@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_box import stress_box
-from tdbmon.report.document import Figure, Section, Table
+from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
 from tdbmon.report.sections import contact, orbit, release, spectra, summary, tracking
 from tdbmon.report.sections.findings import ABOVE_ONE
@@ -63,6 +64,29 @@ def test_the_centreline_draws_what_there_is_and_its_caption_says_so(short: Analy
             ticked = any(tick.label1.get_visible() and tick.label1.get_text() for tick in ax.xaxis.get_major_ticks())
             assert ticked == ax.has_data(), ax.get_title("left")
             assert ax.has_data() or "clearance circle" in ax.texts[0].get_text()
+
+
+def test_a_record_too_short_for_a_centreline_says_so(short: Analysis) -> None:
+    assert short.planes is not None
+    brief = replace(short, planes=short.planes.isel(time=slice(0, 8000)), angle=None)  # 0.3 s after the release
+    section = orbit.section(brief)
+    assert section is not None
+    assert not any(isinstance(block, Figure) and block.name == "centreline" for block in section.blocks)
+    assert any(isinstance(block, Paragraph) and "centreline is not drawn" in block.text for block in section.blocks)
+
+
+def test_without_a_release_nothing_is_said_to_begin_with_it(short: Analysis) -> None:
+    late = replace(short, release=None)
+    assert "from the record's first sample on" in _figure(orbit.section(late), "orbits-1").caption
+    assert not any(re.search("release|fall", ax.get_title()) for ax in orbit_sequence(late, "NDE").axes)
+
+
+def test_white_of_a_map_is_told(short: Analysis) -> None:
+    assert short.waterfall is not None
+    holed = short.waterfall.copy(deep=True)
+    holed["amplitude"][..., 5, :] = np.nan
+    captions = [_figure(spectra.section(a), "waterfall").caption for a in (short, replace(short, waterfall=holed))]
+    assert ["White: samples are missing" in caption for caption in captions] == [False, True]
 
 
 def test_the_centreline_is_coloured_by_what_its_caption_says(short: Analysis) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from matplotlib.text import Text
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.bode import bode
 from tdbmon.figures.cascade import cascade
+from tdbmon.figures.differences import differences
 from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
@@ -144,3 +146,21 @@ def _ticks(ax: Axes) -> list[Text]:
 def test_a_long_note_above_a_figure_is_broken() -> None:
     figure = _rendered(new_figure(60, " · ".join(["Displacement of one end at the probe plane"] * 5)))
     assert figure.texts[0].get_window_extent().x1 < figure.bbox.width
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_number_at_the_edge_is_not_struck_out_by_its_bar(side: int) -> None:
+    def change(value: float) -> SimpleNamespace:
+        found = SimpleNamespace(error=1.0, value=value, low=value - 3, high=value + 3, before=SimpleNamespace(n=9))
+        return SimpleNamespace(difference=found, kind=SimpleNamespace(judged=True), flag=True, title="a quantity")
+
+    values = [10.0 * side, 30.0 * side]  # of a bar that begins within the axes, and of one that does not
+    comparison = SimpleNamespace(changes=[change(value) for value in values], matched=[None] * 9)
+    (ax,) = _rendered(differences(comparison)).axes  # type: ignore[arg-type]
+    bars = [line for line in ax.lines if len(line.get_xdata()) == 2 and line.get_ydata()[0] in (0, 1)]
+    for text, bar, value in zip(_names(ax), bars, values, strict=False):
+        assert text.get_text() == f"{value:.0f}".replace("-", "−")
+        inside = np.clip(np.array(bar.get_xdata(), float), *ax.get_xlim())
+        drawn = ax.transData.transform([(x, 0) for x in inside])[:, 0]
+        box = text.get_window_extent()
+        assert box.x1 < drawn.min() if side > 0 else box.x0 > drawn.max()

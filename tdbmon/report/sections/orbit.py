@@ -15,20 +15,26 @@ def section(analysis: Analysis) -> Section | None:
     ends = [name for name, end in analysis.ends.items() if end.plane != "none"]
     if not ends:
         return None
-    from tdbmon.figures.centreline import centreline
+    from tdbmon.figures.centreline import centreline, has_courses
     from tdbmon.figures.orbit_sequence import orbit_sequence
 
     blocks: list[Block] = [
         Figure(
             f"orbits-{i + 1}",
             _orbits_caption(analysis, end),
-            f"Orbit panels of {end}, from the release on as far as the record goes.",
+            f"Orbit panels of {end}, as far as the record goes.",
             partial(orbit_sequence, analysis, end),
         )
         for i, end in enumerate(ends)
     ]
     blocks.append(_filtered(analysis))
-    if any(analysis.ends[end].gap is not None for end in ends):
+    if not has_courses(analysis):
+        blocks.append(
+            Paragraph(
+                "The shaft centreline is not drawn: no end has both a clearance circle and 0.4 s after the release."
+            )
+        )
+    else:
         blocks.append(
             Figure(
                 "centreline",
@@ -50,9 +56,10 @@ def _orbits_caption(analysis: Analysis, end: str) -> str:
             "the gap of the drawing about the probes' zero, for no clearance circle was found; where the shaft really"
             " touches is not known"
         )
+    start = "the record's first sample" if analysis.release is None else "the release"
     dots = "; a dot marks each pulse of the keyphasor" if analysis.angle is not None else ""
     return (
-        f"Orbits of {end} from the release on, equal axes, looking at the machine with x right and y up. Black: {circle}."
+        f"Orbits of {end} from {start} on, equal axes, looking at the machine with x right and y up. Black: {circle}."
         f" The arrow turns as the rotor does{dots}."
     )
 

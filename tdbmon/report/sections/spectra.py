@@ -39,6 +39,8 @@ def section(analysis: Analysis) -> Section | None:
             else ""
         )
     )
+    if not np.isfinite(analysis.waterfall.amplitude).all():
+        reading += " White: samples are missing."
     turning = "What follows a dashed line turns with the rotor; what stands" if has_speed else "What stands"
     blocks.append(
         Figure(
