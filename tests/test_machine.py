@@ -65,6 +65,14 @@ def test_a_number_is_already_si():
         ('"45 deg"', '"45"', 'more than a turn; where degrees are meant write "45 deg"'),
         ('elastic_modulus = "200 GPa"', 'elastic_modulus = "200 MPa"', "2e+08 Pa is not between"),
         ('rotation = "ccw"', 'rotation = "left"', "ccw"),
+        (
+            'diametral_clearance = { nominal = "18 um"',
+            'diametral_clearance = { nominal = "18 mm"',
+            "18000 um is more than",
+        ),
+        ('nominal = "1.31e+08 N/m"', 'nominal = "1.31e+05 N/m"', "yields by 4e+03 um under half of the rotor's weight"),
+        ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
     ],
 )

@@ -158,7 +158,7 @@ def test_a_nominal_value_next_to_nothing_takes_no_share_of_it():
 
 @settings(max_examples=200)
 @given(
-    nominal=st.floats(1e-7, 3e-3),
+    nominal=st.floats(1e-5, 3e-3),
     percent=st.floats(1e-3, 99.9).map(lambda share: float(f"{share:.6g}")),
     absolute=st.booleans(),
 )

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from tdbsim.bearing_heat import BearingHeat
 from tdbsim.errors import InputError, did_you_mean
+from tdbsim.plausible import check_plausible
 from tdbsim.power_law import LINE_CONTACT
 from tdbsim.quantity import (
     Acceleration,
@@ -311,9 +312,7 @@ class Machine(Part):
                     )
         if self.touchdown_bearings[0].position == self.touchdown_bearings[1].position:
             raise InputError("both touchdown bearings have the same position")
-        _plausible_shaft(self.rotor)
-        for bearing in self.touchdown_bearings:
-            _plausible(bearing)
+        check_plausible(self)
         self._check_probes()
         known = self.channel_names()
         for name in self.channels:
@@ -375,51 +374,6 @@ class Machine(Part):
     def sense(self) -> int:
         """+1 where the rotor turns counter-clockwise (from +x towards +y), -1 where clockwise."""
         return 1 if self.rotation == "ccw" else -1
-
-
-def _um(value: Tolerant) -> str:
-    least = "" if value.is_exact else f" (down to {value.low * 1e6:g} um)"
-    return f"{value.nominal * 1e6:g} um{least}"
-
-
-def _plausible_shaft(rotor: Rotor) -> None:
-    """Refuse a material that no shaft is made of: carbon fibre has 1600 kg/m^3, tungsten 19 300 kg/m^3 and 410 GPa."""
-    for name, value, unit, low, high in (
-        ("elastic_modulus", rotor.elastic_modulus, "Pa", 1e9, 1e12),
-        ("density", rotor.density, "kg/m^3", 1e3, 2.5e4),
-    ):
-        if not low <= value <= high:
-            raise InputError(
-                f"[rotor]: {name} {value:g} {unit} is not between {low:g} and {high:g} {unit}; is the unit right?"
-            )
-
-
-def _plausible(bearing: TouchdownBearing) -> None:
-    gap = bearing.radial_gap
-    if gap.low <= 0:
-        raise InputError(f"touchdown_bearing '{bearing.name}': radial_gap {_um(gap)} is not positive")
-    if gap.nominal > 0.1 * bearing.journal_radius:
-        raise InputError(
-            f"touchdown_bearing '{bearing.name}': radial_gap {gap.nominal * 1e6:g} um is more than a tenth of the journal radius"
-            f" ({bearing.journal_radius * 1e3:g} mm); check its unit"
-        )
-    for name in ("support_stiffness", "support_damping", "friction", "contact_damping", "inner_ring_drag"):
-        value: Tolerant = getattr(bearing, name)
-        if value.low < 0 or (name == "support_stiffness" and value.low <= 0):
-            raise InputError(
-                f"touchdown_bearing '{bearing.name}': {name} reaches down to {value.low:g}; it must stay positive"
-            )
-    if bearing.friction.high > 2:
-        raise InputError(
-            f"touchdown_bearing '{bearing.name}': friction {bearing.friction.nominal:g} (up to {bearing.friction.high:g}) is no"
-            " friction coefficient; 0.05 to 0.5 is usual"
-        )
-    if bearing.heat is not None:
-        try:
-            bearing.heat.body(bearing)
-            bearing.heat.geometry(bearing)
-        except InputError as error:
-            raise InputError(f"touchdown_bearing '{bearing.name}': heat: {error}") from None
 
 
 def load_machine(path: str | Path) -> Machine:

@@ -35,6 +35,8 @@ from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.speed_checks import without_refuted
 
+_LEAST_HZ = 500.0  # sampling rate of probes, below which no contact is more than a sample
+
 
 def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
     """Analyse one dropdown record.
@@ -81,7 +83,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     ends, swing = analyse_ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")
-    rundown = _rundown(speed, released, rotor, key)
+    rundown = _rundown(speed, released, rotor, key, checks)
 
     progress("looking for lines and whirl")
     settled = [e.gap.settled_from for e in ends.values() if e.gap is not None]
@@ -186,6 +188,11 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
     fit = usable(record, machine, tuple(checks))
     try:
         planes = to_planes(*freed(record, machine), fit)
+        if planes.attrs["sampling_hz"] < _LEAST_HZ:
+            raise InputError(
+                f"the probes are sampled at {planes.attrs['sampling_hz']:.3g} Hz, where a contact lasts some 2 ms; record at"
+                " 2 kHz or more, or mend the sampling interval or the times in the file"
+            )
     except InputError as error:
         if not speed.known:
             told = next((f" ({c.channel}: {c.detail})" for c in checks if not c.passed), "")
@@ -200,7 +207,7 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
 def _speed_only(
     record: xr.Dataset, machine: Machine, rotor: RotorModel, checks: list[Check], speed: _Speed, key: Pulses | None
 ) -> Analysis:
-    rundown = _rundown(speed, None, rotor, key)
+    rundown = _rundown(speed, None, rotor, key, checks)
     return Analysis(
         machine, rotor, record, None, tuple(checks), None, (), {}, None, rundown, speed.time, speed.hz, None, None, (), {}, None
     )  # fmt: skip
@@ -226,11 +233,17 @@ def _spectra(seen: xr.Dataset) -> xr.Dataset | None:
     return spectra if bool(np.isfinite(spectra.amplitude).any()) else None
 
 
-def _rundown(speed: _Speed, released: float | None, rotor: RotorModel, key: Pulses | None) -> RunDown | None:
+def _rundown(
+    speed: _Speed, released: float | None, rotor: RotorModel, key: Pulses | None, checks: list[Check]
+) -> RunDown | None:
     if not speed.known:
         return None
     # revolutions are no samples of a signal: their means would be taken for its values, and confirm themselves
     time, hz = (speed.time, speed.hz) if speed.sampled is None else (speed.sampled, None)
+    if released is not None and not time[0] <= released < time[-1]:
+        told = f"known from {time[0]:.4g} to {time[-1]:.4g} s only, not at the release ({released:.4g} s): no run-down is told"
+        checks.append(Check("speed", "", False, told))
+        return None
     return fit_rundown(
         time,
         hz,

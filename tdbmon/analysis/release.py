@@ -120,6 +120,8 @@ def find_release(
     turning = _turning_speed(t[clear], data[:, clear], speed_hz, mains)
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, bending_hz)
     best = fit.search(time[start] - _CLEAR_S, time[start] + 0.004)
+    if best.time < t[0]:
+        return None
     states, noise, levitated, fall, whirl = {}, {}, {}, {}, {}
     (position, velocity), spread = fit.state(
         best.time, best.decay[0] if best.decay is not None and best.decay[1] else 0.0

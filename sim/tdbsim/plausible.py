@@ -1,0 +1,103 @@
+"""Values of a machine's file that no machine has: mostly a unit that is wrong by a power of ten."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from tdbsim.errors import InputError
+
+if TYPE_CHECKING:
+    from tdbsim.machine import Machine, Rotor, Tolerant, TouchdownBearing
+
+_STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
+
+
+def check_plausible(machine: Machine) -> None:
+    """Check the values of a machine against each other and against what materials and bearings are.
+
+    Raises
+    ------
+    InputError
+        Which value cannot be right, with its unit.
+    """
+    if machine.gravity > _STRONGEST_GRAVITY:
+        raise InputError(f"gravity {machine.gravity:g} m/s^2 is none on earth (9.81 m/s^2); check its unit")
+    _check_rotor(machine.rotor)
+    for bearing in machine.touchdown_bearings:
+        where = f"touchdown_bearing '{bearing.name}'"
+        _check_gap(bearing, where)
+        _check_signs(bearing, where)
+        _check_travel(machine, bearing, where)
+        if bearing.heat is not None:
+            try:
+                bearing.heat.body(bearing)
+                bearing.heat.geometry(bearing)
+            except InputError as error:
+                raise InputError(f"{where}: heat: {error}") from None
+
+
+def _check_rotor(rotor: Rotor) -> None:
+    """Refuse a material that no shaft is made of: carbon fibre has 1600 kg/m^3, tungsten 19 300 kg/m^3 and 410 GPa."""
+    for name, value, unit, low, high in (
+        ("elastic_modulus", rotor.elastic_modulus, "Pa", 1e9, 1e12),
+        ("density", rotor.density, "kg/m^3", 1e3, 2.5e4),
+    ):
+        if not low <= value <= high:
+            raise InputError(
+                f"[rotor]: {name} {value:g} {unit} is not between {low:g} and {high:g} {unit}; is the unit right?"
+            )
+    decay = rotor.speed_decay_time
+    if decay is not None and decay.low <= 0:
+        raise InputError(f"[rotor]: speed_decay_time reaches down to {decay.low:g} s; it must stay positive")
+
+
+def _check_gap(bearing: TouchdownBearing, where: str) -> None:
+    gap, clearance = bearing.radial_gap, bearing.balls.diametral_clearance
+    if gap.low <= 0:
+        raise InputError(f"{where}: radial_gap {_um(gap)} is not positive")
+    if gap.nominal > 0.1 * bearing.journal_radius:
+        raise InputError(
+            f"{where}: radial_gap {gap.nominal * 1e6:g} um is more than a tenth of the journal radius"
+            f" ({bearing.journal_radius * 1e3:g} mm); check its unit"
+        )
+    if abs(clearance.nominal) > 2 * gap.nominal:
+        raise InputError(
+            f"{where}: balls: diametral_clearance {clearance.nominal * 1e6:g} um is more than the diametral air gap"
+            f" ({2 * gap.nominal * 1e6:g} um); check its unit"
+        )
+
+
+def _check_signs(bearing: TouchdownBearing, where: str) -> None:
+    for name in ("support_stiffness", "support_damping", "friction", "contact_damping", "inner_ring_drag"):
+        value: Tolerant = getattr(bearing, name)
+        if value.low < 0 or (name == "support_stiffness" and value.low <= 0):
+            raise InputError(f"{where}: {name} reaches down to {value.low:g}; it must stay positive")
+    friction = bearing.friction
+    if friction.high > 2:
+        raise InputError(
+            f"{where}: friction {friction.nominal:g} (up to {friction.high:g}) is no friction coefficient; 0.05 to 0.5 is usual"
+        )
+
+
+def _check_travel(machine: Machine, bearing: TouchdownBearing, where: str) -> None:
+    """Refuse a support that half of the weight presses by more than the air gap: the rotor would lie on its seals."""
+    travel = 0.5 * machine.gravity * _mass(machine.rotor) / bearing.support_stiffness.nominal
+    if travel > bearing.radial_gap.nominal:
+        raise InputError(
+            f"{where}: support_stiffness {bearing.support_stiffness.nominal:g} N/m yields by {travel * 1e6:.3g} um under half of"
+            f" the rotor's weight, more than the radial_gap ({bearing.radial_gap.nominal * 1e6:g} um); check its unit"
+        )
+
+
+def _mass(rotor: Rotor) -> float:
+    """Return the mass of shaft and discs, kg."""
+    areas = ((math.pi / 4 * (s.outer_diameter**2 - s.inner_diameter**2), s.length) for s in rotor.sections)
+    return rotor.density * math.fsum(area * length for area, length in areas) + math.fsum(
+        disk.mass for disk in rotor.disks
+    )
+
+
+def _um(value: Tolerant) -> str:
+    least = "" if value.is_exact else f" (down to {value.low * 1e6:g} um)"
+    return f"{value.nominal * 1e6:g} um{least}"

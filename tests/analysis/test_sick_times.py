@@ -1,0 +1,63 @@
+"""Records whose times are wrong, that tell of their speed for a while only, or whose readings are those of a filter."""
+
+from __future__ import annotations
+
+import pytest
+import xarray as xr
+from scipy.signal import butter, lfilter
+from tdbsim.machine import Machine, load_machine
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.result import Analysis
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+PROBES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return load_machine(shipped("short/machine.toml"))
+
+
+@pytest.fixture
+def record() -> xr.Dataset:
+    return read(shipped("short/drop_100.nc"))
+
+
+def failed(analysis: Analysis) -> str:
+    return "\n".join(f"{each.check} {each.channel}: {each.detail}" for each in analysis.checks if not each.passed)
+
+
+def test_a_sampling_interval_that_is_no_drops_leaves_the_speed_only(record: xr.Dataset, machine: Machine) -> None:
+    """An untimed task of a logger writes 1 s."""
+    interval = float(record.time[1] - record.time[0])
+    slow = record.assign_coords(time=("time", record.time.values / interval, record.time.attrs))
+    analysis = analyse(slow, machine)
+    assert analysis.planes is None
+    assert "the probes are sampled at 1 Hz" in failed(analysis)
+    assert "mend the sampling interval" in failed(analysis)
+
+
+def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record: xr.Dataset, machine: Machine) -> None:
+    """As where a logger was cut off while it wrote: its channels end one after the other."""
+    key = record["keyphasor"][record.time.values < 0.09]
+    short = record.drop_vars(["speed", "keyphasor"]).assign(keyphasor=key.rename(time="time_key"))
+    analysis = analyse(short, machine)
+    assert analysis.rundown is None
+    assert "not at the release (0.09998 s): no run-down is told" in failed(analysis)
+    whole = analyse(record, machine)
+    for end, found in analysis.ends.items():
+        assert found.gap.radius.value == pytest.approx(whole.ends[end].gap.radius.value, rel=0.02)
+
+
+@pytest.mark.filterwarnings("error")
+def test_probes_behind_a_filter_that_starts_with_the_record_have_no_levitated_stretch(
+    record: xr.Dataset, machine: Machine
+) -> None:
+    """The filter's own decay from the first sample on looks like a release before it."""
+    b, a = butter(1, 0.5 * 2 / 20000, "high")
+    filtered = record.assign({name: record[name].copy(data=lfilter(b, a, record[name].values)) for name in PROBES})
+    analysis = analyse(filtered, machine)
+    assert analysis.release is None
+    assert "no levitated stretch" in failed(analysis)
