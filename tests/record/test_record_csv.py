@@ -89,6 +89,8 @@ UNEVEN = {
     "whole numbers first, blanks": "time A B\ns um V\n0 1 -2\n0,001 2,5 -3\n",
     "LabVIEW": "Y_Unit_Label\tMicrometers\tVolts\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\n"
     "X_Value\tA\tB\tComment\n0.0\t1.5\t-2\n0.001\t2.5\t-3\n",
+    "LabVIEW without times": "Y_Unit_Label\tMicrometers\tVolts\t\nDelta_X\t0.001\t0.001\t\n***End_of_Header***\t\t\t\n"
+    "X_Value\tA\tB\tComment\n\t1.5\t-2\n\t2.5\t-3\n",
 }
 
 
@@ -183,6 +185,10 @@ BAD = {
     "thousands": (
         "Serial 17\ntime;A;B\n0;1,234.5;2\n1;1,235.5;3\n",
         "Line 3 comes nearest .* but '1,234.5' is no number",
+    ),
+    "thousands in one column": (
+        "time;A;B\n0,000;1,5;5.798\n0,001;1,6;5.799\n",
+        "'5.798' is no number",
     ),
     "text in a number": ("time,A\n0,1\n0.1,abc\n0.2,3\n", "line 3, column 'A': 'abc' is no number"),
     "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is no number"),

@@ -56,7 +56,8 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
         units = [split_unit(name)[1] for name in names]
         names = [split_unit(name)[0] for name in names]
     if names[0] == _LABVIEW_TIME:
-        names[0] = "time"
+        names[0] = "time" if row[0] else ""
+        entries |= {} if row[0] else _labview_interval(entries)
     return Header(tuple(names), tuple(units), tuple(captions), entries)
 
 
@@ -157,6 +158,12 @@ def _labelled_units(lines: list[str], separator: str, row: list[str]) -> list[st
         if label in _UNIT_LABELS and (cells := _fitted(line, separator, row)) is not None:
             return [None, *cells[1:]]
     return [None] * len(row)
+
+
+def _labview_interval(entries: Mapping[str, str]) -> dict[str, str]:
+    """Return the interval of a LabVIEW file without times, where it is one for all channels."""
+    intervals = set(entries.get("Delta_X", "").split())
+    return {"dt": intervals.pop()} if len(intervals) == 1 else {}
 
 
 def _entries(lines: list[str], separator: str) -> dict[str, str]:

@@ -73,8 +73,8 @@ def _signs(lines: list[str]) -> tuple[str, str]:
     for separator in ("\t", ";"):
         if separator in line:
             cells = [cell for row in rows for cell in split(row, separator)]
-            commas, points = (any(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
-            return separator, "," if commas and not points else "."
+            commas, points = (sum(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
+            return separator, "," if commas > points else "."
     words = line.split()
     table = [row.split() for row in rows if len(row.split()) == len(words)]
     if len(words) > 1 and any("," in row for row in rows) and all(is_row(cells, ",") for cells in table):
