@@ -29,6 +29,10 @@ _SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show 
 _SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
 _SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
 _FALLING = 4.0  # standard deviations by which the speed must fall
+_HIDDEN = (
+    f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
+    " levitated one, which this record does not show well enough; a longer record is needed"
+)
 _NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
 
@@ -259,6 +263,8 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
     initial, decay = _initial(before, release, source, 1.96), _decay_time(chosen, levitated)
+    if levitated is None and _short(stretch):
+        decay = Estimate.missing("s", _HIDDEN)
     return RunDown(
         initial,
         _lost(initial, fit, release, decay, stretch),
@@ -324,9 +330,14 @@ def _lost(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stret
     return Estimate(lost, lost - float(np.hypot(half, down)), lost + float(np.hypot(half, up)), "Hz", method)
 
 
+def _short(stretch: Coast) -> bool:
+    """True for a stretch too short to tell the bearings' drag."""
+    return bool(stretch.end[-1] - stretch.begin[0] <= _SHORT_S)
+
+
 def _coasting(stretch: Coast, before: LawFit | None) -> LawFit | None:
-    """The levitated run-down beside a stretch too short to tell the bearings' drag, where the rotor coasts already."""
-    if stretch.end[-1] - stretch.begin[0] > _SHORT_S or before is None:
+    """The levitated run-down beside a short stretch, where the rotor coasts already."""
+    if not _short(stretch) or before is None:
         return None
     return before if before.law.linear > _FALLING * before.sigma("linear") else None
 

@@ -224,6 +224,21 @@ def test_pulses_alone_serve() -> None:
     assert run.standstill_time.value == pytest.approx(law.standstill, abs=0.05)
 
 
+def test_pulses_of_a_short_record_tell_no_decay_where_levitation_does_not() -> None:
+    """Slipping rings brake all the while: the fit looks sure, and of the rotor's own run-down it knows nothing."""
+    rate, begin = 20000.0, RELEASE - 0.04
+    t = np.arange(begin, RELEASE + 0.4, 1 / rate)
+    law = DragLaw(RELEASE, 96.0, 1 / 12.0, 1.6)  # the rings' drag is a fifth of all
+    true = np.where(t < RELEASE, 96.0, law.speed_at(t))
+    angle = np.append(0.0, np.cumsum(0.5 * (true[1:] + true[:-1]))) / rate
+    pulses = t[np.flatnonzero(np.diff(np.floor(angle)) > 0) + 1]
+    run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.3, pulses=pulses)
+    assert run.law is not None
+    assert not 11.0 < 1 / run.law.linear < 13.0
+    assert run.decay_time.value is None
+    assert "a longer record is needed" in run.decay_time.why
+
+
 def test_pulses_set_the_scale_of_the_signal() -> None:
     t, speed, pulses, _ = whole_drop(4, gain=1.02)
     run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=pulses)
