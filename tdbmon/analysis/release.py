@@ -204,7 +204,10 @@ def _rough(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tupl
     """
     shortest = max(int(_LEAST_HEAD_S * rate), 8)
     if z.shape[1] < 3 * shortest:
-        raise InputError(f"the displacement record has {z.shape[1]} samples; too short to hold a drop")
+        raise InputError(
+            f"the displacement record has {z.shape[1]} samples in {z.shape[1] / rate * 1e3:.3g} ms, too short to hold a drop; is"
+            " the sampling interval or the unit of time right?"
+        )
     if levitated < shortest:
         return None
     lead = levitated

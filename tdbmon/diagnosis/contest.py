@@ -201,8 +201,12 @@ class _Contest:
         self.horizon = horizon
         self._refit()
         if horizon <= FOLLOWED_S or not self.best.causes:  # a cause is named by then, and paths part
+            held = bool(self.sound)
             self._deepen()
             self._free_stated_values()
+            # the first contacts tell causes apart only where they show in them; until SOUND_S the search asks for others too
+            if held and self.search.began <= SOUND_S < horizon:
+                self._exchange()
         rounds = self.search.rounds
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         searched = self.search.rounds < rounds
@@ -252,10 +256,8 @@ class _Contest:
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
-        # the first contacts tell causes apart only where they show in them
-        shown = self.search.began <= SOUND_S
         if (
-            shown
+            self.search.began <= SOUND_S
             and self.other_kinds
             and (doubtful or deeper.ratio > _GIVEN_UP)
             and (cause.where, early) not in self.reordered
@@ -265,12 +267,18 @@ class _Contest:
             # where none of them leaves noise alone, what is missing is of another kind
             self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
             deeper = anew
-        held_before = shown and bool(self.sound) and horizon <= FOLLOWED_S
-        if held_before and deeper.fails_beside(self.plain) and cause.in_contacts and deeper.name not in self.exchanged:
-            self.exchanged.append(deeper.name)
-            self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
-            deeper = exchanged(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
         self._replaced(best, deeper)
+
+    def _exchange(self) -> None:
+        """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
+        best = self.best
+        if not best.causes or not best.causes[-1].in_contacts or best.name in self.exchanged:
+            return
+        if not best.fails_beside(self.plain) or best.hardly_better(self.plain):
+            return
+        self.exchanged.append(best.name)
+        self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
+        self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
 
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""

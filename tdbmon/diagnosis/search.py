@@ -138,23 +138,41 @@ class Search:
     ) -> list[Contender]:
         """Return who explains what the best contender leaves: with a cause more than it, or than another of the field.
 
+        While paths have hardly parted, another cause in the place of the best one's last may show only now: that comes first.
         Of two causes at once the first may look like a third until both are there, so where nothing helps the best one it is
         sought beside the others that are still in the contest.
         """
-        bases = [best, *others_of_the_field(best, plain, horizon, field)]
+        bases = [
+            *extended_by(best, [plain, *field], horizon),
+            best,
+            *others_of_the_field(best, plain, horizon, field),
+        ]
+        like_waves = False
+        found: list[Contender] = []
         for base in bases:
-            found = self._more_than_half(best, self._invited(base, horizon, field, thorough))
-            if found:
+            invited, wavy = self._invited(base, horizon, field, thorough)
+            like_waves = like_waves or (wavy and base is best)
+            found = self._more_than_half(best, invited)
+            if found and best.causes:
                 return found
-        if horizon > SOUND_S or not best.causes or best.in_contacts:
-            return []
-        return self._more_than_half(best, self._begun_in_the_fall(self._best_in_the_fall(bases), horizon))
+        if thorough and self._shows_from_the_fall(best, horizon, found):
+            found += self._more_than_half(best, self._begun_in_the_fall(bases, horizon))
+        if like_waves and not _explained(best, found):
+            found += self._more_than_half(best, self._waves(best, horizon))
+        return found
 
-    def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender:
+    def _shows_from_the_fall(self, best: Contender, horizon: float, found: Sequence[Contender]) -> bool:
+        """True where what acts in contacts may show if it begins in the fall, beside what the best contender has outside."""
+        if best.causes:
+            return horizon <= SOUND_S
+        unexplained = not _explained(best, found) and all(each.fails for each in found)
+        return horizon >= TOUCHED_S and unexplained
+
+    def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender | None:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
         outside = [each for each in bases if not each.in_contacts]
         if len(outside) < 2:
-            return outside[0]
+            return outside[0] if outside else None
         fall = self.horizons[0]
         return min(outside, key=lambda each: settled(each, fall, FEW_SLOPES).bic)
 
@@ -163,13 +181,19 @@ class Search:
         least = _SHARE * best.excess if best.causes else -math.inf
         return [weighed(each) for each in found if best.misfit - each.misfit > least]
 
-    def _begun_in_the_fall(self, best: Contender, horizon: float) -> list[Contender]:
-        """Return the contender with what acts in contacts, begun in the fall at its usual size and at several angles.
+    def _begun_in_the_fall(self, bases: Sequence[Contender], horizon: float) -> list[Contender]:
+        """Return one of some contenders with what acts in contacts, begun in the fall at its usual size and at several angles.
 
-        Scores say little from where values have made up for it.
+        Scores say little from where values have made up for it.  Beside the plain model once from one fall, since it would come
+        to the same.
         """
+        base = self._best_in_the_fall(bases)
+        if base is None or (not base.causes and self.tried is self.fallen):
+            return []
+        if not base.causes:
+            self.tried = self.fallen
         others = [each for each in self.suspects if not each.fits_much]
-        known = list(zip(best.causes, best.starts(), strict=True))
+        known = list(zip(base.causes, base.starts(), strict=True))
         horizons = [h for h in self.horizons if h <= horizon]
         ranked = at_usual_size(self.fallen, known, others, horizons)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
@@ -190,8 +214,10 @@ class Search:
             from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon])
         )
 
-    def _invited(self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool) -> list[Contender]:
-        """Return the best contender with each of the suspects that explain most, fitted.
+    def _invited(
+        self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool
+    ) -> tuple[list[Contender], bool]:
+        """Return the best contender with each of the suspects that explain most, fitted, and whether waves look likely.
 
         The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
         at several angles.
@@ -212,7 +238,7 @@ class Search:
         rough.sort(key=lambda each: each.bic)
         if not thorough:  # then its values are right, and little can be missing
             ranked = best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
-            return [settled(each, horizon, SLOPES) for each in ranked]
+            return [settled(each, horizon, SLOPES) for each in ranked], False
         likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
         wavy = look_like_waves(best, fitted)
@@ -233,12 +259,7 @@ class Search:
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
-        if not best.causes and horizon >= TOUCHED_S and not _explained(best, seated) and self.tried is not self.fallen:
-            self.tried = self.fallen  # they would come to the same at 14 ms again
-            seated += self._begun_in_the_fall(best, horizon)
-        if wavy and not _explained(best, seated):
-            seated += self._waves(best, horizon)
-        return seated
+        return seated, wavy
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:
@@ -255,6 +276,20 @@ def look_like_waves(best: Contender, fitted: Sequence[Contender]) -> bool:
 def only_parts(best: Contender) -> bool:
     """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
     return not best.causes and best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
+
+
+def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> list[Contender]:
+    """Return the contenders that lack one of the best one's causes and competed to a horizon while paths have hardly parted."""
+    if horizon > SOUND_S:
+        return []
+    names = {cause.name for cause in best.causes}
+    return [
+        each
+        for each in field
+        if each.horizon == horizon
+        and len(each.causes) == len(best.causes) - 1
+        and {cause.name for cause in each.causes} < names
+    ]
 
 
 def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:

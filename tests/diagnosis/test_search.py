@@ -8,6 +8,7 @@ from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.search import (
     Search,
     elsewhere,
+    extended_by,
     look_like_waves,
     only_parts,
     others_of_the_field,
@@ -33,7 +34,9 @@ def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypat
     oval = next(s for s in everyone if s.name == "oval_clearance@DE")
     tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
     assert tiny.negligible
-    monkeypatch.setattr(Search, "_invited", lambda self, best, horizon, field, thorough: [tiny] if not field else [])
+    monkeypatch.setattr(
+        Search, "_invited", lambda self, best, horizon, field, thorough: ([] if field else [tiny], False)
+    )
     plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
     assert not plain.causes
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
@@ -67,12 +70,35 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
 
     def invited(self, base, *rest):
         asked.append(base.name)
-        return [pair] if base.name == rival.name else []
+        return ([pair] if base.name == rival.name else []), False
 
     monkeypatch.setattr(Search, "_invited", invited)
     search = Search(lost, (), (0.006, 0.04), lambda _: None)
     assert search._found_beside(best, lost, 0.04, [best, rival], True) == [pair]
     assert asked == [best.name, rival.name]
+
+
+def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_comes_first(competed, monkeypatch):
+    """A support that looked softer one way until the second contact is loose: sought beside the plain model again."""
+    plain = next(each for each in competed if not each.causes)
+    early, late = (contender(replace(plain, horizon=h), (), 0, 1.75) for h in (0.018, 0.022))
+    best = contender(early, ("support_anisotropy@NDE",), 0, 1.3)
+    pair = contender(early, ("probe_gain@DE_A", "support_anisotropy@NDE"), 0, 1.2)
+    gain = contender(early, ("probe_gain@DE_A",), 0, 1.6)
+    assert extended_by(best, [early, gain, pair, late], 0.018) == [early]
+    assert extended_by(pair, [early, gain, best, late], 0.018) == [gain, best]
+    assert extended_by(replace(best, horizon=0.022), [late], 0.022) == []
+    loose = contender(early, ("loose_support@NDE",), 0, 0.9)
+    asked = []
+
+    def invited(self, base, *rest):
+        asked.append(base.name)
+        return ([] if base.causes else [loose]), False
+
+    monkeypatch.setattr(Search, "_invited", invited)
+    search = Search(early, (), (0.006, 0.018), lambda _: None)
+    assert search._found_beside(best, early, 0.018, [best], True) == [loose]
+    assert asked == [early.name]
 
 
 def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(crew):
@@ -84,7 +110,7 @@ def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(
     horizons = (0.006, 0.01, 0.014, 0.018)
     for horizon in horizons:
         plain = settled(plain, horizon, 3)
-    found = Search(fallen, everyone, horizons, lambda _: None)._begun_in_the_fall(plain, 0.018)
+    found = Search(fallen, everyone, horizons, lambda _: None)._begun_in_the_fall([plain], 0.018)
     best = min(found, key=lambda each: each.bic)
     assert best.horizon == 0.018
     assert best.name == "support_anisotropy@DE"
@@ -123,7 +149,7 @@ def test_nothing_is_sought_beside_a_plain_model_that_holds_once_laws_are_known_t
     holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
     assert not holds.fails
     asked = []
-    monkeypatch.setattr(Search, "_invited", lambda self, *of: asked.append(of) or [])
+    monkeypatch.setattr(Search, "_invited", lambda self, *of: (asked.append(of) or [], False))
     search = Search(holds, (), (0.006, 0.012), lambda _: None)
     search.compared(holds, [], 0.012)
     assert len(asked) == 1  # the last horizon: what is weak may show
@@ -186,6 +212,7 @@ def test_what_lies_is_begun_beside_the_rival_that_explains_the_fall_best(gained)
     search = Search(fallen, everyone, (0.006, 0.014), lambda _: None)
     assert search._best_in_the_fall([touching, *later]).name == right.name
     assert search._best_in_the_fall([touching, later[0]]) is later[0]
+    assert search._best_in_the_fall([touching]) is None
 
 
 def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
@@ -202,7 +229,7 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
         best = settled(best, horizon, 3)
     assert best.fails
     search = Search(fallen, [s for s in everyone if s.lies and s.where == "DE"], horizons, lambda _: None)
-    found = search._begun_in_the_fall(best, 0.014)[0]
+    found = search._begun_in_the_fall([best], 0.014)[0]
     assert found.name == "channel_lag@NDE_A + oval_clearance@DE"
     assert not found.fails
     assert found.starts()[1].shared["amplitude"] > 20e-6  # the first contact of two drops tells its size no better

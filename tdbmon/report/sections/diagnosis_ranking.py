@@ -66,6 +66,6 @@ def _little_gained(diagnosis: Diagnosis) -> str:
     if not diagnosis.verdict.accused or not gains_little(diagnosis.proof):
         return ""
     return (
-        f" Here it is {100 * WRONG_OF_LITTLE:.0f} %, since the gain on the drop held out is below {GAINED:g}: most models with so"
-        " little gain were wrong there."
+        f" Here it is {100 * WRONG_OF_LITTLE:.0f} %, since the gain on the drop held out is below {GAINED:g}: so many"
+        " models with so little gain were wrong there."
     )
