@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
@@ -24,7 +23,8 @@ from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
-from tdbmon.identify.drop import MeasuredDrop, measured_drop
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
 
@@ -102,11 +102,8 @@ def diagnose(
         follow the fall before the first contact, or not be simulated.
     """
     began = time.monotonic()
-    if not records:
-        raise InputError("no record given; give the records of one or more drops of the machine")
     progress("reading levitation and noise")
-    _check_twice(records)
-    drops = _told_apart([measured_drop(record, machine) for record in records])
+    drops = measured_drops(records, machine)
     horizons = [h for h in HORIZONS if h <= min(drop.seconds for drop in drops)]
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
@@ -161,26 +158,6 @@ def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:
     """Return the probes that all drops have."""
     names = set.intersection(*({p.name for p in drop.probes} for drop in drops))
     return [p for p in drops[0].probes if p.name in names]
-
-
-def _check_twice(records: Sequence[xr.Dataset]) -> None:
-    seen: dict[str, str] = {}
-    for record in records:
-        content, name = record.attrs.get("sha256"), str(record.attrs.get("source_file", "a record"))
-        if content in seen:
-            other = "" if seen[content] == name else f", also as {seen[content]}"
-            raise InputError(f"{name} is given twice{other}; a drop counts once, give each record once")
-        if content:
-            seen[content] = name
-
-
-def _told_apart(drops: Sequence[MeasuredDrop]) -> tuple[MeasuredDrop, ...]:
-    """Return the drops with a number behind a name that comes again: files of one name from different folders."""
-    names = [drop.name for drop in drops]
-    return tuple(
-        replace(drop, name=f"{drop.name} ({again})") if (again := names[: k + 1].count(drop.name)) > 1 else drop
-        for k, drop in enumerate(drops)
-    )
 
 
 def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:

@@ -25,8 +25,8 @@ from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual,
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
-from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import Progress, followed
+from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
@@ -79,14 +79,12 @@ def fit_drops(
     Raises
     ------
     InputError
-        If there is no record, a record cannot be used (`tdbmon.identify.drop.measured_drop`), or the machine leaves no
-        way to start: the levitated shaft touches at its nominal values.
+        If there is no record, one is given twice or cannot be used (`tdbmon.identify.drop.measured_drop`), or the machine
+        leaves no way to start: the levitated shaft touches at its nominal values.
     """
     began = time.monotonic()
-    if not records:
-        raise InputError("no record given; give the records of one or more drops of the machine")
     progress("reading levitation and noise")
-    drops = tuple(measured_drop(record, machine) for record in records)
+    drops = measured_drops(records, machine)
     usable = [h for h in horizons if h <= min(drop.seconds for drop in drops)]
     if not usable:
         raise InputError(

@@ -82,21 +82,6 @@ def test_same_drop_under_another_name_is_an_error(capsys, tmp_path):
     assert "copy.nc is given twice, also as drop_100.nc" in capsys.readouterr().err
 
 
-def test_files_of_one_name_from_two_folders_are_two_drops(tmp_path):
-    from tdbmon.diagnosis.diagnose import _check_twice, _told_apart
-    from tdbmon.identify.drop import measured_drop
-    from tdbmon.record.read import read
-
-    other = tmp_path / "drop_100.nc"
-    other.write_bytes(shipped("loose/drop_150.nc").read_bytes())
-    records = [read(path) for path in (shipped("loose/drop_100.nc"), other)]
-    machine = load_machine(shipped("loose/machine.toml"))
-    _check_twice(records)
-    first, second = _told_apart([measured_drop(record, machine) for record in records])
-    assert (first.name, second.name) == ("drop_100.nc", "drop_100.nc (2)")
-    assert abs(second.speed) > 1.2 * abs(first.speed)
-
-
 def test_wrong_machine_file_is_an_error_not_a_diagnosis(capsys, tmp_path):
     text = shipped("loose/machine.toml").read_text()
     wrong = tmp_path / "machine.toml"
