@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, with_own_slopes
 from tdbmon.diagnosis.contender import (
@@ -78,6 +78,8 @@ class Search:
         Horizon at which causes were sought first, s.
     tried : Contender or None
         The plain model in the fall from which causes in contacts were begun.
+    asked : dict
+        Horizon to which causes were sought last beside each model, s, by its name.
     """
 
     fallen: Contender
@@ -88,6 +90,7 @@ class Search:
     weak: bool = True
     began: float = math.inf
     tried: Contender | None = None
+    asked: dict[str, float] = field(default_factory=dict)
 
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
@@ -143,7 +146,7 @@ class Search:
         sought beside the others that are still in the contest.
         """
         bases = [
-            *extended_by(best, [plain, *field], horizon),
+            *(each for each in extended_by(best, [plain, *field], horizon) if self.asked.get(each.name) != horizon),
             best,
             *others_of_the_field(best, plain, horizon, field),
         ]
@@ -151,6 +154,7 @@ class Search:
         found: list[Contender] = []
         for base in bases:
             invited, wavy = self._invited(base, horizon, field, thorough)
+            self.asked[base.name] = horizon
             like_waves = like_waves or (wavy and base is best)
             found = self._more_than_half(best, invited)
             if found and best.causes:

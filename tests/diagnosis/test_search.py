@@ -99,6 +99,8 @@ def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_c
     search = Search(early, (), (0.006, 0.018), lambda _: None)
     assert search._found_beside(best, early, 0.018, [best], True) == [loose]
     assert asked == [early.name]
+    assert search._found_beside(best, early, 0.018, [best], False) == []
+    assert asked == [early.name, best.name]  # beside the plain model all were asked at this horizon
 
 
 def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(crew):
