@@ -44,6 +44,12 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
         )
     if analysis.ends:
         blocks += _ends_table(analysis)
+        blocks.append(
+            Paragraph(
+                "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %."
+                " The radius from the swing is told from frequencies and knows none."
+            )
+        )
     if against:
         header = ("Quantity", "The record says", "The drawing says", "Verdict")
         blocks.append(Table("The record against the drawing", header, tuple(against)))
