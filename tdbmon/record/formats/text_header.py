@@ -40,6 +40,9 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
     """
     row = split(lines[first], separator)
     rows, at = _rows_above(lines, first, separator, row)
+    labelled = not row[0] and bool(rows) and all(cells[0] not in ("", _LABVIEW_TIME) for cells in rows)
+    if labelled:  # the first column says what each row is, and is empty beside the numbers
+        rows = [["", *cells[1:]] for cells in rows]
     if not [each for each in rows if not is_unit_row(each)]:
         _refuse_misfit(lines, at, separator, len(row), path)
     entries = _entries(lines[:at], separator)
@@ -51,6 +54,8 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
     else:
         units = _labelled_units(lines[:at], separator, row)
         likely = len(rows) - 1
+    if labelled:
+        rows, likely = [max(rows, key=lambda cells: len(set(cells)))] if rows else [], 0
     names, captions = _names_and_captions(rows, likely, len(row))
     if not any(unit is not None for unit in units):
         units = [split_unit(name)[1] for name in names]
