@@ -124,3 +124,8 @@ class Analysis:
     lines: tuple[Line, ...]
     whirl: dict[str, Whirl]
     tracks: xr.Dataset | None
+
+    @property
+    def has_speed(self) -> bool:
+        """True where the speed is known at enough times to be drawn and followed."""
+        return len(self.speed_time) > 3

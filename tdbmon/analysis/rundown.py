@@ -262,9 +262,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial, decay = _initial(before, release, source, 1.96), _decay_time(chosen, levitated)
-    if levitated is None and _short(stretch):
-        decay = Estimate.missing("s", _HIDDEN)
+    initial, decay = _initial(before, release, source, 1.96), _decay_time(chosen, levitated, stretch)
     return RunDown(
         initial,
         _lost(initial, fit, release, decay, stretch),
@@ -354,8 +352,10 @@ def _slip(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
     )
 
 
-def _decay_time(chosen: Candidate, levitated: LawFit | None) -> Estimate:
+def _decay_time(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> Estimate:
     """The chosen law's; in a short stretch the drag of the bearings hides in it, and levitation bounds what it hides."""
+    if levitated is None and _short(stretch):
+        return Estimate.missing("s", _HIDDEN)
     tau = _term(chosen, "linear", lambda b: 1 / b, "s")
     if levitated is None or tau.low is None or tau.high is None:
         return tau

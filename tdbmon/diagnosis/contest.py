@@ -240,7 +240,7 @@ class _Contest:
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.vain.append(best.name)
             best = self._replaced(best, replace(best, fit=led))
-        if not (best.causes and best.fails_beside(self.plain)) or best.hardly_better(self.plain):
+        if not self._fails_with_causes(best):
             return
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
@@ -272,13 +272,15 @@ class _Contest:
     def _exchange(self) -> None:
         """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
         best = self.best
-        if not best.causes or not best.causes[-1].in_contacts or best.name in self.exchanged:
-            return
-        if not best.fails_beside(self.plain) or best.hardly_better(self.plain):
+        if not self._fails_with_causes(best) or not best.causes[-1].in_contacts or best.name in self.exchanged:
             return
         self.exchanged.append(best.name)
         self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
         self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
+
+    def _fails_with_causes(self, best: Contender) -> bool:
+        """True where the best model has causes that explain something, and fails all the same."""
+        return bool(best.causes) and best.fails_beside(self.plain) and not best.hardly_better(self.plain)
 
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""

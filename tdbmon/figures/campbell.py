@@ -42,7 +42,7 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
         for order, critical in zip(_ORDERS, mode.critical, strict=False):
             if critical is not None:
                 ax.plot(critical, order * critical, "o", color=BLACK, markersize=3.5, zorder=5, label="critical speed")
-    if len(analysis.speed_time) > 3:
+    if analysis.has_speed:
         for line in lines:
             seen = np.interp([line.first_s, line.last_s], analysis.speed_time, analysis.speed_hz)
             hz = line.frequency.value

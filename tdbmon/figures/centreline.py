@@ -32,6 +32,9 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
+Course = tuple[np.ndarray, np.ndarray]  # middle times, s, and mean positions, µm
+Courses = dict[str, Course]
+
 _WINDOW_S = 0.2
 _POINTS = 400
 _FEWEST = 2  # settled positions that show a course
@@ -43,8 +46,8 @@ def centreline(analysis: Analysis) -> Figure:
 
     The lower row is left out where no end is on its circle for long enough.
     """
-    ends, courses = seen_ends(analysis), _courses(analysis)
-    rows = 2 if settled_ends(analysis) else 1
+    ends, courses = seen_ends(analysis), courses_of(analysis)
+    rows = 2 if any_settled(analysis, courses) else 1
     figure = new_figure(29 + 43 * rows + 17 * (rows - 1), said(analysis, f"mean over {_WINDOW_S:g} s"))
     axes = subplots(figure, rows, len(ends), Margins(16, 24, 11, 18, across=18, down=17))
     scale = Normalize()
@@ -55,29 +58,17 @@ def centreline(analysis: Analysis) -> Figure:
             _near(axes[1, column], analysis, end, courses.get(end), scale)
     legend_below(figure)
     if courses:
-        words = "speed [Hz]" if coloured_by_speed(analysis) else "time [s]"
+        words = "speed [Hz]" if analysis.has_speed else "time [s]"
         colour_bar(figure, ScalarMappable(scale, "viridis"), words)
     return figure
 
 
-def coloured_by_speed(analysis: Analysis) -> bool:
-    """Whether positions are coloured by the speed; by the time where none is known."""
-    return len(analysis.speed_time) > 3
+def any_settled(analysis: Analysis, courses: Courses) -> bool:
+    """Whether an end's settled course is long enough to be drawn magnified."""
+    return any(_settled(analysis, end, time).sum() >= _FEWEST for end, (time, _) in courses.items())
 
 
-def has_courses(analysis: Analysis) -> bool:
-    """Whether the record holds a mean position of an end with a clearance circle."""
-    return bool(_courses(analysis))
-
-
-def settled_ends(analysis: Analysis) -> list[str]:
-    """Ends whose settled course is long enough to be drawn magnified."""
-    return [end for end, (time, _) in _courses(analysis).items() if _settled(analysis, end, time).sum() >= _FEWEST]
-
-
-def _whole(
-    ax: Axes, analysis: Analysis, end: str, course: tuple[np.ndarray, np.ndarray] | None, scale: Normalize
-) -> None:
+def _whole(ax: Axes, analysis: Analysis, end: str, course: Course | None, scale: Normalize) -> None:
     """The clearance circle with all positions."""
     _frame(ax, f"{end}: clearance")
     gap = analysis.ends[end].gap
@@ -96,9 +87,7 @@ def _whole(
         ax.plot(x * UM, y * UM, "D", color=GREEN, markersize=4, label="levitated")
 
 
-def _near(
-    ax: Axes, analysis: Analysis, end: str, course: tuple[np.ndarray, np.ndarray] | None, scale: Normalize
-) -> None:
+def _near(ax: Axes, analysis: Analysis, end: str, course: Course | None, scale: Normalize) -> None:
     """The settled positions alone."""
     _frame(ax, f"{end}: from settling on, magnified")
     gap = analysis.ends[end].gap
@@ -136,7 +125,7 @@ def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, s
     )
 
 
-def _courses(analysis: Analysis) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def courses_of(analysis: Analysis) -> Courses:
     """Middle times (n,), s, and mean positions (n, 2), µm, of each end with a circle, from the release on.
 
     Of the windows without a missing sample, thinned; empty where the record ends within two windows of the release.
@@ -165,4 +154,4 @@ def _settled(analysis: Analysis, end: str, time: np.ndarray) -> np.ndarray:
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:
-    return np.interp(time, analysis.speed_time, analysis.speed_hz) if coloured_by_speed(analysis) else time
+    return np.interp(time, analysis.speed_time, analysis.speed_hz) if analysis.has_speed else time

@@ -43,7 +43,7 @@ def coast_down_waterfalls(whole: CoastDown) -> Figure:
             image = draw_map(ax, db, extent, limits)
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])
-            if len(analysis.speed_time) > 3:
+            if analysis.has_speed:
                 speed = np.interp(time, analysis.speed_time, analysis.speed_hz)
                 draw_lines(ax, (speed, time), (), top_hz)
             ax.grid(False)

@@ -106,7 +106,7 @@ def _spectra(figure: Figure, ax: Axes, analysis: Analysis, top: float) -> None:
     image = draw_map(ax, db, extent, colour_limits(db))
     ax.set_aspect("auto")
     ax.grid(False)
-    if len(analysis.speed_time) > 3:
+    if analysis.has_speed:
         speed = np.interp(time, analysis.speed_time, analysis.speed_hz)
         for order in (1.0, 2.0):
             ax.plot(time, order * speed, color="white", linestyle=(0, (4, 2)), linewidth=0.6)

@@ -40,7 +40,7 @@ def full_spectrum(analysis: Analysis) -> Figure:
     if analysis.planes is None:
         raise InputError("the record holds no displacement whose spectra could be drawn")
     ends, stretches = seen_ends(analysis), _stretches(analysis)
-    known = () if len(analysis.speed_time) > 3 else ("no speed: no orders",)
+    known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)
     axes = subplots(
@@ -107,7 +107,7 @@ def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None
 
 
 def _orders(ax: Axes, analysis: Analysis, at: float, top: float) -> None:
-    if len(analysis.speed_time) < 4:
+    if not analysis.has_speed:
         return
     speed = float(np.interp(at, analysis.speed_time, analysis.speed_hz))
     lines = [(order, side * order * speed) for order in (1, 2, 3) for side in (1, -1) if order * speed < 0.95 * top]

@@ -33,7 +33,7 @@ def waterfall(analysis: Analysis) -> Figure:
     keep = frequency <= top_hz
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
     orders, notes = None, [window, f"{100 * spectra.attrs['overlap']:.0f} % overlap"]
-    if len(analysis.speed_time) > 3:
+    if analysis.has_speed:
         orders = np.interp(time, analysis.speed_time, analysis.speed_hz), time
     else:
         notes.append("no speed: no orders")

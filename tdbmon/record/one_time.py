@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.record.finding import Check
 from tdbmon.record.timebase import usual_interval
 
 _ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
@@ -23,19 +23,10 @@ _MANY = 0.01  # of the record: to lose less is of no account
 _HARD = 1000.0  # m/s^2, in a hard contact
 
 
-@dataclass(frozen=True)
-class TimeRemark:
-    """What was done to a probe's samples: of which probe, whether it is of no account, and in words."""
-
-    channel: str
-    passed: bool
-    detail: str
-
-
 Series = dict[str, xr.DataArray]
 
 
-def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, Series, list[TimeRemark]]:
+def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, Series, list[Check]]:
     """Read probes of one rate at the times of the one time base that most of them have, over the stretch that all have.
 
     Where a probe was sampled between those times, its value is that of a straight line between its samples: over an
@@ -53,10 +44,10 @@ def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, 
     -------
     data, times : dict of DataArray
         Probes of one rate on one dimension; everything else as it was.
-    remarks : list of TimeRemark
-        What was cut or read between samples.
+    remarks : list of Check
+        What was cut or read between samples; passed where it is of no account.
     """
-    remarks: list[TimeRemark] = []
+    remarks: list[Check] = []
     data, times = dict(data), dict(times)
     for names in _of_one_rate(data, times, [probe.name for probe in machine.probes if probe.name in data]):
         leading = Counter(str(data[name].dims[0]) for name in names).most_common(1)[0][0]
@@ -145,26 +136,27 @@ def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[
     return out, bool(between.any())
 
 
-def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[TimeRemark]:
+def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[Check]:
     """Tell of each probe that begins late or ends early, and so takes samples from the others."""
     found = []
     for name in names:
         own = owns[name]
         lacks = int(np.sum(reference < own[0]) + np.sum(reference > own[-1]))
-        if lacks <= (
+        between = (
             own.size == reference.size
-        ):  # a probe sampled between the others' times has none at their first or last
+        )  # a probe sampled between the others' times has none at their first or last
+        if lacks <= between:
             continue
         lost = reference.size - common.size
         detail = (
             f"has samples from {own[0]:.5g} s to {own[-1]:.5g} s only: the probes of its rate are read from {common[0]:.5g} s to"
             f" {common[-1]:.5g} s, and {lost} of {reference.size} samples are left out"
         )
-        found.append(TimeRemark(name, bool(lost < _MANY * reference.size), detail))
+        found.append(Check("time base", name, bool(lost < _MANY * reference.size), detail))
     return found
 
 
-def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> TimeRemark:
+def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> Check:
     usual = _interval(common)
     late = (own[0] - common[0] + usual / 2) % usual - usual / 2
     detail = (
@@ -172,4 +164,4 @@ def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> TimeR
         f" {lead} by straight lines between its samples, right to {_HARD * usual**2 / 8 * 1e6:.2g} um"
         f" at {_HARD:g} m/s^2, as in a hard contact"
     )
-    return TimeRemark(name, True, detail)
+    return Check("time base", name, True, detail)

@@ -154,9 +154,8 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
             continue
         a, b = ds[one.name].values, ds[other.name].values
         alike = np.array_equal(a[:100], b[:100], equal_nan=True) and np.array_equal(a, b, equal_nan=True)
-        if alike and np.nanmin(a, initial=np.inf) < np.nanmax(
-            a, initial=-np.inf
-        ):  # what stands still is dead, both of it
+        moves = alike and np.nanmin(a, initial=np.inf) < np.nanmax(a, initial=-np.inf)
+        if moves:  # what stands still is dead, both of it
             same.setdefault(one.name, []).append(other.name)
             same.setdefault(other.name, []).append(one.name)
     cause = "sample by sample: one of them is another channel; check [channels] and the wiring"

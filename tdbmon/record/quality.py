@@ -43,7 +43,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     probes = [probe for probe in machine.probes if probe.name in ds]
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
-    found += [Check("time base", each.channel, each.passed, each.detail) for each in ds.attrs.get("time_remarks", ())]
+    found += ds.attrs.get("time_remarks", ())
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
     still = no_drop(ds, machine, probes)
     for probe in probes:
@@ -51,8 +51,9 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         found += [each for each in of_probe if still is None or each.check not in ("dead", "unit")]
     found += [still] if still is not None else []
     marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
+    dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
-        found += _speed_signal(ds, marks)
+        found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
     if "keyphasor" in ds:
         found += _key_signal(ds)
     found += twins(ds, probes)
@@ -60,7 +61,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     if marks is not None:
         found.append(_keyphasor(marks))
     found += whirl_directions(ds, machine, first_speed(ds, marks))
-    if "speed" in ds and not dead_speed(ds, marks):
+    if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
     return tuple(found)
 
@@ -211,12 +212,9 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
-def _speed_signal(ds: xr.Dataset, marks: Pulses | None) -> list[Check]:
+def _speed_signal(ds: xr.Dataset) -> list[Check]:
     array = ds["speed"]
     signal = faults.prepare(array.values)
-    dead = dead_speed(ds, marks)
-    if dead:
-        return [Check("dead", "speed", False, dead)]
     still = signal.quantum == 0.0
     what = "is constant: a set-point rather than a measured speed?" if still else "changes"
     return [missing_samples("speed", ds[array.dims[0]].values, signal), Check("dead", "speed", True, what)]

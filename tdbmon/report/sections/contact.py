@@ -9,7 +9,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import since, words
-from tdbmon.report.sections.findings import ABOVE_ONE, release_time
+from tdbmon.report.sections.findings import above_one, release_time
 
 _LISTED = 10
 
@@ -50,8 +50,8 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
             estimate = getattr(first, pick)
             found.append(since(estimate, release) if unit == "release" else estimate)
         shown = None if unit == "release" else unit
-        surprising = pick == "restitution" and any((estimate.value or 0.0) > 1 for estimate in found)
-        rows.append(Row((name + (ABOVE_ONE if surprising else ""), *(words(estimate, shown) for estimate in found))))
+        name += above_one(found) if pick == "restitution" else ""
+        rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))

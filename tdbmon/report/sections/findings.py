@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.analysis.result import Analysis, EndResult
@@ -21,6 +22,11 @@ class Finding:
     end: str
     estimate: Estimate
     unit: str | None = None
+
+
+def above_one(restitutions: Iterable[Estimate]) -> str:
+    """Return what explains, behind the name of the restitution, that one of them is above one; "" where none is."""
+    return ABOVE_ONE if any((estimate.value or 0.0) > 1 for estimate in restitutions) else ""
 
 
 def release_time(analysis: Analysis) -> Estimate:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Figure, Paragraph, Section
+
+if TYPE_CHECKING:
+    from tdbmon.figures.centreline import Courses
 
 
 def section(analysis: Analysis) -> Section | None:
@@ -15,7 +19,7 @@ def section(analysis: Analysis) -> Section | None:
     ends = [name for name, end in analysis.ends.items() if end.plane != "none"]
     if not ends:
         return None
-    from tdbmon.figures.centreline import centreline, has_courses
+    from tdbmon.figures.centreline import centreline, courses_of
     from tdbmon.figures.orbit_sequence import orbit_sequence
 
     blocks: list[Block] = [
@@ -28,7 +32,8 @@ def section(analysis: Analysis) -> Section | None:
         for i, end in enumerate(ends)
     ]
     blocks.append(_filtered(analysis))
-    if not has_courses(analysis):
+    courses = courses_of(analysis)
+    if not courses:
         blocks.append(
             Paragraph(
                 "The shaft centreline is not drawn: no end has both a clearance circle and 0.4 s after the release."
@@ -38,7 +43,7 @@ def section(analysis: Analysis) -> Section | None:
         blocks.append(
             Figure(
                 "centreline",
-                _centreline_caption(analysis),
+                _centreline_caption(analysis, courses),
                 "For each end the mean shaft position in the clearance circle.",
                 partial(centreline, analysis),
             )
@@ -64,11 +69,11 @@ def _orbits_caption(analysis: Analysis, end: str) -> str:
     )
 
 
-def _centreline_caption(analysis: Analysis) -> str:
-    from tdbmon.figures.centreline import coloured_by_speed, settled_ends
+def _centreline_caption(analysis: Analysis, courses: Courses) -> str:
+    from tdbmon.figures.centreline import any_settled
 
-    colour = "speed" if coloured_by_speed(analysis) else "time, for no speed is known"
-    below = " Below: from settling on, magnified." if settled_ends(analysis) else ""
+    colour = "speed" if analysis.has_speed else "time, for no speed is known"
+    below = " Below: from settling on, magnified." if any_settled(analysis, courses) else ""
     return (
         f"Shaft centreline: the mean position over successive windows, coloured by the {colour}.{below} The swing in the"
         " clearance raises the mean above the circle's bottom until it has died away."

@@ -37,7 +37,7 @@ def section(analysis: Analysis) -> Section:
     blocks: list[Block] = [Table(f"The run-down (95 % intervals{_REST})", ("Quantity", "Value"), tuple(rows))]
     if rundown.models:
         blocks += [Paragraph(_CHOICE), _laws(rundown)]
-    if len(analysis.speed_time) >= 4:
+    if analysis.has_speed:
         from tdbmon.figures.speed_decay import speed_decay
 
         caption = (

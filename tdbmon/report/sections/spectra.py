@@ -28,11 +28,10 @@ def section(analysis: Analysis) -> Section | None:
     from tdbmon.figures.full_spectrum import full_spectrum
     from tdbmon.figures.waterfall import waterfall
 
-    has_speed = len(analysis.speed_time) > 3
-    blocks: list[Block] = [_lines(analysis, has_speed)]
+    blocks: list[Block] = [_lines(analysis)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
-        + (" Dashed: orders of the speed." if has_speed else " Without a speed there are no orders.")
+        + (" Dashed: orders of the speed." if analysis.has_speed else " Without a speed there are no orders.")
         + (
             " Dotted: lines of constant frequency that were found (sums and multiples of others without a name)."
             if any(line.kind != "order" for line in analysis.lines)
@@ -41,7 +40,7 @@ def section(analysis: Analysis) -> Section | None:
     )
     if not np.isfinite(analysis.waterfall.amplitude).all():
         reading += " White: samples are missing."
-    turning = "What follows a dashed line turns with the rotor; what stands" if has_speed else "What stands"
+    turning = "What follows a dashed line turns with the rotor; what stands" if analysis.has_speed else "What stands"
     blocks.append(
         Figure(
             "waterfall",
@@ -51,7 +50,7 @@ def section(analysis: Analysis) -> Section | None:
             partial(waterfall, analysis),
         )
     )
-    if has_speed and np.nanmax(analysis.speed_hz) > 0:
+    if analysis.has_speed and np.nanmax(analysis.speed_hz) > 0:
         blocks.append(
             Figure(
                 "cascade",
@@ -73,9 +72,13 @@ def section(analysis: Analysis) -> Section | None:
     return Section(_TITLE, tuple(blocks))
 
 
-def _lines(analysis: Analysis, has_speed: bool) -> Block:
+def _lines(analysis: Analysis) -> Block:
     if not analysis.lines:
-        why = "none stands out" if has_speed else "without a speed, orders cannot be told from constant frequencies"
+        why = (
+            "none stands out"
+            if analysis.has_speed
+            else "without a speed, orders cannot be told from constant frequencies"
+        )
         return Paragraph(f"No lines are listed: {why}.")
     strongest = sorted(analysis.lines, key=lambda line: -(line.amplitude.value or 0.0))[:_LISTED]
     rows = tuple(

@@ -12,9 +12,9 @@ from tdbmon.estimate import Estimate
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.quantity import moment, number, rpm, words
 from tdbmon.report.sections.findings import (
-    ABOVE_ONE,
     RESTITUTION,
     Finding,
+    above_one,
     end_findings,
     release_time,
     rotor_findings,
@@ -189,8 +189,9 @@ def _ends_table(analysis: Analysis) -> list[Block]:
     for findings in zip(*columns.values(), strict=True):
         if any(f.estimate.known for f in findings):
             cells = (words(f.estimate, f.unit) if f.estimate.known else "–" for f in findings)
-            surprising = findings[0].name == RESTITUTION and any((f.estimate.value or 0.0) > 1 for f in findings)
-            rows.append(Row((findings[0].name + (ABOVE_ONE if surprising else ""), *cells)))
+            name = findings[0].name
+            name += above_one(f.estimate for f in findings) if name == RESTITUTION else ""
+            rows.append(Row((name, *cells)))
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
     header = ("Quantity", *analysis.ends)
