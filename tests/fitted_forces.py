@@ -11,7 +11,7 @@ import math
 import os
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +19,11 @@ from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.identify.calibrate import TRUSTED, fit_drops
+from tdbmon.identify.calibrate import TRUSTED, estimates, fit_drops
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.crew import all_cores
+from tdbmon.identify.crew import Crew, all_cores
 from tdbmon.identify.forces import SECONDS, forces_of
+from tdbmon.identify.least_squares import information, linearised
 from tdbmon.record.read import read
 from tests.blind.case import Case, draw_case, simulate, write_drops
 from tests.blind.hidden import ENDS
@@ -44,7 +45,10 @@ brackets are 95 % (Wilson).{remark}
 
 @dataclass(frozen=True)
 class Found:
-    """A value as found beside the true one, SI; `loose` where the fit says that the drops hardly determine it."""
+    """A value as found beside the true one, SI; `loose` where the fit says that the drops hardly determine it.
+
+    `least` is the half width of a 95 % interval that noise alone leaves to any method that knows the model; 0 if nobody asked.
+    """
 
     name: str
     true: float
@@ -52,6 +56,7 @@ class Found:
     low: float
     high: float
     loose: bool = False
+    least: float = 0.0
 
     @property
     def inside(self) -> bool:
@@ -128,9 +133,17 @@ def _processor_time() -> float:
     return sum(os.times()[:4])
 
 
-def _found(name: str, true: float, estimate: Estimate, loose: bool = False) -> Found:
+def _found(name: str, true: float, estimate: Estimate, loose: bool = False, by_noise: Estimate | None = None) -> Found:
     value, low, high = (math.nan if v is None else float(v) for v in (estimate.value, estimate.low, estimate.high))
-    return Found(name, true, value, low, high, loose)
+    least = 0.0 if by_noise is None else by_noise.high - by_noise.value  # below, an amount's ends at nothing
+    return Found(name, true, value, low, high, loose, least)
+
+
+def _by_noise(calibration: Calibration) -> dict[str, Estimate]:
+    """Return the values with the intervals that noise alone leaves: the inverse of the Fisher information to 60 ms."""
+    problem, point = replace(calibration.problem, crew=Crew()), calibration.point
+    stands = linearised(problem, point, min(TRUSTED, calibration.horizon))
+    return estimates(problem, point, np.linalg.inv(information(problem, stands)))
 
 
 def _values(case: Case, calibration: Calibration) -> tuple[Found, ...]:
@@ -149,9 +162,9 @@ def _values(case: Case, calibration: Calibration) -> tuple[Found, ...]:
         }
     for plane, unbalance in zip(case.machine.planes, truth.unbalance, strict=True):
         true |= {f"{plane.name}.amount": abs(unbalance), f"{plane.name}.phase": float(np.angle(unbalance))}
-    loose = {each.name for each in calibration.undetermined}
+    loose, by_noise = {each.name for each in calibration.undetermined}, _by_noise(calibration)
     return tuple(
-        _found(name, value, calibration.values[name], name in loose)
+        _found(name, value, calibration.values[name], name in loose, by_noise[name])
         for name, value in true.items()
         if name in calibration.values
     )

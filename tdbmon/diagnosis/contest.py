@@ -40,7 +40,7 @@ from tdbmon.diagnosis.met_alike import (
     neighbours,
     of_any_kind,
 )
-from tdbmon.diagnosis.search import HARDLY, Progress, Search, only_parts
+from tdbmon.diagnosis.search import HARDLY, LATE_S, Progress, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
@@ -65,7 +65,6 @@ _FAILED_BY_THEN = 1.25
 _LOST, _LOST_HORIZONS = 3.0, 2
 _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
-_LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
 _MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 _MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
@@ -127,7 +126,7 @@ class _Contest:
     compared : list of Suspect
         Waves and lobes whose neighbouring orders were tried, and those.
     begun_anew : list of str
-        Models whose last cause was begun at other angles or sizes.
+        What was begun at other angles or sizes in which model.
     reordered : list of tuple
         Bearings at which all balls, waves and lobes were tried in each other's place, and whether that was early.
     other_kinds : bool
@@ -207,8 +206,10 @@ class _Contest:
             # the first contacts tell causes apart only where they show in them; until SOUND_S the search asks for others too
             if held and self.search.began <= SOUND_S < horizon:
                 self._exchange()
-        rounds = self.search.rounds
+        rounds, came = self.search.rounds, self.best
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
+        if came.causes and self._met_by_another_kind():
+            self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         searched = self.search.rounds < rounds
         least = min(each.ratio for each in [self.plain, *self.others])
         self.others = _kept(self.others)
@@ -240,34 +241,67 @@ class _Contest:
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.vain.append(best.name)
             best = self._replaced(best, replace(best, fit=led))
+        if horizon <= SOUND_S:
+            best = self._replaced(best, self._at_other_sizes(best))
         if not self._fails_with_causes(best):
             return
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
+        deeper = self._at_other_sizes(self._at_other_angles(deeper))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
-        otherwise = at_other_angles if cause.lies else at_other_sizes
-        begins = cause.lies or (cause.many_valued and horizon > TOUCHED_S)
-        if begins and deeper.fails_beside(self.plain) and deeper.name not in self.begun_anew:
-            self.begun_anew.append(deeper.name)
-            deeper = otherwise(self.search.fallen, deeper, self.search.horizons)
         if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
             near = neighbours(cause, self.search.suspects)
             self.compared += [cause, *near]
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
-        doubtful = deeper.fails_beside(self.plain) and (early or bool(self.sound))
-        if (
-            self.search.began <= SOUND_S
-            and self.other_kinds
-            and (doubtful or deeper.ratio > _GIVEN_UP)
-            and (cause.where, early) not in self.reordered
-        ):
-            self.reordered.append((cause.where, early))
-            anew = of_any_kind(self.search.fallen, deeper, self.search.suspects, self.search.horizons)
-            # where none of them leaves noise alone, what is missing is of another kind
-            self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
-            deeper = anew
+        if not early and ((bool(self.sound) and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP):
+            deeper = self._of_any_kind(deeper)
         self._replaced(best, deeper)
+
+    def _at_other_angles(self, best: Contender) -> Contender:
+        """Return a model, or the best with its last cause begun at other angles."""
+        name = f"angles of {best.name}"
+        if name in self.begun_anew or not best.causes[-1].lies or not best.fails_beside(self.plain):
+            return best
+        self.begun_anew.append(name)
+        return at_other_angles(self.search.fallen, best, self.search.horizons)
+
+    def _at_other_sizes(self, best: Contender) -> Contender:
+        """Return a model, or the best with one of its causes that have several values begun at other sizes."""
+        early = self.horizon <= SOUND_S  # what is left there is seldom a law that is a little off
+        for cause in best.causes if self.horizon > TOUCHED_S else ():
+            name = f"sizes of {cause.name} in {best.name}"
+            if (
+                cause.many_valued
+                and (best.fails if early else best.fails_beside(self.plain))
+                and name not in self.begun_anew
+            ):
+                self.begun_anew.append(name)
+                best = at_other_sizes(self.search.fallen, best, cause, self.search.horizons)
+        return best
+
+    def _met_by_another_kind(self) -> bool:
+        """Try other waves, lobes or balls in the place of the best model's, which fails though causes were sought; True if tried.
+
+        While paths have hardly parted another cause is the likelier, and takes a tenth of the time to find.
+        """
+        best = self.best
+        if not TOUCHED_S <= self.horizon <= SOUND_S or not self._fails_with_causes(best):
+            return False
+        self._replaced(best, self._of_any_kind(best))
+        return self.best is not best
+
+    def _of_any_kind(self, best: Contender) -> Contender:
+        """Return a model, or the best with other waves, lobes or balls of its bearing in the place of its last cause."""
+        cause = best.causes[-1]
+        asked = (cause.where, best.horizon <= SOUND_S)
+        if self.search.began > SOUND_S or not self.other_kinds or asked in self.reordered:
+            return best
+        self.reordered.append(asked)
+        anew = of_any_kind(self.search.fallen, best, self.search.suspects, self.search.horizons)
+        # where none of them leaves noise alone, what is missing is of another kind
+        self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
+        return anew
 
     def _exchange(self) -> None:
         """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
@@ -299,7 +333,7 @@ class _Contest:
             return
         self.search.progress("fitting what the machine file states without tolerance too")
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
-        self.freed = seen or self.horizon >= _LATE_S  # asked for the last time
+        self.freed = seen or self.horizon >= LATE_S  # asked for the last time
         if found is None:
             return
         fallen, (plain, *others) = found
@@ -317,7 +351,7 @@ class _Contest:
         """
         if best.causes:
             return False
-        if self.horizon >= _LATE_S:
+        if self.horizon >= LATE_S:
             return True
         mild = self.horizon >= SOUND_S and best.ratio < _MILD * best.floor and not self.asked
         self.asked = self.asked or mild
@@ -326,17 +360,19 @@ class _Contest:
     def _earlier_witness(self) -> bool:
         """Go back to where models held that fail now, if the plain one had failed there already; True if so.
 
-        What held up to there is the better witness then: neighbouring paths part.
+        What held up to there is the better witness then: neighbouring paths part.  Who hardly fails may hold again further on.
         """
         fine = any(not each.fails_beside(self.plain) for each in self.others)
+        wavers = any(hardly_fails(each, self.plain) for each in self.others)
         late_enough = bool(self.sound) and self.sound[0].horizon >= SOUND_S
-        if late_enough and not fine:
+        failed = tuple(replace(each, failed_s=each.failed_s or self.horizon) for each in self.sound)
+        if late_enough and not fine and not wavers:
             earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
             if earlier.ratio > _FAILED_BY_THEN * min(each.ratio for each in self.sound):
-                self.plain, self.others = earlier, [replace(each, failed_s=self.horizon) for each in self.sound]
+                self.plain, self.others = earlier, list(failed)
                 self.horizon = earlier.horizon
                 return True
-        self.sound = tuple(self.others) if fine else ()
+        self.sound = tuple(self.others) if fine else failed if wavers else ()
         return False
 
     def _given_up(self, least: float, searched: bool) -> bool:
@@ -394,8 +430,12 @@ def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool
     """
     stay = {cause.name for cause in near.causes}
     gone = [cause for cause in best.causes if cause.name not in stay]
-    hardly_fails = near.ratio < HARDLY * near.floor and near.excess < _MOST_OF_IT * plain.excess
-    return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails
+    return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails(near, plain)
+
+
+def hardly_fails(each: Contender, plain: Contender) -> bool:
+    """True where a model leaves little more than noise, and takes away nearly all that the plain one leaves."""
+    return each.ratio < HARDLY * each.floor and each.excess < _MOST_OF_IT * plain.excess
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

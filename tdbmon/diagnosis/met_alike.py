@@ -47,7 +47,7 @@ def in_neighbouring_orders(
         return best
     start, cause = best.starts()[-1], best.causes[-1]
     begun = [(each, _turned_to_the_load(start, each, _orders_apart(each, cause))) for each in near]
-    return _in_place_of_the_last(fallen, best, begun, horizons)
+    return _in_place_of(-1, fallen, best, begun, horizons)
 
 
 def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
@@ -65,11 +65,11 @@ def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float
         All; fits go along those up to the contender's own.
     """
     cause = best.causes[-1]
-    return _in_place_of_the_last(fallen, best, [(cause, start) for start in cause.usual()], horizons)
+    return _in_place_of(-1, fallen, best, [(cause, start) for start in cause.usual()], horizons)
 
 
-def at_other_sizes(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
-    """Return a contender, or the best of those whose last cause begins anew at several sizes where both ends have touched.
+def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons: Sequence[float]) -> Contender:
+    """Return a contender, or the best of those with a cause begun anew at several sizes where both ends have touched.
 
     The first contact alone says little of a cause with several values and leads it far off: a foundation becomes a damper.
 
@@ -78,22 +78,23 @@ def at_other_sizes(fallen: Contender, best: Contender, horizons: Sequence[float]
     fallen : Contender
         The plain model, fitted to the fall.
     best : Contender
-        With a cause.
+    cause : Suspect
+        One of its causes.
     horizons : sequence of float
         All; fits go along those up to the contender's own, but for the ones at the first contact.
     """
-    cause = best.causes[-1]
     sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SHARES]
     begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
-    return _in_place_of_the_last(fallen, best, begun, [h for h in horizons if h == horizons[0] or h >= TOUCHED_S])
+    on = [h for h in horizons if h == horizons[0] or h >= TOUCHED_S]
+    return _in_place_of(best.causes.index(cause), fallen, best, begun, on)
 
 
-def _in_place_of_the_last(
-    fallen: Contender, best: Contender, begun: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
+def _in_place_of(
+    index: int, fallen: Contender, best: Contender, begun: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best of those fitted from the fall on with one of these in the place of its last cause."""
+    """Return a contender, or the best of those fitted from the fall on with one of these in the place of a cause."""
     try:
-        bare = without_cause(best, len(best.causes) - 1)
+        bare = without_cause(best, index % len(best.causes))
         others = [with_cause(bare, *each) for each in begun]
     except InputError:
         return best

@@ -44,7 +44,9 @@ _SAME_KIND = 3  # of one effect among them
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
+LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
 HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
+PARTING = 1.5  # the same for one that holds up to where all are followed: more than its laws, paths part there
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
 # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
 _PART = 0.25
@@ -114,7 +116,11 @@ class Search:
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
             # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
-            hardly = horizon == last and not best.causes and best.ratio < HARDLY * best.floor
+            hardly = (
+                horizon >= LATE_S
+                and not best.causes
+                and best.ratio < (PARTING if horizon >= last else HARDLY) * best.floor
+            )
             found = self._found_beside(best, plain, horizon, field, best.fails and not hardly)
             if not found:
                 break
@@ -170,7 +176,7 @@ class Search:
         if best.causes:
             return horizon <= SOUND_S
         unexplained = not _explained(best, found) and all(each.fails for each in found)
-        return horizon >= TOUCHED_S and unexplained
+        return TOUCHED_S <= horizon <= FOLLOWED_S and unexplained
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender | None:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""

@@ -114,7 +114,7 @@ def fit_drops(
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, shared),
-        values=_estimates(problem, point, covariance),
+        values=estimates(problem, point, covariance),
         at_bound=_at_bound(problem, point),
         undetermined=_undetermined(problem, covariance),
         drops=fits,
@@ -166,8 +166,8 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
     )
 
 
-def _estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Estimate]:
-    """Return the shared values with their intervals, an unbalance as amount and phase."""
+def estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Estimate]:
+    """Return the shared values at a point with the intervals of a covariance (n, n), an unbalance as amount and phase."""
     machine, out = problem.model.machine, {}
     rule = "least squares of simulated against measured drops"
     values, _ = problem.values(point, 0)

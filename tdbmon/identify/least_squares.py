@@ -213,6 +213,20 @@ def misfit_of(problem: Problem, residuals: Sequence[Array], point: Array) -> flo
     return sum(squares(r) for r in residuals) + float(problem.prior @ point**2)
 
 
+def information(problem: Problem, fitted: Fit, weights: Sequence[Array] | None = None) -> Array:
+    """Return the Fisher information (n, n) of a fitted point, with what is known beforehand.
+
+    Its inverse is the least covariance that noise leaves to any method (H. Cramer, Mathematical Methods of Statistics, 1946,
+    32.3), the growing error of the model counted as noise; `weights` of the residuals, one if not given.
+    """
+    total = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
+    for drop, jacobian in enumerate(fitted.slopes):
+        where = problem.columns(drop)
+        weighted = jacobian if weights is None else jacobian * weights[drop][:, None]
+        total[np.ix_(where, where)] += jacobian.T @ weighted
+    return total
+
+
 def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
     """Return the covariance of a fitted point with what the model does not explain: H^-1 (H + sum g g^T) H^-1.
 
@@ -220,12 +234,11 @@ def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
     what is left there follows itself in time and counts as one (P. J. Huber, Proc. 5th Berkeley Symposium 1 (1967) 221;
     K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13).  A few such stretches know little of many values, so H stays in.
     """
-    curvature = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
+    weights = [huber(r, spread(r)) for r in fitted.residuals]
+    curvature = information(problem, fitted, weights)
     scatter = np.zeros_like(curvature)
     for drop, (r, jacobian) in enumerate(zip(fitted.residuals, fitted.slopes, strict=True)):
         where = problem.columns(drop)
-        weights = huber(r, spread(r))
-        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * weights[:, None])
         measured = problem.drops[drop]
         count = window(measured, horizon)[1]
         block = np.full(len(r), -1)  # pulses and levitated stretch are a block of their own
@@ -233,7 +246,7 @@ def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
         seen = on_reading_rows(measured, horizon, times)
         block[: len(seen)] = seen
         for each in np.unique(block):
-            slope = jacobian[block == each].T @ (weights * r)[block == each]
+            slope = jacobian[block == each].T @ (weights[drop] * r)[block == each]
             scatter[np.ix_(where, where)] += np.outer(slope, slope)
     inverse = np.linalg.inv(curvature)
-    return inverse + inverse @ scatter @ inverse
+    return np.asarray(inverse + inverse @ scatter @ inverse)

@@ -203,6 +203,49 @@ def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, m
     assert fine.others[0].failed_s == 0.0
 
 
+def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fails_indeed(competed, monkeypatch):
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    held = replace(contender(plain, ("off_sized_ball@DE",), 0, 0.95), horizon=0.027)
+    wavering = replace(contender(plain, ("off_sized_ball@DE",), 0, 1.25 * plain.floor), horizon=0.033)
+    assert wavering.fails
+    monkeypatch.setattr(module, "settled", lambda each, horizon, _: replace(each, horizon=horizon))
+    monkeypatch.setattr(module.Contender, "fails_beside", lambda self, _: self.fails)
+    under_way = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [wavering], 0.033, sound=(held,))
+    assert not under_way._earlier_witness()
+    under_way.horizon, under_way.others = 0.04, [replace(wavering, horizon=0.04)]
+    assert not under_way._earlier_witness()
+    under_way.horizon, under_way.others = 0.047, [contender(plain, ("off_sized_ball@DE",), 0, 1.6)]
+    assert under_way._earlier_witness()
+    (witness,) = under_way.others
+    assert (witness.horizon, witness.failed_s) == (0.027, 0.033)  # where it failed first, not where it was given up
+    # a plain model that leaves as little is no reason to go on
+    little = contender(plain, (), 0, 1.3)
+    assert not module.hardly_fails(wavering, little)
+
+
+@pytest.mark.parametrize(("horizon", "tried"), [(0.01, False), (0.014, True), (0.018, True), (0.022, False)])
+def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_hardly_parted(
+    competed, monkeypatch, horizon, tried
+):
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 8.0)
+    failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 3.0), horizon=horizon)
+    found = replace(contender(plain, ("race_waviness@DE",), 0, 1.0), horizon=horizon)
+    asked = []
+    monkeypatch.setattr(module, "of_any_kind", lambda *_: asked.append(horizon) or found)
+    search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
+    under_way = _Contest(search, lost, [failing], horizon)
+    assert under_way._met_by_another_kind() == tried
+    assert bool(asked) == tried
+    assert under_way.best is (found if tried else failing)
+    assert not under_way._met_by_another_kind()  # nobody is asked twice
+
+
 def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
     """Where nothing explains the drops once both ends have touched, nothing will explain later contacts."""
     plain = replace(next(each for each in competed if not each.causes), horizon=0.014)

@@ -111,12 +111,28 @@ def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
     horizons = (0.006, 0.01, 0.014, 0.018, 0.022)
     wrong = with_cause(fallen, block, Start({"stiffness": 4e6, "mass": 250.0, "damping": 3e5}))
     wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.022), horizon=0.022)
-    found = at_other_sizes(fallen, wrong, horizons)
+    found = at_other_sizes(fallen, wrong, wrong.causes[-1], horizons)
     assert wrong.fails
     assert not found.fails
     start = found.starts()[0].shared
     assert start["stiffness"] == pytest.approx(2e8, rel=0.1)
     assert start["mass"] == pytest.approx(150.0, rel=0.1)
+
+
+def test_a_cause_before_another_is_begun_anew_beside_it(crew, gained):
+    _, everyone = gained
+    problem = problem_of(crew, "foundation_mode:end=DE,stiffness=2e8 N/m,mass=150 kg,damping=9000 N s/m")
+    fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
+    block = next(s for s in everyone if s.name == "foundation_mode@DE")
+    probe = next(s for s in everyone if s.name == "probe_gain@DE_A")
+    wrong = with_cause(fallen, block, Start({"stiffness": 4e6, "mass": 250.0, "damping": 3e5}))
+    both = with_cause(wrong, probe, Start({"gain": 1.0}))
+    both = replace(both, fit=linearised(both.problem, both.fit.point, 0.022), horizon=0.022)
+    found = at_other_sizes(fallen, both, block, (0.006, 0.01, 0.014, 0.018, 0.022))
+    assert [cause.name for cause in found.causes] == ["probe_gain@DE_A", "foundation_mode@DE"]
+    assert not found.fails
+    assert found.starts()[-1].shared["stiffness"] == pytest.approx(2e8, rel=0.1)
+    assert found.starts()[0].shared["gain"] == pytest.approx(1.0, abs=0.01)
 
 
 def test_only_what_lies_some_way_in_contacts_is_begun_at_other_angles(gained):
