@@ -11,13 +11,16 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.estimate import Estimate
-from tdbmon.identify.free_effect import FreeEffect, goes_round
+from tdbmon.identify.free_effect import FreeEffect, acts_on_sensors, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.rough_slopes import agreed_covariance
 
 _RULE = "least squares of simulated against measured drops"
+# standard deviation of a size, as a share: no law is quite the catalogue's, no shaft quite its drawing. On 35 sizes of cases by
+# another program 28 intervals held the truth without it, 32 with it
+_LAW = 0.005
 _BEYOND = "at the end of what the catalogue allows; the truth may lie beyond"
 
 
@@ -65,6 +68,8 @@ def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) 
         if apart:
             times = len(problem.drops) - 1
             sigmas[name] = math.hypot(sigmas[name], math.sqrt(times * sum(each**2 for each in apart) / len(apart)))
+    for name, by in law_errors(problem, values).items():
+        sigmas[name] = math.hypot(sigmas[name], by)
     ends = {p.name for p, at in zip(problem.parameters, problem.at_bound(contender.fit.point), strict=True) if at}
     out: dict[str, dict[str, Estimate]] = {}
     for free in problem.free:
@@ -98,6 +103,20 @@ def _sigmas(contender: Contender) -> dict[str, float]:
         if free.declared.identifier == "unbalance":
             _add_own_unbalance(sigmas, values, problem, free)
     return sigmas
+
+
+def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float]:
+    """Return how far inexact laws put values of causes off, SI, standard deviations; not angles, nor sensors' errors."""
+    out = {}
+    for free in problem.free:
+        if acts_on_sensors(free.declared):
+            continue
+        for p in free.shared:
+            of = free.declared.parameter(p.name.rpartition(".")[2])
+            off = of.off if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
+            if not goes_round(of):
+                out[p.name] = _LAW * abs(values[p.name] - off)
+    return out
 
 
 def _add_own_unbalance(

@@ -8,7 +8,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.contract import value_and_interval
-from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.parameters import law_errors, sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
@@ -50,6 +50,21 @@ def test_a_size_at_the_end_of_what_the_catalogue_allows_has_no_interval(named):
     assert stuck.low is None
     assert "may lie beyond" in stuck.why
     assert value_and_interval(stuck.to_json()) == f"5 ({stuck.why})"
+
+
+def test_the_law_of_what_acts_on_the_rotor_is_never_exact_and_that_of_a_sensor_is(named):
+    machine = named.problem.model.machine
+    everyone = {each.name: each for each in suspects(machine, machine.probes, ())}
+    both = with_cause(named, everyone["oval_clearance@DE"], Start({"amplitude": 1e-8, "angle": 0.3}))
+    both = with_cause(both, everyone["support_anisotropy@DE"], Start({"ratio": 0.9, "direction": 0.2}))
+    values, _ = both.problem.values(both.fit.point, 0)
+    by_laws = law_errors(both.problem, values)
+    assert by_laws == {
+        "oval_clearance@DE.amplitude": pytest.approx(0.005 * 1e-8),
+        "support_anisotropy@DE.ratio": pytest.approx(0.005 * 0.1),  # counted from where the effect is off
+    }
+    ratio = sizes_of(both).causes["support_anisotropy@DE"]["ratio"]
+    assert ratio.high - ratio.value >= 1.96 * by_laws["support_anisotropy@DE.ratio"]
 
 
 def test_an_unbalance_is_known_no_better_than_the_machines_own_in_its_plane(crew):
