@@ -11,7 +11,7 @@ def outcome(seed, error=""):
     """Peaks 2 and 8 % high, one interval of two holds the truth; friction 0.02 off, a phase 2 degrees across the half turn."""
     peaks = Found("100 NDE", 1000.0, 1020.0, 900.0, 1100.0), Found("100 DE", 1000.0, 1080.0, 1050.0, 1100.0)
     values = (
-        Found("NDE.friction", 0.14, 0.16, 0.1, 0.2),
+        Found("NDE.friction", 0.14, 0.16, 0.1, 0.2, least=0.007),
         Found("impeller.phase", math.radians(179), math.radians(-179), -4.0, 4.0),
         Found("NDE.contact_damping", 0.08, 0.04, 0.0, 0.1, loose=True),
     )
@@ -31,6 +31,8 @@ def test_page_says_what_was_reached():
     assert "| its phase within 5° | all | 1/1 = 100 %" in plain  # 2 degrees, not 358
     assert "| phase | 2.0°, 2.0° |" in plain
     assert "| contact damping | 50 %, 50 % | no case | 1 of 1 | 62 % |" in plain
+    assert "| 36 % | 5 %, 5 % |" in plain  # of friction: what noise alone leaves stands beside its interval
+    assert text.count("Fisher information") == 1
     assert "Fits ended at 33 ms (median; earliest 33 ms)" in plain
     assert "1 sets, 1 drops; 0 could not be fitted" in strange
 

@@ -6,7 +6,7 @@ import pytest
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.draws import draws, shaken
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import covariance_of, fit
+from tdbmon.identify.least_squares import covariance_of, fit, information, linearised
 from tdbmon.identify.problem import build_problem
 from tests.identify import drops
 
@@ -38,3 +38,18 @@ def test_draws_have_the_covariance_and_stay_within_bounds(hollow):
     middle = [k for k, p in enumerate(problem.parameters) if p.name.startswith("zero_")]
     spread = np.std(drawn, axis=0)[middle]
     assert spread == pytest.approx(np.sqrt(np.diag(covariance))[middle], rel=0.15)
+
+
+def test_information_is_how_much_noise_tells_of_a_step(hollow):
+    """What a small step changes of all residuals, with what is known beforehand, is d^T I d."""
+    problem, stuck = hollow
+    stands = linearised(problem, stuck.point, HORIZON)
+    known = information(problem, stands)
+    smooth = [k for k, p in enumerate(problem.parameters) if p.name.startswith(("zero_", "NDE.runout", "DE.runout"))]
+    rng = np.random.default_rng(7)
+    step = np.zeros(len(stuck.point))
+    step[smooth] = 0.1 * rng.standard_normal(len(smooth))
+    (moved,) = problem.all_residuals(stuck.point + step, HORIZON)
+    prior = np.where(problem.prior > 0, problem.prior, 1e-6)
+    assert step @ known @ step == pytest.approx(((moved - stands.residuals[0]) ** 2).sum() + prior @ step**2, rel=0.01)
+    assert np.diag(known)[smooth].min() > 1.0  # so the record says more than nothing of each
