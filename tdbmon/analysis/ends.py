@@ -12,12 +12,14 @@ from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.rest import RestTravel, rest_travel
 from tdbmon.analysis.result import EndResult
+from tdbmon.analysis.returned import returned
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing
 from tdbmon.estimate import Estimate
 from tdbmon.record.quality import Check
 
 _CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
+_NOT_LYING = "the shaft does not lie on its bearing when the record ends (see rest at the bottom)"
 
 
 def analyse_ends(
@@ -46,6 +48,7 @@ def analyse_ends(
         swing = find_swing(planes, machine, rotor, max(times))
     unseen = NoCircle("no two usable probes in different directions see this end")
     settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
+    settled |= {end: NoCircle(_NOT_LYING) for end in seen if returned(planes, end, machine, released)}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:

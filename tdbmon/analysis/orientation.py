@@ -13,10 +13,9 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
+from tdbmon.analysis.returned import BOUNCING_S, at_rest, returned
 from tdbmon.record.finding import Check
 
-_BOUNCING_S = 0.25  # after the release: before, the shaft still bounces
-_TAIL_S = 0.07  # at least two swings, whose mean is the bottom
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 
 
@@ -44,14 +43,17 @@ def check_orientation(
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
-    if time[-1] - (time[0] if release_s is None else release_s) < _BOUNCING_S:
+    if time[-1] - (time[0] if release_s is None else release_s) < BOUNCING_S:
         return rows
     out_of_range = {check.channel for check in checks if check.check in ("range", "clipping") and not check.passed}
     for end in machine.ends:
         xy = planes.displacement.sel(end=end).to_numpy()
         if not np.isfinite(xy).any():
             continue
-        tail = xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - time[0]))]
+        if back := returned(planes, end, machine, release_s):
+            rows.append(Check("rest at the bottom", end, False, back))
+            continue
+        tail = at_rest(time, xy)
         if not np.isfinite(tail).any():
             continue
         rest = np.nanmean(tail, axis=1)

@@ -139,6 +139,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.axes import to_planes
     from tdbmon.analysis.free_fall import check_free_fall
     from tdbmon.analysis.release import find_release
+    from tdbmon.analysis.returned import returned
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
     from tdbmon.record.quality import check, repair_gaps, usable
@@ -180,6 +181,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         remarks.append(f"{name}: samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
     remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
     remarks += wrong_speed
+    remarks += [
+        f"{name}: end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))
+    ]
     remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]
     if time[-1] - release < _LEAST_S:
         raise InputError(
