@@ -16,6 +16,7 @@ BOUNCING_S = 0.25  # after the release: before, the shaft still bounces
 _TAIL_S = 0.07  # at least two swings, whose mean is where it rests
 _BACK = 0.1  # of the gap, within which it is back
 _WENT = 0.5  # of the gap, as far as it must have gone
+_WHIRLS = 0.85  # of the gap, rms: a shaft that whirls round the ring is in the middle on the average
 
 
 def at_rest(time: np.ndarray, xy: np.ndarray) -> np.ndarray:
@@ -45,7 +46,8 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
     reach = float(np.nanmax(np.hypot(*(after - start[:, None]))))
     apart = float(np.hypot(*(rest - start)))
     gap = machine.bearing(end).radial_gap.nominal
-    if reach < _WENT * gap or apart > _BACK * gap:
+    moves = float(np.sqrt(np.nanmean(np.sum((tail - rest[:, None]) ** 2, axis=0))))
+    if reach < _WENT * gap or apart > _BACK * gap or moves > _WHIRLS * gap:
         return ""
     return (
         f"at the end the shaft is within {um(apart)} of where it levitated, though it went {um(reach)} from there: either the"

@@ -59,6 +59,16 @@ def test_ac_coupling_and_a_shaft_taken_up_again_are_told(record, machine, faulty
     assert "took the rotor up again" in said
 
 
+def test_a_shaft_that_whirls_round_the_ring_has_not_returned(record, machine):
+    planes = to_planes(record, machine).copy(deep=True)
+    after = planes.time.values >= RELEASE_S
+    turned = 2 * np.pi * 60 * planes.time.values[after]
+    start = planes.displacement.values[:, :, ~after].mean(axis=2)
+    circle = 280e-6 * np.stack([np.cos(turned), np.sin(turned)])
+    planes.displacement.values[:, :, after] = start[:, :, None] + circle
+    assert returned(planes, "NDE", machine, RELEASE_S) == ""
+
+
 def test_what_cannot_tell_says_nothing(record, machine):
     faulty = high_passed(record, 3.0)
     planes = to_planes(faulty, machine)
