@@ -281,7 +281,7 @@ class _Contest:
         return best
 
     def _met_by_another_kind(self) -> bool:
-        """Try other waves, lobes or balls in the place of the best model's, which fails though causes were sought; True if tried.
+        """Try other waves, lobes or balls in the place of the best model's, which fails still; True where one of them is better.
 
         While paths have hardly parted another cause is the likelier, and takes a tenth of the time to find.
         """

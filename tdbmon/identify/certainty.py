@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tdbmon.identify.clearances import beside
 from tdbmon.identify.follow import Passed
+from tdbmon.identify.least_squares import information
 from tdbmon.identify.own_paths import BEYOND
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.prediction import noise_alone, touched_rows
@@ -82,15 +83,13 @@ def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
     beforehand stays as sure as it is, and so does what was measured before anything touched.
     """
     point, machine = passed.fit.point, problem.model.machine
-    curvature = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
     fall = math.sqrt(2 * min(each.radial_gap.low for each in machine.touchdown_bearings) / machine.gravity)
-    for drop, (r, jacobian) in enumerate(zip(passed.fit.residuals, passed.fit.slopes, strict=True)):
+    weights = []
+    for drop, r in enumerate(passed.fit.residuals):
         measured, (_, own) = problem.drops[drop], problem.values(point, drop)
         touched = touched_rows(measured, passed.horizon, measured.release + own["release"] + fall, len(r))
-        weights = huber(r, 1.0) / np.where(touched, 1 + beyond / _Z**2, 1.0)
-        where = problem.columns(drop)
-        curvature[np.ix_(where, where)] += jacobian.T @ (jacobian * weights[:, None])
-    return np.asarray(np.linalg.inv(curvature))
+        weights.append(huber(r, 1.0) / np.where(touched, 1 + beyond / _Z**2, 1.0))
+    return np.asarray(np.linalg.inv(information(problem, passed.fit, weights)))
 
 
 def _valley(problem: Problem, passed: Passed, beyond: float) -> Array:

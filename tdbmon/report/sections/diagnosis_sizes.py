@@ -8,6 +8,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
+from tdbmon.identify.least_squares import information
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.quantity import words
 
@@ -73,13 +74,8 @@ def _stays(free: FreeEffect) -> list[tuple[str, str]]:
 
 def correlated(model: Contender) -> dict[str, list[tuple[str, float]]]:
     """Return which shared values go with each value of the causes, by the slopes at the end of the fit."""
-    problem, fit = model.problem, model.fit
-    # what a coordinate is known to beforehand: 1 in its own scale, or next to nothing
-    curvature = np.diag(np.where(problem.prior > 0, 1.0, 1e-6))
-    for drop, jacobian in enumerate(fit.slopes):
-        where = problem.columns(drop)
-        curvature[np.ix_(where, where)] += jacobian.T @ jacobian
-    covariance = np.linalg.inv(curvature)
+    problem = model.problem
+    covariance = np.linalg.inv(information(problem, model.fit))
     spread = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread, spread)
     names = [parameter.name for parameter in problem.shared]
