@@ -111,6 +111,11 @@ class Contender:
         return " + ".join(cause.name for cause in self.causes) or "plain model"
 
     @property
+    def effects(self) -> frozenset[str]:
+        """Identifiers and places of its causes, whatever their words and orders, and whichever joined first."""
+        return frozenset(cause.name for cause in self.causes)
+
+    @property
     def words(self) -> str:
         """Its causes and their places in words, or that it has none."""
         return " and ".join(cause.words for cause in self.causes) or "plain model"

@@ -93,7 +93,7 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for contender in diagnosis.verdict.accused:
         probability = by_contender.get(contender, 0.0)
-        sizes = diagnosis.parameters.get(contender.name, {})
+        sizes = diagnosis.parameters.get(contender, {})
         for cause, free in zip(contender.causes, contender.problem.free, strict=True):
             if cause.name in found:
                 found[cause.name]["probability"] += probability

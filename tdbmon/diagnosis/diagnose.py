@@ -44,7 +44,7 @@ class Diagnosis:
     proof : HeldOut or None
         Of the best model with a cause on a drop held out; None where there is no such model, or one drop only.
     parameters : dict
-        Of each accused model by its name, then of each cause by its name: its parameters' estimates by theirs.
+        Of each accused model, then of each of its causes by name: its parameters' estimates by theirs.
     values : dict
         Of the machine, to which its file gives a tolerance, as the likeliest model was fitted with them.
     next_test : str
@@ -58,7 +58,7 @@ class Diagnosis:
     verdict: Verdict
     contenders: tuple[Contender, ...]
     proof: HeldOut | None
-    parameters: dict[str, dict[str, dict[str, Estimate]]]
+    parameters: dict[Contender, dict[str, dict[str, Estimate]]]
     values: dict[str, Estimate]
     next_test: str
     remarks: tuple[str, ...]
@@ -125,14 +125,14 @@ def diagnose(
         judged = verdict(field, proof, PLAIN_LEAD if slowed is None else 0.0)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]
-        without = {extended[0].name: proof.without} if proof is not None else {}
+        without = {extended[0]: proof.without} if proof is not None else {}
         if slowed is not None and slowed.base.causes:
-            without[extended[0].name] = (*without.get(extended[0].name, ()), *slowed.proof().without)
+            without[extended[0]] = (*without.get(extended[0], ()), *slowed.proof().without)
         concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
-        sizes = {each.name: sizes_of(each, without.get(each.name, ())) for each in concerned}
+        sizes = {each: sizes_of(each, without.get(each, ())) for each in concerned}
         slowed_otherwise = slowing_remarks(likeliest)
         if judged.accused:
-            judged = doubted(judged, plain, sizes[judged.accused[0].name].causes, proof)
+            judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
         if moved is not None:
             judged = Verdict(Kind.UNKNOWN, (), judged.probabilities, moved)
     return Diagnosis(
@@ -140,8 +140,8 @@ def diagnose(
         verdict=judged,
         contenders=tuple(field),
         proof=proof,
-        parameters={each.name: sizes[each.name].causes for each in judged.accused},
-        values=sizes[likeliest.name].machine,
+        parameters={each: sizes[each].causes for each in judged.accused},
+        values=sizes[likeliest].machine,
         next_test=next_test(judged, tuple(field)),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),

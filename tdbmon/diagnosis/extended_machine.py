@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tdbsim.effect import Effect
 from tdbsim.machine import Machine
 
 from tdbmon.diagnosis.diagnose import Diagnosis
@@ -19,17 +18,9 @@ def extended_machine(diagnosis: Diagnosis) -> Machine | None:
     if diagnosis.verdict.kind not in (Kind.NAMED, Kind.AMBIGUOUS) or not diagnosis.verdict.accused:
         return None
     best = diagnosis.verdict.accused[0]
-    shared, _ = best.problem.values(best.fit.point, 0)
-    return with_effects(calibrated_machine(diagnosis.machine, shared), found_effects(diagnosis))
-
-
-def found_effects(diagnosis: Diagnosis) -> list[Effect]:
-    """Return the causes of the likeliest accused model at their values; none where none is accused."""
-    if not diagnosis.verdict.accused:
-        return []
-    best = diagnosis.verdict.accused[0]
     shared, own = best.problem.values(best.fit.point, 0)
-    return [each.at(shared, own, 0) for each in best.problem.free]
+    effects = [each.at(shared, own, 0) for each in best.problem.free]
+    return with_effects(calibrated_machine(diagnosis.machine, shared), effects)
 
 
 def extended_head(diagnosis: Diagnosis) -> str:

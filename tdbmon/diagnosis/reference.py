@@ -1,9 +1,9 @@
 """What has changed since earlier drops of the machine.
 
-The earlier drops, the reference, are diagnosed first.  What they show already is no news: the causes that were named there
-stand in the model with which the diagnosis of the later drops begins.  Beside what is then named, values of the machine
-that moved from the one fit to the other are listed: a clearance that wore, a friction that rose, within what the machine
-file allows.
+The earlier drops, the reference, are diagnosed first.  What they show already is no news: the causes that were named there,
+or the likeliest of those that could not be told apart, stand in the model with which the diagnosis of the later drops
+begins.  Beside what is then named, values of the machine that moved from the one fit to the other are listed: a clearance
+that wore, a friction that rose, within what the machine file allows.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import xarray as xr
+from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
-from tdbmon.diagnosis.extended_machine import found_effects
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, machine_parameters
@@ -104,9 +104,21 @@ def diagnose_since(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
             )
     before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"), workers)
-    since = diagnose(with_effects(machine, found_effects(before)), records, progress, workers)
+    since = diagnose(with_effects(machine, standing(before)), records, progress, workers)
     moved = changes(machine, before.values, since.values)
     return since, Reference(before, moved, (*_remarks(before), *_edges(machine, before.values, since.values)))
+
+
+def standing(before: Diagnosis) -> list[Effect]:
+    """Return the causes of the likeliest model that the earlier drops accuse, at their values; none where they accuse none.
+
+    But not those with an angle or a number of their own in every drop: the later drops have others.
+    """
+    if not before.verdict.accused:
+        return []
+    best = before.verdict.accused[0]
+    shared, own = best.problem.values(best.fit.point, 0)
+    return [each.at(shared, own, 0) for each in best.problem.free if not each.of_each_drop]
 
 
 def _remarks(before: Diagnosis) -> tuple[str, ...]:
@@ -116,7 +128,7 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
         return (f"the reference drops leave {left:.1f} times the noise unexplained (unknown): so may the later ones",)
     if not verdict.accused:
         return ()
-    turning = [f.name for f in verdict.accused[0].problem.free if f.each_start or f.each_held]
+    turning = [f.name for f in verdict.accused[0].problem.free if f.of_each_drop]
     return tuple(
         f"{name} is in the reference drops already, at an angle that differs from drop to drop: if it is named again, it is"
         " no news"

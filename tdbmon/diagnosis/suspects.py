@@ -48,6 +48,12 @@ class Suspect:
         return f"{self.declared.title.lower()} at {place_in_words(self.where)}"
 
     @property
+    def tried_with(self) -> str:
+        """The words and whole numbers that it was tried with."""
+        each = [(name, self.declared.parameter(name)) for name in self.held]
+        return ", ".join(f"{name.replace('_', ' ')} {declared.text(self.held[name])}" for name, declared in each)
+
+    @property
     def counted(self) -> Declared | None:
         """The whole number that differs from drop to drop, if there is one."""
         return next((p for p in self.declared.parameters if p.whole and p.per_drop), None)

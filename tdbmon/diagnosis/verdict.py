@@ -42,7 +42,8 @@ class Verdict:
     ----------
     kind : Kind
     accused : tuple of Contender
-        The named model; all that cannot be told apart; none for none and unknown.
+        The named model, and those of the same causes with other words or orders that are nearly as likely; all that
+        cannot be told apart; the likeliest first, none for none and unknown.
     probabilities : tuple of float
         Of every contender, in their order; what is missing to 1 is for causes outside the catalogue.
     why : str
@@ -113,12 +114,14 @@ def verdict(contenders: Sequence[Contender], proof: HeldOut | None, lead: float 
         if total >= CERTAIN:
             break
     guilty = tuple(each for each in accused if each.causes)
-    if len({each.name for each in accused}) == 1:
+    if len({each.effects for each in accused}) == 1:
         why = (
             f"{best.words} leaves {best.times_noise} times what noise would, the plain model {plain.times_noise} times"
         )
-        return Verdict(Kind.NAMED, (best,), _discounted(probabilities, proof), why)
-    why = " or ".join(each.words for each in accused) + " explain the drops almost equally well"
+        return Verdict(Kind.NAMED, guilty, _discounted(probabilities, proof), why)
+    why = (
+        " or ".join({each.effects: each.words for each in accused}.values()) + " explain the drops almost equally well"
+    )
     return Verdict(Kind.AMBIGUOUS, guilty, _discounted(probabilities, proof), why)
 
 
@@ -141,7 +144,7 @@ def doubted(
     """
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
         return judged
-    (named,) = judged.accused
+    named = judged.accused[0]
     alone = max(plain.ratio_of_drops) > EXPLAINED >= max(named.ratio_of_drops)
     if proof is not None and (proof.seen or (alone and proof.holds and proof.clear)) and not named.of_each_drop:
         return judged

@@ -70,6 +70,11 @@ class FreeEffect:
         return tuple(self._parameter(name, value) for name, value in self.each_start[drop].items())
 
     @property
+    def of_each_drop(self) -> bool:
+        """True where angles or a number of it differ from drop to drop."""
+        return bool(self.each_start or self.each_held)
+
+    @property
     def freedom(self) -> int:
         """How many parameters it adds to a fit; a whole number of a drop among n counts as one."""
         return len(self.start) + sum(map(len, self.each_start)) + len(self.each_held)

@@ -1,6 +1,7 @@
 """What has changed since earlier drops: drops of the simulator itself (synthetic), so no test of its physics."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from tdbsim.errors import InputError
@@ -8,15 +9,18 @@ from tdbsim.machine import load_machine
 
 from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.parameters import sizes_of
-from tdbmon.diagnosis.reference import _edges, changes, diagnose_since
+from tdbmon.diagnosis.reference import _edges, changes, diagnose_since, standing
+from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
+from tests.diagnosis.simulated import problem_of
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018)
@@ -74,6 +78,22 @@ def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before)
     assert changes(drops.machine(), before, beyond) == ()
     (remark,) = _edges(drops.machine(), before, beyond)
     assert remark.startswith("NDE.friction ran to the edge of its tolerance in the later drops")
+
+
+def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):
+    problem = problem_of(crew)
+    bare = Contender((), problem, fit(problem, problem.start, HORIZONS[0], 1), HORIZONS[0], 0.9)
+    machine = problem.model.machine
+    everyone = suspects(machine, machine.probes, ())
+    lobes = next(each for each in everyone if each.name == "ring_out_of_round@DE")
+    oval = next(each for each in everyone if each.name == "oval_clearance@NDE")
+    phases = ({"phase": 0.7}, {"phase": -1.7})
+    found = with_cause(bare, lobes, Start({"amplitude": 2e-5}, phases))
+    found = with_cause(found, oval, Start({"amplitude": 2e-5, "angle": 0.3}))
+    before = SimpleNamespace(verdict=Verdict(Kind.NAMED, (found,), (0.94,), "as made"))
+    (stays,) = standing(before)
+    assert (stays.identifier(), stays.where) == ("oval_clearance", "NDE")
+    assert standing(SimpleNamespace(verdict=Verdict(Kind.NONE, (), (), "nothing"))) == []
 
 
 def test_a_record_on_both_sides_is_refused():

@@ -73,7 +73,7 @@ def named() -> Iterator[Diagnosis]:
             verdict=Verdict(Kind.NAMED, (found,), (0.97, 0.0), "it leaves less"),
             contenders=(found, plain),
             proof=HeldOut(("drop_97.nc",), 2.0e-6, 0.3e-6, 0.25e-6, 9e3, 1e3),
-            parameters={found.name: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
+            parameters={found: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
             values={},
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
@@ -237,15 +237,28 @@ def test_unknown_does_not_pass_the_best_model_off_as_believed(named: Diagnosis) 
 
 
 def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:
-    other = replace(named.contenders[0])
+    machine = named.machine
+    bow = next(each for each in suspects(machine, machine.probes, ()) if each.name == "shaft_bow@rotor")
+    other = replace(named.contenders[0], causes=(bow,))
     found = replace(
         named,
         contenders=(named.contenders[0], other, named.plain),
         verdict=Verdict(Kind.AMBIGUOUS, (named.contenders[0], other), (0.6, 0.35, 0.0), "they cannot be told apart"),
     )
     words = _words(build_diagnosis_report(found))
+    assert "Ambiguous: residual magnetic force at the rotor (60 %); or shaft bow at the rotor (35 %)" in words
+
+
+def test_one_cause_with_two_laws_is_named_once_with_the_probability_of_both(named: Diagnosis) -> None:
+    other = replace(named.contenders[0])
+    found = replace(
+        named,
+        contenders=(named.contenders[0], other, named.plain),
+        verdict=Verdict(Kind.NAMED, (named.contenders[0], other), (0.6, 0.34, 0.0), "either law explains the drops"),
+    )
+    words = _words(build_diagnosis_report(found))
     assert (
-        "Ambiguous: residual magnetic force at the rotor (60 %); or residual magnetic force at the rotor (35 %)"
+        "Named: residual magnetic force at the rotor (probability 94 %, 2 drops), of which order or with which law"
         in words
     )
 

@@ -2,15 +2,20 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.contract import causes_json
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
 from tdbmon.estimate import Estimate
+from tdbmon.identify.least_squares import Fit, fit
 from tests.diagnosis.made_up import contender
+from tests.diagnosis.simulated import problem_of
 
 
 def test_verdicts(competed):
@@ -184,3 +189,35 @@ def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_non
 
     assert doubted(named, plain, sized(-0.4e-6, 2.5e-6), much).kind is Kind.NONE
     assert doubted(named, plain, sized(0.4e-6, 2.5e-6), much).kind is Kind.NAMED
+
+
+def test_waves_of_two_orders_that_are_as_likely_are_one_cause_with_the_values_of_the_likelier_order(crew):
+    problem = problem_of(crew)
+    bare = Contender((), problem, fit(problem, problem.start, 0.006, 1), 0.006, 0.9)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+
+    def waves(order, amplitude, bic_less):
+        suspect = next(
+            s
+            for s in everyone
+            if s.name == "race_waviness@DE" and s.held["order"] == order and s.held["race"] == "outer"
+        )
+        found = with_cause(bare, suspect, Start({"amplitude": amplitude, "phase": 0.1}))
+        made = Fit(found.fit.point, found.fit.residuals, found.fit.slopes, 0.9 * found.residuals - bic_less)
+        return replace(found, fit=made)
+
+    likelier, other = waves(3.0, 5e-6, 10), waves(4.0, 9e-6, 4)
+    lost = replace(bare, fit=Fit(bare.fit.point, bare.fit.residuals, bare.fit.slopes, 9.0 * bare.residuals))
+    field = (other, lost, likelier)
+    judged = verdict(field, None)
+    assert judged.kind is Kind.NAMED
+    assert judged.accused == (likelier, other)
+    sizes = {
+        each: {"race_waviness@DE": {"amplitude": Estimate(um, unit="um")}}
+        for each, um in ((likelier, 5e-6), (other, 9e-6))
+    }
+    (cause,) = causes_json(SimpleNamespace(verdict=judged, contenders=field, parameters=sizes))
+    assert cause["held"]["order"] == 3
+    assert cause["parameters"]["amplitude_um"]["value"] == pytest.approx(5)
+    assert cause["probability"] == pytest.approx(judged.probabilities[0] + judged.probabilities[2])
+    assert cause["probability"] > 0.9

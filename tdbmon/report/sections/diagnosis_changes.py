@@ -11,7 +11,7 @@ def section(since: Reference) -> Section:
     """Return what the reference drops showed already, and the values that moved since."""
     before = since.before
     drops = ", ".join(drop.name for drop in before.plain.problem.drops)
-    shown = " or ".join(each.words for each in before.verdict.accused)
+    shown = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
     known = (
         f"They show {shown} already; the model of the later drops has it."
         if shown

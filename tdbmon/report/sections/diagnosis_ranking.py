@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.verdict import GAINED, WRONG, WRONG_OF_LITTLE, Kind, gains_little
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import percent
@@ -21,7 +20,7 @@ def section(evidence: Evidence) -> Section:
     accused = diagnosis.verdict.accused
     rows = []
     for contender, probability in ranked:
-        words = "; ".join(_held(cause) for cause in contender.causes if cause.held)
+        words = "; ".join(cause.tried_with for cause in contender.causes if cause.held)
         comparable = contender.horizon == diagnosis.best.horizon
         rows.append(
             Row(
@@ -54,12 +53,6 @@ def section(evidence: Evidence) -> Section:
         Table("Models by probability", header, tuple(rows)),
     ]
     return Section("Ranking", tuple(blocks))
-
-
-def _held(cause: Suspect) -> str:
-    """Return the words and whole numbers that a cause was tried with."""
-    each = [(name, cause.declared.parameter(name)) for name in cause.held]
-    return ", ".join(f"{name.replace('_', ' ')} {declared.text(cause.held[name])}" for name, declared in each)
 
 
 def _little_gained(diagnosis: Diagnosis) -> str:

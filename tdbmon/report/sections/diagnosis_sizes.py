@@ -27,7 +27,7 @@ def section(evidence: Evidence) -> Section | None:
         blocks.append(
             Paragraph("The best model that was found is not believed. Its values say where its fit ended, no more.")
         )
-    blocks += [_table(model, diagnosis.parameters.get(model.name, {}), many=len(models) > 1) for model in models]
+    blocks += [_table(model, diagnosis.parameters.get(model, {}), many=len(models) > 1) for model in models]
     blocks.append(
         Paragraph(
             "Correlated: values of machine and sensors that the drops can hardly tell from this one; were they known better,"
@@ -55,7 +55,9 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
             rows.append(Row((f"{owner}: {names}", "fitted to each drop by itself", "–")))
-    caption = f"{model.words.capitalize()}: values with 95 % intervals" if many else "Values with 95 % intervals"
+    words_ = "; ".join(cause.tried_with for cause in model.causes if cause.held)
+    which = f"{model.words.capitalize()}{f' ({words_})' if words_ else ''}"
+    caption = f"{which}: values with 95 % intervals" if many else "Values with 95 % intervals"
     return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
 
 

@@ -55,19 +55,17 @@ def _sentence(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.plain.problem.drops)
     drops = "one drop" if count == 1 else f"{count} drops"
     if verdict.kind is Kind.NAMED:
-        return f"Named: {verdict.accused[0].words} (probability {_share(diagnosis, verdict.accused[0])}, {drops})."
+        open_ = "" if len(verdict.accused) == 1 else ", of which order or with which law these drops leave open"
+        return (
+            f"Named: {verdict.accused[0].words} (probability {_share(diagnosis, verdict.accused[0])}, {drops}){open_}."
+        )
     if verdict.kind is Kind.AMBIGUOUS:
-        either = "; or ".join(f"{each.words} ({_share(diagnosis, each)})" for each in verdict.accused)
+        several = {each.effects: each for each in reversed(verdict.accused)}.values()
+        either = "; or ".join(f"{each.words} ({_share(diagnosis, each)})" for each in reversed(several))
         return f"Ambiguous: {either}. These {drops} cannot decide between them."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     return f"None: the plain model lacks nothing that these {drops} show."
-
-
-def probability_of(diagnosis: Diagnosis, contender: Contender) -> float:
-    """Return the probability of a contender."""
-    pairs = zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True)
-    return next(p for each, p in pairs if each is contender)
 
 
 def percent(probability: float) -> str:
@@ -78,4 +76,7 @@ def percent(probability: float) -> str:
 
 
 def _share(diagnosis: Diagnosis, contender: Contender) -> str:
-    return percent(probability_of(diagnosis, contender))
+    """Return the probability of an accused model's causes, whatever their words and orders."""
+    pairs = zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True)
+    accused = diagnosis.verdict.accused
+    return percent(sum(p for each, p in pairs if each in accused and each.effects == contender.effects))
