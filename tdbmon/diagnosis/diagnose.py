@@ -13,13 +13,14 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, verdict
+from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, outside, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -47,6 +48,9 @@ class Diagnosis:
         Of each accused model, then of each of its causes by name: its parameters' estimates by theirs.
     values : dict
         Of the machine, to which its file gives a tolerance, as the likeliest model was fitted with them.
+    late : tuple of LateRecord or None
+        The rest of each drop's record, beside simulations of the likeliest model; None where the drops do not tell, or that
+        model is not believed.
     next_test : str
         What would teach most.
     remarks : tuple of str
@@ -60,6 +64,7 @@ class Diagnosis:
     proof: HeldOut | None
     parameters: dict[Contender, dict[str, dict[str, Estimate]]]
     values: dict[str, Estimate]
+    late: tuple[LateRecord, ...] | None
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
@@ -133,8 +138,18 @@ def diagnose(
         slowed_otherwise = slowing_remarks(likeliest)
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
+        late, otherwise = None, None
+        if judged.kind is not Kind.UNKNOWN and moved is None:
+            progress("holding the rest of the record against simulations")
+            late = late_records(likeliest)
+            otherwise = acts_later(late) if late is not None else None
+        if otherwise is not None and judged.kind is Kind.NONE:
+            judged = outside(
+                judged, f"the plain model explains the first {likeliest.horizon * 1e3:g} ms, but {otherwise}"
+            )
+            otherwise = None
         if moved is not None:
-            judged = Verdict(Kind.UNKNOWN, (), judged.probabilities, moved)
+            judged = outside(judged, moved)
     return Diagnosis(
         machine=machine,
         verdict=judged,
@@ -142,6 +157,7 @@ def diagnose(
         proof=proof,
         parameters={each: sizes[each].causes for each in judged.accused},
         values=sizes[likeliest].machine,
+        late=late,
         next_test=next_test(judged, tuple(field)),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
@@ -149,6 +165,7 @@ def diagnose(
             *parting_remarks(problem, asked, horizons),
             *stated_remarks(likeliest.problem, likeliest.fit.point),
             *slowed_otherwise,
+            *([f"{otherwise}. The verdict does not rest on it"] if otherwise is not None else []),
         ),
         seconds=time.monotonic() - began,
     )

@@ -124,8 +124,7 @@ def standing(before: Diagnosis) -> list[Effect]:
 def _remarks(before: Diagnosis) -> tuple[str, ...]:
     verdict = before.verdict
     if verdict.kind is Kind.UNKNOWN:
-        left = before.plain.ratio
-        return (f"the reference drops leave {left:.1f} times the noise unexplained (unknown): so may the later ones",)
+        return (f"the reference drops are not explained (unknown: {verdict.why}): the later ones may not be either",)
     if not verdict.accused:
         return ()
     turning = [f.name for f in verdict.accused[0].problem.free if f.of_each_drop]

@@ -155,6 +155,11 @@ def doubted(
     return judged
 
 
+def outside(judged: Verdict, why: str) -> Verdict:
+    """Return the verdict that something acts which is in no catalogue, seen in what no model is fitted to."""
+    return Verdict(Kind.UNKNOWN, (), tuple(WRONG * each for each in judged.probabilities), why)
+
+
 def _clear(size: Estimate | None, off: float | str) -> bool:
     """True where the interval of a size does not hold the value at which the effect is off."""
     if size is None or size.low is None or size.high is None or isinstance(off, str):

@@ -21,6 +21,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence, evidence_of
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.late_record import LateRecord, acts_later
 from tdbmon.diagnosis.left_over import left_over
 from tdbmon.diagnosis.residual_force import residual_force
 from tdbmon.diagnosis.suspects import suspects
@@ -59,6 +60,14 @@ def _record(speed: float, seed: int):  # type: ignore[no-untyped-def]
     return record
 
 
+def _late(name: str, times: float) -> LateRecord:
+    """The rest of a record that whirls so many times as far as simulations of it."""
+    rng = np.random.default_rng(1)
+    whirls, places = rng.uniform(1e-5, 2e-5, (12, 4)), rng.uniform(-1e-4, -9e-5, (12, 2, 4))
+    probes = ("DE_A", "DE_B")
+    return LateRecord(name, 0.04 + 0.05 * np.arange(4), probes, times * whirls[0], whirls, places[0], places)
+
+
 @pytest.fixture(scope="module")
 def named() -> Iterator[Diagnosis]:
     """A diagnosis that names the magnetic force, which alone was suspected."""
@@ -75,6 +84,7 @@ def named() -> Iterator[Diagnosis]:
             proof=HeldOut(("drop_97.nc",), 2.0e-6, 0.3e-6, 0.25e-6, 9e3, 1e3),
             parameters={found: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
             values={},
+            late=(_late("drop_97.nc", 1.0), _late("drop_148.nc", 2.5)),
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
             seconds=1.0,
@@ -110,6 +120,7 @@ def test_the_evidence_comes_in_its_order(report: Document) -> None:
         "The force that is missing",
         "Ranking",
         "Measured against the extended model",
+        "The rest of the record",
         "Gain on a drop held out",
         "Sizes of the causes",
         "What remains unexplained",
@@ -234,6 +245,22 @@ def test_unknown_does_not_pass_the_best_model_off_as_believed(named: Diagnosis) 
     ranking = next(s for s in document.sections if s.title == "Ranking")
     table = next(block for block in ranking.blocks if isinstance(block, Table))
     assert table.rows[-1].cells[:2] == ("something outside the catalogue", "99 %")
+
+
+def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> None:
+    later = (_late("drop_97.nc", 2.5), _late("drop_148.nc", 2.5))
+    found = replace(
+        named,
+        contenders=(named.plain,),
+        verdict=Verdict(Kind.UNKNOWN, (), (0.06,), acts_later(later) or ""),
+        proof=None,
+        parameters={},
+        late=later,
+    )
+    words = _words(build_diagnosis_report(found))
+    assert "the shaft whirls once a revolution 2.5 times as far in drop_97.nc" in words
+    assert "Something acts later than the readings can be followed." in words
+    assert "A whirl that departs by 2 standard deviations" in words
 
 
 def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:

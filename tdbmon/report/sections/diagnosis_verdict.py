@@ -37,7 +37,14 @@ def section(evidence: Evidence) -> Section:
                 " out. An effect too small for these drops to show is not excluded."
             )
         )
-    if diagnosis.verdict.kind is Kind.UNKNOWN:
+    if diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
+        blocks.append(
+            Paragraph(
+                "Something acts later than the readings can be followed. No effect of the catalogue was asked about it: look at"
+                " how the shaft whirls in the rest of the record."
+            )
+        )
+    elif diagnosis.verdict.kind is Kind.UNKNOWN:
         blocks.append(
             Paragraph(
                 "Something acts that no effect of the catalogue explains, alone or together with others. The models named"

@@ -1,0 +1,200 @@
+"""The rest of the record, after paths have parted, held against many simulations.
+
+Where a path with impacts leads can be followed for some tens of milliseconds.  How far it whirls with the shaft's turning,
+and where it stays on average, can be told much longer, within bounds: simulations that begin at points drawn about the fit
+part from each other as the drop parts from its model, and the drop is one of them unless something acts that they lack.  A
+part that flies off shows in the whirl, a probe that drifts in the place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import Contender
+from tdbmon.identify.draws import draws
+from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.least_squares import covariance_of
+from tdbmon.identify.prediction import Path, readings
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.variants import paths
+
+Array = NDArray[np.float64]
+
+_LAST_S = 0.6  # after the release; later a rotor has settled
+_WINDOW_S = 0.05  # over which readings are averaged, and turns, at least
+_TURNS = 3.0
+_LEAST_WINDOWS = 3  # of a drop
+_MEMBERS = 32  # simulations of a drop
+_FEWEST = 8  # of them, that must be possible
+_WIDER = 5.0  # times what the fit leaves open: the model's own error parts paths too
+_WHIRL_LAW = 0.3  # of the logarithm of a power, standard deviation: what laws that are a little off do to a whirl
+_PLACE_LAW = 2e-6  # m, the same of a place
+WHIRLS_OTHERWISE = 2.0  # standard deviations, mean over a drop's windows, from which on it whirls otherwise
+STAYS_ELSEWHERE = 1.5  # the same of where a probe sees it, mean over the drops too
+_THERE = 0.6  # of a probe's samples, that must be there
+
+
+@dataclass(frozen=True, eq=False)
+class LateRecord:
+    """A drop after the horizon, in w windows, and n simulations of it.
+
+    Attributes
+    ----------
+    name : str
+        The drop's.
+    time : (w,) array
+        Middle of each window, s after the release.
+    probes : tuple of str
+        Names of those that have most samples in every window.
+    whirl, whirls : (w,) and (n, w) arrays
+        Amplitude once a revolution, root mean square over the probes, m; measured, and simulated.
+    place, places : (probes, w) and (n, probes, w) arrays
+        Mean readings, m, likewise.
+    """
+
+    name: str
+    time: Array
+    probes: tuple[str, ...]
+    whirl: Array
+    whirls: Array
+    place: Array
+    places: Array
+
+    @property
+    def whirl_departure(self) -> float:
+        """How far the measured whirl is above the simulated ones, standard deviations, mean over the windows."""
+        powers = 2 * np.log(self.whirls)
+        ahead = 2 * np.log(self.whirl) - np.median(powers, axis=0)
+        return float(np.mean(ahead / np.hypot(powers.std(axis=0), _WHIRL_LAW)))
+
+    @property
+    def whirl_times(self) -> float:
+        """Measured amplitude over the simulated one, geometric mean over the windows."""
+        return math.exp(float(np.mean(np.log(self.whirl / np.median(self.whirls, axis=0)))))
+
+    @property
+    def shifts(self) -> Array:
+        """By how much more each probe reads than simulated (probes,), m, mean over the windows."""
+        return np.asarray((self.place - np.median(self.places, axis=0)).mean(axis=1))
+
+    @property
+    def place_departures(self) -> Array:
+        """The same in standard deviations (probes,), mean over the windows."""
+        apart = self.place - np.median(self.places, axis=0)
+        return np.asarray((apart / np.hypot(self.places.std(axis=0), _PLACE_LAW)).mean(axis=1))
+
+
+def late_records(contender: Contender) -> tuple[LateRecord, ...] | None:
+    """Return the rest of all drops' records after a model's horizon; None where that of one does not tell."""
+    problem, point = contender.problem, contender.fit.point
+    wide = _WIDER**2 * covariance_of(problem, contender.fit, contender.horizon)
+    points = draws(problem, point, wide, _MEMBERS, np.random.default_rng(0))
+    tasks = [(problem, points, drop, contender.horizon) for drop in range(len(problem.drops))]
+    found = problem.crew.apart(late_record, tasks)
+    known = tuple(each for each in found if each is not None)
+    return known if len(known) == len(found) else None
+
+
+def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: float) -> LateRecord | None:
+    """Return a drop after a horizon, and simulations of it at several points.
+
+    None without a keyphasor or a longer record, or where hardly any of them can be simulated.
+    """
+    measured = problem.drops[drop]
+    if len(measured.pulse_times) < 2:
+        return None
+    last = min(measured.seconds - 0.002, _LAST_S)
+    until = min(last, float(measured.pulse_times[-1]) - measured.release)
+    length = max(_WINDOW_S, _TURNS / measured.speed)
+    begins = horizon + length * np.arange(math.floor((until - horizon) / length + 1e-9))
+    if len(begins) < _LEAST_WINDOWS:
+        return None
+    variants = []
+    for point in points:
+        try:
+            variants.append(problem.variant(point, drop, last))
+        except InputError:
+            continue
+    simulated = [
+        (path, variant.sensors)
+        for path, variant in zip(paths(measured, variants, last), variants, strict=True)
+        if isinstance(path, Path)
+    ]
+    if len(simulated) < _FEWEST:
+        return None
+    first, machine = simulated[0][0].first, problem.model.machine
+    span = slice(first, first + simulated[0][0].x.shape[-1])
+    since = measured.time[span] - measured.release
+    windows = [(since >= begin) & (since < begin + length) for begin in begins]
+    there = np.isfinite(measured.reading[:, span])
+    probes = np.all([there[:, window].mean(axis=1) >= _THERE for window in windows], axis=0)
+    if not probes.any():
+        return None
+
+    def averages(seen: Array, angle: Array) -> tuple[Array, Array]:
+        return _averages(np.where(there, seen, np.nan)[probes], angle, windows)
+
+    whirl, place = averages(measured.reading[:, span], shaft_angle(measured, measured.time[span]))
+    each = [averages(readings(path, measured, machine, sensors), path.angle) for path, sensors in simulated]
+    whirls, places = zip(*each, strict=True)
+    names = tuple(probe.name for probe, used in zip(measured.probes, probes, strict=True) if used)
+    middle = np.asarray(begins + length / 2, dtype=float)
+    return LateRecord(measured.name, middle, names, whirl, np.array(whirls), place, np.array(places))
+
+
+def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[Array, Array]:
+    """Return of readings (probes, k) at shaft angles (k,) the whirl (windows,) and the places (probes, windows)."""
+    turning = np.exp(-1j * angle)
+    whirl, place = np.empty(len(windows)), np.empty((len(seen), len(windows)))
+    for column, window in enumerate(windows):
+        kept = seen[:, window]
+        place[:, column] = middle = np.nanmean(kept, axis=1)
+        once = 2 * np.nanmean((kept - middle[:, None]) * turning[window], axis=1)
+        whirl[column] = math.sqrt(float(np.mean(np.abs(once) ** 2)))
+    return whirl, place
+
+
+def shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
+    """Return the shaft's angle as the keyphasor tells it, rad, at instants between its pulses."""
+    return np.interp(time, drop.pulse_times, drop.pulse_angles)
+
+
+def acts_later(records: Sequence[LateRecord]) -> str | None:
+    """Say what the rest of the records shows that simulations of them do not; None where they show the same.
+
+    Half of the drops, and two at least, must whirl otherwise, to one side; or a probe must see the shaft elsewhere in the mean
+    of two drops at least.
+    """
+    if len(records) < 2:
+        return None
+    found = _whirls_otherwise(records) or _stays_elsewhere(records)
+    return (
+        found and f"the rest of the record is not as {len(records[0].whirls)} simulations of each drop have it: {found}"
+    )
+
+
+def _whirls_otherwise(records: Sequence[LateRecord]) -> str | None:
+    needed = max(2, math.ceil(len(records) / 2))
+    for sign in (1, -1):
+        apart = [each for each in records if sign * each.whirl_departure > WHIRLS_OTHERWISE]
+        if len(apart) >= needed:
+            told = ", ".join(f"{each.whirl_times:.2g} times as far in {each.name}" for each in apart)
+            return f"the shaft whirls once a revolution {told}"
+    return None
+
+
+def _stays_elsewhere(records: Sequence[LateRecord]) -> str | None:
+    names = [name for name in records[0].probes if all(name in each.probes for each in records)]
+    found = []
+    for name in names:
+        rows = [(each, each.probes.index(name)) for each in records]
+        if abs(np.mean([each.place_departures[row] for each, row in rows])) > STAYS_ELSEWHERE:
+            shift = float(np.mean([each.shifts[row] for each, row in rows]))
+            found.append(f"probe '{name}' reads {shift * 1e6:+.2g} um more")
+    return ", ".join(found) or None

@@ -1,0 +1,55 @@
+"""The rest of the record after paths have parted: measured whirl and place, and those of many simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tdbmon.figures.style import BLUE, LIGHT, VERMILION, Margins, legend_below, new_figure, styled, subplots
+
+if TYPE_CHECKING:
+    from tdbmon.diagnosis.late_record import LateRecord
+
+_BAND = (0.025, 0.5, 0.975)
+
+
+@styled
+def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str) -> Figure:
+    """Draw some drops side by side: 1X amplitude and mean reading of a probe against time, with the simulations' band.
+
+    Parameters
+    ----------
+    records : sequence of LateRecord
+    shown : sequence of int
+        Drops.
+    probe : str
+        Whose mean readings are drawn; all of the drops have it.
+    """
+    figure = new_figure(96, "Means of 50 ms or three turns · 1X: root mean square over the probes")
+    axes = subplots(figure, 2, len(shown), Margins(17, 3, 13, 20, across=4), sharex=True, sharey="row")
+    for column, drop in enumerate(shown):
+        each = records[drop]
+        row = each.probes.index(probe)
+        _compared(axes[0, column], each.time, each.whirl, each.whirls)
+        _compared(axes[1, column], each.time, each.place[row], each.places[:, row])
+        axes[0, column].set_title(each.name)
+        axes[1, column].set_xlabel("time from the release [ms]")
+    axes[0, 0].set_ylim(bottom=0.0)
+    axes[0, 0].set_ylabel("1X, 0-pk [µm]")
+    axes[1, 0].set_ylabel(f"mean of {probe} [µm]")
+    legend_below(figure, 3)
+    return figure
+
+
+def _compared(
+    ax: Axes, time: NDArray[np.float64], measured: NDArray[np.float64], simulated: NDArray[np.float64]
+) -> None:
+    low, middle, high = np.quantile(simulated, _BAND, axis=0) * 1e6
+    ax.fill_between(time * 1e3, low, high, color=LIGHT, linewidth=0, label="simulated, 95 %")
+    ax.plot(time * 1e3, middle, color=BLUE, label="simulated, median")
+    ax.plot(time * 1e3, measured * 1e6, color=VERMILION, marker="o", markersize=2.5, label="measured")

@@ -1,0 +1,52 @@
+"""The rest of the record, after paths have parted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord
+from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Return whirl and places beside simulations; None where the drops do not tell, or no model is believed."""
+    records = evidence.diagnosis.late
+    probes = [name for name in records[0].probes if all(name in each.probes for each in records)] if records else []
+    if not records or not probes:
+        return None
+    from tdbmon.figures.late_record import late_record
+
+    rows = [
+        Row((each.name, f"{each.whirl_departure:+.1f}", *(f"{_departure(each, probe):+.1f}" for probe in probes)))
+        for each in records
+    ]
+    furthest = max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
+    return Section(
+        "The rest of the record",
+        (
+            Paragraph(
+                "Neighbouring paths with impacts part, so later readings are not compared one by one. How far the shaft whirls"
+                " with its turning, and where it stays on average, is compared with simulations of each drop"
+                f" ({len(records[0].whirls)}, from points drawn about the fit). A whirl that departs by"
+                f" {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, to one side, or a probe whose readings depart"
+                f" by {STAYS_ELSEWHERE:g} on average over the drops, would tell that something acts which the model lacks."
+            ),
+            Table(
+                "Departure from the simulations, standard deviations, mean over the windows",
+                ("Drop", "Whirl, 1X", *(f"Place, {probe}" for probe in probes)),
+                tuple(rows),
+            ),
+            Figure(
+                "late-record",
+                f"From {evidence.diagnosis.best.horizon * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
+                f" mean reading of {furthest}, which departs most, measured and simulated." + evidence.selection,
+                "For some drops, whirl and place against time, measured, and the band of the simulations.",
+                partial(late_record, records, evidence.shown, furthest),
+            ),
+        ),
+    )
+
+
+def _departure(record: LateRecord, probe: str) -> float:
+    return float(record.place_departures[record.probes.index(probe)])

@@ -1,0 +1,133 @@
+"""The rest of the record after paths have parted, on drops of the same simulator (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tdbmon.diagnosis.contender import Contender, settled
+from tdbmon.diagnosis.late_record import (
+    STAYS_ELSEWHERE,
+    WHIRLS_OTHERWISE,
+    LateRecord,
+    acts_later,
+    late_record,
+    late_records,
+)
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import linearised
+from tdbmon.identify.problem import build_problem
+from tests.diagnosis.simulated import record
+from tests.identify import drops
+
+SPEEDS = ((80.0, 1), (150.0, 2))
+AHEAD_S = 0.06  # s after the release, from which on the shaft whirls so much more
+MORE = 8e-5  # m
+DRIFT = 3e-5  # m
+
+
+def made(times=1.0, shift=0.0, name="a.nc", count=12, windows=5):
+    """A drop that whirls so many times as far as its simulations, and that its second probe sees shifted."""
+    rng = np.random.default_rng(3)
+    whirls = 1e-5 * np.exp(0.1 * rng.standard_normal((count, windows)))
+    places = -1e-4 + 5e-6 * rng.standard_normal((count, 2, windows))
+    place = np.median(places, axis=0) + np.array([[0.0], [shift]])
+    return LateRecord(
+        name, np.arange(windows) * 0.05, ("DE_A", "DE_B"), times * np.median(whirls, axis=0), whirls, place, places
+    )
+
+
+@given(st.floats(0.1, 10.0), st.floats(-1e-4, 1e-4))
+def test_how_far_a_drop_departs_is_told_whatever_the_size(times, shift):
+    each = made(times, shift)
+    assert each.whirl_times == pytest.approx(times)
+    assert each.whirl_departure == pytest.approx(np.log(times) / np.log(2) * made(2.0).whirl_departure, abs=0.02)
+    assert each.shifts == pytest.approx([0.0, shift])
+    assert each.place_departures == pytest.approx([0.0, shift / 1e-5 * made(shift=1e-5).place_departures[1]])
+
+
+def test_half_of_the_drops_and_two_at_least_must_whirl_otherwise_to_one_side():
+    same, more, less = made(), made(2.5, name="b.nc"), made(0.4)
+    assert more.whirl_departure > WHIRLS_OTHERWISE > same.whirl_departure
+    assert less.whirl_departure < -WHIRLS_OTHERWISE
+    assert acts_later([same, same]) is None
+    assert "once a revolution 2.5 times as far in b.nc, 2.5 times as far in b.nc" in acts_later(
+        [same, more, more, same]
+    )
+    assert acts_later([less, less])
+    assert acts_later([more, less, same, same]) is None
+    assert acts_later([more, same, same, same]) is None
+    assert acts_later([more]) is None
+
+
+def test_a_probe_must_see_the_shaft_elsewhere_on_average():
+    there = made(shift=2e-5)
+    assert there.place_departures[1] > 2 * STAYS_ELSEWHERE
+    assert "probe 'DE_B' reads +20 um more" in acts_later([there, there])
+    assert acts_later([there, made(shift=-2e-5)]) is None
+    assert acts_later([there]) is None
+
+
+@pytest.fixture(scope="module")
+def settled_plain(crew):
+    """The plain model at the fall of two drops that have 0.35 s more."""
+    machine = drops.machine()
+    measured = tuple(measured_drop(record(machine, hz, seed, seconds=0.35), machine) for hz, seed in SPEEDS)
+    problem = build_problem(machine, measured, crew)
+    found = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
+    for horizon in (0.006, 0.01, 0.014, 0.018):
+        found = settled(found, horizon, 4)
+    return found
+
+
+def with_readings(contender, more):
+    """The contender whose drops read so much more at given times (n,), shaft angles (n,) and probe angles (probes, 1)."""
+    changed = []
+    for drop in contender.problem.drops:
+        angle = np.interp(drop.time, drop.pulse_times, drop.pulse_angles)
+        axes = np.array([probe.angle for probe in drop.probes])[:, None]
+        changed.append(replace(drop, reading=drop.reading + more(drop.time - drop.release, angle, axes)))
+    return replace(contender, problem=replace(contender.problem, drops=tuple(changed)))
+
+
+def test_drops_of_the_model_are_among_their_simulations(settled_plain):
+    found = late_records(settled_plain)
+    assert all(len(each.time) >= 5 and each.whirls.shape == (32, len(each.time)) for each in found)
+    assert all(each.probes == ("NDE_A", "NDE_B", "DE_A", "DE_B") for each in found)
+    assert max(abs(each.whirl_departure) for each in found) < WHIRLS_OTHERWISE
+    assert acts_later(found) is None
+
+
+def test_a_part_that_flies_off_later_is_seen(settled_plain):
+    found = late_records(
+        with_readings(settled_plain, lambda since, angle, axes: (since > AHEAD_S) * MORE * np.cos(angle - axes))
+    )
+    assert "whirls once a revolution" in acts_later(found)
+    assert all(each.whirl_times > 1.3 for each in found)
+
+
+def test_a_probe_that_drifts_is_seen_at_its_place(settled_plain):
+    def drift(since, angle, axes):
+        return np.array([[0.0], [0.0], [1.0], [0.0]]) * DRIFT * np.clip(since / 0.1, 0.0, 1.0)
+
+    said = acts_later(late_records(with_readings(settled_plain, drift)))
+    assert "probe 'DE_A' reads +" in said
+    assert "NDE_A" not in said and "NDE_B" not in said
+
+
+def test_a_probe_without_most_of_its_samples_takes_no_part(settled_plain):
+    def lost(since, angle, axes):
+        return np.where(np.array([[0], [1], [0], [0]]) * (since > 0.2), np.nan, 0.0)
+
+    found = late_records(with_readings(settled_plain, lost))
+    assert all(each.probes == ("NDE_A", "DE_A", "DE_B") for each in found)
+    assert acts_later(found) is None
+
+
+def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(settled_plain):
+    problem = settled_plain.problem
+    mute = tuple(replace(drop, pulse_times=np.empty(0), pulse_angles=np.empty(0)) for drop in problem.drops)
+    assert late_records(replace(settled_plain, problem=replace(problem, drops=mute))) is None
+    assert late_record(problem, [settled_plain.fit.point] * 8, 0, 0.3) is None
