@@ -31,7 +31,7 @@ def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str)
         Whose mean readings are drawn; all of the drops have it.
     """
     figure = new_figure(96, "Means of 50 ms or three turns · 1X: root mean square over the probes")
-    axes = subplots(figure, 2, len(shown), Margins(17, 3, 13, 20, across=4), sharex=True, sharey="row")
+    axes = subplots(figure, 2, len(shown), Margins(17, 3, 13, 20, across=4, down=4), sharex=True, sharey="row")
     for column, drop in enumerate(shown):
         each = records[drop]
         row = each.probes.index(probe)

@@ -18,7 +18,7 @@ def section(evidence: Evidence) -> Section | None:
     from tdbmon.figures.late_record import late_record
 
     rows = [
-        Row((each.name, f"{each.whirl_departure:+.1f}", *(f"{_departure(each, probe):+.1f}" for probe in probes)))
+        Row((each.name, _signed(each.whirl_departure), *(_signed(_departure(each, probe)) for probe in probes)))
         for each in records
     ]
     furthest = max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
@@ -50,3 +50,7 @@ def section(evidence: Evidence) -> Section | None:
 
 def _departure(record: LateRecord, probe: str) -> float:
     return float(record.place_departures[record.probes.index(probe)])
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.1f}".replace("-", "−")

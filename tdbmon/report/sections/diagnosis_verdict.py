@@ -40,8 +40,8 @@ def section(evidence: Evidence) -> Section:
     if diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
         blocks.append(
             Paragraph(
-                "Something acts later than the readings can be followed. No effect of the catalogue was asked about it: look at"
-                " how the shaft whirls in the rest of the record."
+                "Something acts later than the readings can be followed. No effect of the catalogue is sought there: look at"
+                " the rest of the record, below."
             )
         )
     elif diagnosis.verdict.kind is Kind.UNKNOWN:
