@@ -15,7 +15,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.next_test import ALIKE, next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
@@ -185,7 +185,7 @@ def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
             " they change with speed, can hardly be told apart. Drop from two more speeds"
         )
     speeds = [abs(drop.omega) for drop in drops]
-    if len(drops) > 1 and max(speeds) < 1.1 * min(speeds):
+    if len(drops) > 1 and max(speeds) < ALIKE * min(speeds):
         out.append(
             "all drops are from one speed: unbalance, bow and runout can hardly be told apart, nor the laws of windage;"
             " drop from another speed too"

@@ -37,7 +37,11 @@ Progress = Callable[[str], None]
 HORIZON = 0.022  # s after the release, past the first contacts of usual gaps
 DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
 ALIKE = 0.95  # similarity above which two suspects are not told apart
-CANDIDATES = (0.5, 1.0, 1.5)  # of the greatest speed given, for one more drop
+CANDIDATES = (
+    0.5,
+    0.75,
+    1.0,
+)  # of the greatest speed given, for one more drop; nobody says that the machine may go faster
 
 _LEVITATED_S, _AFTER_S = 0.1, 0.03
 _OFF_CENTRE = 0.1  # of the gap

@@ -1,0 +1,27 @@
+"""Which drop or measurement would teach most after a verdict."""
+
+from dataclasses import replace
+
+from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.verdict import Kind, Verdict
+
+
+def advice(plain, kind, speeds):
+    drops = tuple(
+        replace(drop, omega=2 * 3.141592653589793 * speed)
+        for drop, speed in zip(plain.problem.drops, speeds, strict=False)
+    )
+    return next_test(Verdict(kind, (), (), ""), (replace(plain, problem=replace(plain.problem, drops=drops)),))
+
+
+def test_nothing_more_is_needed_only_after_drops_from_several_speeds(competed):
+    plain = next(each for each in competed if not each.causes)
+    assert advice(plain, Kind.NONE, (80.0, 150.0)).startswith("none needed")
+    for speeds in ((80.0,), (80.0, 82.0)):
+        assert advice(plain, Kind.NONE, speeds).startswith("drops from two speeds below 8")
+
+
+def test_no_speed_above_the_fastest_is_asked_for(competed):
+    plain = next(each for each in competed if not each.causes)
+    assert advice(plain, Kind.NAMED, (80.0, 150.0)).startswith("a drop from between 80 and 150 Hz")
+    assert advice(plain, Kind.NAMED, (80.0,)).startswith("a drop from a speed below 80 Hz")
