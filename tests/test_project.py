@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import tdbsim
 
+from tdbmon import effects_page
 from tdbmon.shipped import shipped
 
 
@@ -34,6 +35,11 @@ def test_shipped_files_are_those_of_the_manifest():
         assert entry["kind"] in ("synthetic", "measured")
         assert entry["licence"]
         assert entry["origin"]
+
+
+def test_the_page_of_effects_says_what_they_declare():
+    shown = effects_page.PAGE.read_text(encoding="utf-8")
+    assert shown == effects_page.render(), "remake it: python -m tdbmon.effects_page"
 
 
 ROOT = Path(__file__).parents[1]

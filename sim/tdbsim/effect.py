@@ -176,6 +176,7 @@ class Effect:
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
+    adds_to_stated: ClassVar[bool] = False  # size and angle are added to a vector that the machine's file states there
     rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
 
     def __post_init__(self) -> None:
@@ -211,6 +212,11 @@ class Effect:
         if self.place in (Place.BEARING, Place.BEARING_OR_BOTH, Place.END):
             return (0, 1) if self.where == "both" else (machine.ends.index(self.where),)
         return ()
+
+    @classmethod
+    def can_act(cls, machine: Machine) -> bool:
+        """Return whether the machine has what the effect changes; where it has not, it cannot be what a model lacks."""
+        return True
 
     def check_place(self, machine: Machine) -> None:
         """Raise InputError where the machine has no such place."""

@@ -100,8 +100,8 @@ def _sigmas(contender: Contender) -> dict[str, float]:
     sigmas = {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
     values, _ = problem.values(point, 0)
     for free in problem.free:
-        if free.declared.identifier == "unbalance":
-            _add_own_unbalance(sigmas, values, problem, free)
+        if free.declared.kind.adds_to_stated:
+            _add_stated(sigmas, values, problem, free)
     return sigmas
 
 
@@ -119,15 +119,13 @@ def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float
     return out
 
 
-def _add_own_unbalance(
-    sigmas: dict[str, float], values: Mapping[str, float], problem: Problem, free: FreeEffect
-) -> None:
-    """Widen what is known of an unbalance by the tolerance of the machine's own in its plane.
+def _add_stated(sigmas: dict[str, float], values: Mapping[str, float], problem: Problem, free: FreeEffect) -> None:
+    """Widen what is known of an unbalance, or what else adds to a stated vector, by the tolerance of the machine's own there.
 
     The drops tell their sum only; slopes by differences, rough where contacts begin and end, seem to tell them apart.
     """
     own = {p.name: p.sigma for p in problem.shared}
-    amount, phase = f"{free.name}.amount", f"{free.name}.phase"
+    amount, phase = (f"{free.name}.{of.name}" for of in free.declared.parameters[:2])
     if f"{free.where}.along" in own and amount in sigmas:
         either = max(own[f"{free.where}.along"], own[f"{free.where}.across"])
         sigmas[amount] = math.hypot(sigmas[amount], either)

@@ -184,11 +184,11 @@ def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effec
     taken = {(each.identifier(), end) for each in standing for end in (each.ends(machine) or (each.where,))}
     found = []
     for declared in catalogue():
+        if not declared.kind.can_act(machine):
+            continue
         for where in places(declared.place, machine):
             ends = (0, 1) if where == "both" else (machine.ends.index(where),) if where in machine.ends else (where,)
             if any((declared.identifier, end) in taken for end in ends) or not _seen(declared, where, probes):
-                continue
-            if declared.identifier == "quadratic_windage" and machine.rotor.speed_decay_time is None:
                 continue
             found += [Suspect(declared, where, held, _sizes(declared, held)) for held in _held(declared)]
     return tuple(found)

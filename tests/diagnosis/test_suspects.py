@@ -18,6 +18,13 @@ def test_every_effect_is_a_suspect_everywhere():
     assert {s.where for s in found if s.declared.identifier == "oval_clearance"} == {"NDE", "DE"}
 
 
+def test_a_law_of_windage_is_no_suspect_where_no_windage_is_stated():
+    machine = load_machine(shipped("short/machine.toml"))
+    without = machine.model_copy(update={"rotor": machine.rotor.model_copy(update={"speed_decay_time": None})})
+    names, fewer = ({s.name for s in suspects(each, each.probes, ())} for each in (machine, without))
+    assert names - fewer == {"quadratic_windage@rotor"}
+
+
 def test_what_a_model_has_already_is_no_suspect():
     machine = load_machine(shipped("short/machine.toml"))
     standing = [parse("oval_clearance:end=NDE,amplitude=10 um"), parse("stribeck_friction:end=both,static_excess=0.1")]

@@ -19,7 +19,7 @@ PLAN = DropPlan(150.0, 0.35, levitated=0.1)
 SHORT = DropPlan(150.0, 0.02, levitated=0.01)
 EVERY = pytest.mark.parametrize("declared", catalogue(), ids=[each.identifier for each in catalogue()])
 
-# the catalogue that users, records and diagnoses name
+# what users, records and diagnoses name already: the catalogue may grow, none of these goes or moves
 NAMES = {
     "residual_magnetic_force": Place.ROTOR, "unbalance": Place.PLANE, "shaft_bow": Place.ROTOR,
     "cross_coupled_stiffness": Place.PLANE, "stribeck_friction": Place.BEARING_OR_BOTH,
@@ -41,8 +41,8 @@ def short_drop(machine):
     return simulate(machine, SHORT)
 
 
-def test_the_catalogue():
-    assert {each.identifier: each.place for each in catalogue()} == NAMES
+def test_the_catalogue_holds_what_is_named_already():
+    assert {each.identifier: each.place for each in catalogue()}.items() >= NAMES.items()
 
 
 @EVERY

@@ -11,6 +11,7 @@ import numpy as np
 from tdbsim.columns import DECAY_RATE
 from tdbsim.effect import Effect, Place, parameter
 from tdbsim.errors import InputError
+from tdbsim.machine import Machine
 from tdbsim.signature import after_release
 
 if TYPE_CHECKING:
@@ -32,6 +33,10 @@ class QuadraticWindage(Effect):
 
     share: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "part of the drag at the reference speed that is quadratic")
     reference_speed: float = parameter("Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the drag stays as it was")
+
+    @classmethod
+    def can_act(cls, machine: Machine) -> bool:
+        return machine.rotor.speed_decay_time is not None
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         rate = float(draft.arrays.spin[DECAY_RATE])

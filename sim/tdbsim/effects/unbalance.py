@@ -26,6 +26,7 @@ class Unbalance(Effect):
     place: ClassVar = Place.PLANE
     signature: ClassVar = "A synchronous forward orbit, growing with speed, in levitation and after the drop."
     rise: ClassVar = 1.2
+    adds_to_stated: ClassVar = True
 
     amount: float = parameter("g mm", 0.0, (0.0, 2000.0), 100.0, "unbalance added to the machine file's", si="kg m")
     phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "its angle on the shaft from the mark", si="rad")
