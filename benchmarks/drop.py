@@ -56,8 +56,11 @@ def drawn(model, plan, rng):
 
 def at_ends(trajectory):
     """Return the shaft's centres (k, 2), complex."""
+    from tdbsim import state_layout
+
     n = trajectory.model.n
-    return (trajectory.state[:, :n] + 1j * trajectory.state[:, n : 2 * n]) @ trajectory.model.arrays.at_end.T
+    modes = trajectory.state[:, state_layout.modes_x(n)] + 1j * trajectory.state[:, state_layout.modes_y(n)]
+    return modes @ trajectory.model.arrays.at_end.T
 
 
 def main() -> None:

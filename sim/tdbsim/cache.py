@@ -110,6 +110,13 @@ def called(function: Callable[..., Any]) -> Any:
     return _part(function, False, _REASSOCIATED)
 
 
+def shared(function: Callable[..., Any]) -> Any:
+    """Let kernels have a small function compiled into them that stays a plain one for Python."""
+    from numba.extending import register_jitable
+
+    return register_jitable(error_model="numpy", forceinline=True)(function)
+
+
 def _part(function: Callable[..., Any], always_inlined: bool, fastmath: set[str]) -> Any:
     import numba
 

@@ -18,12 +18,14 @@ import math
 import numpy as np
 import xarray as xr
 
+from tdbsim import state_layout
 from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.drop_model import Array
 from tdbsim.errors import InputError
 from tdbsim.observe import ENERGIES, FORCES, observed
-from tdbsim.rhs import LEDGER
 from tdbsim.sensors import Motion, at_probes, measure
 from tdbsim.simulate import Trajectory
+from tdbsim.state_layout import LEDGER
 
 _FORCE_UNITS = {"slip_speed": "m/s", "depth": "m"}
 
@@ -32,9 +34,9 @@ def sensed(trajectory: Trajectory) -> xr.Dataset:
     """Return the record that the machine's sensors make of a drop, with the effects that act on them."""
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
-    x, y = at_probes(machine, model.modes, state[:, :n].T, state[:, n : 2 * n].T)
-    omega = state[:, 2 * n + 15 + 2 * n + 12]
-    motion = Motion(trajectory.time, x, y, state[:, 2 * n + 12], np.abs(omega) / (2 * math.pi))
+    x, y = at_probes(machine, model.modes, *_displaced(state, n))
+    omega = state[:, state_layout.omega(n)]
+    motion = Motion(trajectory.time, x, y, state[:, state_layout.shaft_angle(n)], np.abs(omega) / (2 * math.pi))
     chain = plan.sensors
     for effect in model.effects:
         chain = effect.sense(chain, machine, plan.sampling)
@@ -48,7 +50,6 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     """Return the Dataset of a drop; see the head of this module for its variables."""
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
-    nq = 2 * n + 15
     seen = observed(trajectory)
     forces, loads, energies = seen.forces, seen.loads, seen.energies
 
@@ -59,31 +60,30 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
         energy_kind=list(ENERGIES),
         work_kind=list(LEDGER),
     )
-    omega = state[:, nq + 2 * n + 12]
-    x, y = at_probes(machine, model.modes, state[:, :n].T, state[:, n : 2 * n].T)
+    omega = state[:, state_layout.omega(n)]
+    x, y = at_probes(machine, model.modes, *_displaced(state, n))
     record["shaft_x"] = (("probe", "time"), x, {"units": "m"})
     record["shaft_y"] = (("probe", "time"), y, {"units": "m"})
-    place = 2 * n + 6 * np.arange(2)
+    place = np.array([state_layout.bodies(n, end) for end in range(2)])
     for name, column in (("ring", 0), ("support", 2)):
         for axis in range(2):
             values = state[:, place + column + axis].T
             record[f"{name}_{'xy'[axis]}"] = (("end", "time"), values, {"units": "m"})
-    at_end = model.arrays.at_end
-    record["rotor_x"] = (("end", "time"), at_end @ state[:, :n].T, {"units": "m"})
-    record["rotor_y"] = (("end", "time"), at_end @ state[:, n : 2 * n].T, {"units": "m"})
+    for name, displaced in zip(("rotor_x", "rotor_y"), _displaced(state, n), strict=True):
+        record[name] = (("end", "time"), model.arrays.at_end @ displaced, {"units": "m"})
     for k, name in enumerate(FORCES):
         record[name] = (("end", "time"), forces[:, k], {"units": _FORCE_UNITS.get(name, "N")})
     record["ball_load"] = (("end", "ball", "time"), loads, {"units": "N"})
-    rings = slice(nq + 2 * n + 13, nq + 2 * n + 15)
-    record["ring_speed"] = (("end", "time"), state[:, rings].T / (2 * math.pi), {"units": "Hz"})
-    turned = state[:, 2 * n + 13 : 2 * n + 15] - model.arrays.end[:, RING_ANGLE]
+    record["ring_speed"] = (("end", "time"), state[:, state_layout.ring_speeds(n)].T / (2 * math.pi), {"units": "Hz"})
+    ring_angle = state[:, state_layout.ring_angles(n)]
+    turned = ring_angle - model.arrays.end[:, RING_ANGLE]
     cage = model.arrays.end[:, CAGE_ANGLE] + model.arrays.end[:, CAGE_RATIO] * turned
     record["cage_angle"] = (("end", "time"), cage.T, {"units": "rad"})
-    record["ring_angle"] = (("end", "time"), state[:, 2 * n + 13 : 2 * n + 15].T, {"units": "rad"})
-    record["shaft_angle"] = ("time", state[:, 2 * n + 12], {"units": "rad"})
+    record["ring_angle"] = (("end", "time"), ring_angle.T, {"units": "rad"})
+    record["shaft_angle"] = ("time", state[:, state_layout.shaft_angle(n)], {"units": "rad"})
     record["rotor_speed"] = ("time", omega / (2 * math.pi), {"units": "Hz"})
     record["energy"] = (("energy_kind", "time"), energies, {"units": "J"})
-    record["work"] = (("work_kind", "time"), state[:, 2 * nq :].T, {"units": "J"})
+    record["work"] = (("work_kind", "time"), state[:, state_layout.work(n) :].T, {"units": "J"})
     peak = np.maximum(trajectory.peak_normal, forces[:, FORCES.index("normal_force")].max(axis=1))
     record["peak_normal_force"] = ("end", peak, {"units": "N", "long_name": "of all steps"})
     if trajectory.warmth is not None:
@@ -98,6 +98,11 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     }
     _check_finite(record)
     return record
+
+
+def _displaced(state: Array, n: int) -> tuple[Array, Array]:
+    """Return the modal displacements (n, k) along x and y."""
+    return state[:, state_layout.modes_x(n)].T, state[:, state_layout.modes_y(n)].T
 
 
 def _check_finite(record: xr.Dataset) -> None:

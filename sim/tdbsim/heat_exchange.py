@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbsim import hooks
+from tdbsim import hooks, state_layout
 from tdbsim.ball_bearing import ball_load
 from tdbsim.bearing_torque import race_shares, speed_torque
 from tdbsim.cache import compiled, inlined
@@ -30,7 +30,8 @@ from tdbsim.columns import (
 )
 from tdbsim.contact import elastic_force
 from tdbsim.heat_network import GROWTHS, NODES, Network, warm
-from tdbsim.rhs import DRAGGED, EXTERNAL, HEAT, RUBBED, positions, touching
+from tdbsim.rhs import touching
+from tdbsim.state_layout import DRAGGED, EXTERNAL, HEAT, RUBBED
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
     """Return the resultant of the balls' loads, N, the sum of their squared presses, m^2, and their elastic energy, J."""
     row = m.end[end]
     n = len(m.square)
-    i, ring = 2 * n + 6 * end, y[2 * n + 13 + end]
+    i, ring = state_layout.bodies(n, end), y[state_layout.ring_angle(n, end)]
     cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring - row[RING_ANGLE])
     cosine, sine = math.cos(cage), math.sin(cage)
     ex, ey = y[i] - y[i + 2], y[i + 1] - y[i + 3]
@@ -89,13 +90,13 @@ def elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
     """Return the energy in the contacts of rotor, ring and balls, J."""
     row = m.end[end]
     n = len(m.square)
-    i = 2 * n + 6 * end
+    i, ring = state_layout.bodies(n, end), y[state_layout.ring_angle(n, end)]
     x, z = 0.0, 0.0
     for k in range(n):
         x += m.at_end[end, k] * y[k]
         z += m.at_end[end, k] * y[n + k]
-    heat = y[2 * positions(n) + HEAT + end]
-    _, _, depth, _ = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], y[2 * n + 13 + end], heat)
+    heat = y[state_layout.work(n) + HEAT + end]
+    _, _, depth, _ = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], ring, heat)
     _, _, balls = pressed_balls(m, end, y)
     if depth <= 0.0:
         return balls
@@ -148,7 +149,7 @@ def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-
             half_clearance += bearings.closing[k, 1, part] * grown
         row[GAP], row[HALF_CLEARANCE] = gap, half_clearance
         row[RING_DRAG] = cold[2] + course[LOAD_TORQUE] + course[SPEED_TORQUE] + course[SPIN_INNER] + course[SPIN_OUTER]
-        y[2 * positions(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
+        y[state_layout.work(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
         if not gap > 0.0:
             closed = end
     return closed
@@ -158,17 +159,17 @@ def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-
 def give_heat(m, end, network, across, before, after, step, drags, course):  # type: ignore[no-untyped-def]
     """Advance the temperatures in `course` by the work of friction and drag between two states."""
     n = len(m.square)
-    nq = positions(n)
-    ledger = 2 * nq
+    ledger = state_layout.work(n)
     rubbed = after[ledger + RUBBED + end] - before[ledger + RUBBED + end]
     # the ledger holds the drag's work at both ends: each has its torque times the angle that its ring turned
-    mine = drags[end] * abs(after[2 * n + 13 + end] - before[2 * n + 13 + end])
-    both = mine + drags[1 - end] * abs(after[2 * n + 14 - end] - before[2 * n + 14 - end])
+    own, other = state_layout.ring_angle(n, end), state_layout.ring_angle(n, 1 - end)
+    mine = drags[end] * abs(after[own] - before[own])
+    both = mine + drags[1 - end] * abs(after[other] - before[other])
     dragged = (after[ledger + DRAGGED] - before[ledger + DRAGGED]) * mine / both if both > 0.0 else 0.0
     share, other_share = race_shares(drags[end], course[SPIN_INNER], course[SPIN_OUTER], across)
     inner, outer = share * dragged, other_share * dragged
-    shaft_speed = before[nq + 2 * n + 12] / (2.0 * math.pi)
-    ring_speed = before[nq + 2 * n + 13 + end] / (2.0 * math.pi)
+    shaft_speed = before[state_layout.omega(n)] / (2.0 * math.pi)
+    ring_speed = before[state_layout.ring_speed(n, end)] / (2.0 * math.pi)
     rise = course[RISE:GROWN]
     course[LOST] += warm(network, rise, step, rubbed, inner, outer, shaft_speed, ring_speed)
     course[RUB_HEAT] += rubbed
@@ -180,7 +181,7 @@ def give_heat(m, end, network, across, before, after, step, drags, course):  # t
 def find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
     """Fill the torques of `course` with those of states' mean load and speed; `law` as in `WarmBearings`."""
     n = len(m.square)
-    turning = positions(n) + 2 * n + 13 + end
+    turning = state_layout.ring_speed(n, end)
     loads, speeds, squares = 0.0, 0.0, 0.0
     for k in range(len(states)):
         load, pressed, _ = pressed_balls(m, end, states[k])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tdbsim import dormand_prince, splitting
+from tdbsim import dormand_prince, splitting, state_layout
 from tdbsim.drop_model import Array, DropModel
 from tdbsim.errors import InputError
 from tdbsim.mode_rows import ROW as MOST_MODES
@@ -99,6 +99,11 @@ def check_finite(reached: float, times: Array, out: Array) -> None:
 
 def error_scale(n: int) -> Array:
     """Return the size of each component of the state against which errors count."""
-    positions = np.concatenate([np.full(2 * n, 1e-3), np.full(12, 1e-4), np.ones(3)])
-    rates = np.concatenate([np.full(2 * n, 1.0), np.full(12, 0.1), [1e-2, 1.0, 1.0]])
-    return np.concatenate([positions, rates, np.ones(14)])
+    scale = np.ones(
+        state_layout.size(n)
+    )  # as it stands, of modal velocities, of angles, of the rings' speeds and of work
+    bodies, angles, rates = state_layout.bodies(n, 0), state_layout.shaft_angle(n), state_layout.positions(n)
+    scale[:bodies], scale[bodies:angles] = 1e-3, 1e-4
+    scale[rates + bodies : rates + angles] = 0.1
+    scale[state_layout.omega(n)] = 1e-2
+    return scale

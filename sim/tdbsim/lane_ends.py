@@ -81,8 +81,8 @@ from tdbsim.lane_rows import (
     WORK,
     effect_of,
 )
-from tdbsim.rhs import DRAGGED, EXTERNAL, HEAT, ROLLED, RUBBED, STRUCK, YIELDED
 from tdbsim.ring_rows import damp
+from tdbsim.state_layout import DRAGGED, EXTERNAL, HEAT, ROLLED, RUBBED, STRUCK, YIELDED
 from tdbsim.support import linear_spring
 from tdbsim.vectors import LANES, beyond, bits, load, masked, spread, store, where
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tdbsim import hooks
+from tdbsim import hooks, state_layout
 from tdbsim.cache import called, inlined
 from tdbsim.columns import (
     BALL_COUNT,
@@ -25,7 +25,7 @@ from tdbsim.columns import (
 )
 from tdbsim.drop_model import Arrays
 from tdbsim.lane_modes import BLOCK, COSINE, MODE_STATE, MODE_STOP, RATE_X, RATE_Y, SINE, X, Y
-from tdbsim.rhs import LEDGER
+from tdbsim.state_layout import LEDGER
 from tdbsim.vectors import LANES, beyond, load, masked, store, where
 
 # the state: places and velocities of the rings along x and y of the one end and of the other, angles, work, then the modes
@@ -65,20 +65,20 @@ def room_for(count):  # type: ignore[no-untyped-def]
 
 @called
 def read_state(y, n, state):  # type: ignore[no-untyped-def]
-    """Fill the state from vectors (lanes, size) in the order of `tdbsim.rhs`; directions are still to be set."""
-    rates = 2 * n + 15
+    """Fill the state from vectors (lanes, size) in the order of `tdbsim.state_layout`; directions are still to be set."""
+    rates = state_layout.positions(n)
     for a in range(LANES):
         for end in range(2):
             for axis in range(2):
                 for part in range(3):
                     place = (part * _AXES + 2 * end + axis) * LANES + a
-                    at = 2 * n + 6 * end + 2 * part + axis
+                    at = state_layout.bodies(n, end) + 2 * part + axis
                     state[RING + place], state[RING_RATE + place] = y[a, at], y[a, rates + at]
         for k in range(3):
-            state[ANGLE + k * LANES + a] = y[a, 2 * n + 12 + k]
-            state[SPIN + k * LANES + a] = y[a, rates + 2 * n + 12 + k]
+            state[ANGLE + k * LANES + a] = y[a, state_layout.shaft_angle(n) + k]
+            state[SPIN + k * LANES + a] = y[a, state_layout.omega(n) + k]
         for k in range(len(LEDGER)):
-            state[WORK + k * LANES + a] = y[a, 2 * rates + k]
+            state[WORK + k * LANES + a] = y[a, state_layout.work(n) + k]
         for k in range(n):
             i = MODES + k * MODE_STATE + a
             state[i + X], state[i + Y] = y[a, k], y[a, n + k]
@@ -87,8 +87,8 @@ def read_state(y, n, state):  # type: ignore[no-untyped-def]
 
 @called
 def write_state(state, n, a, out):  # type: ignore[no-untyped-def]
-    """Write the state of a lane to a place, in the order of `tdbsim.rhs`."""
-    rates = 2 * n + 15
+    """Write the state of a lane to a place, in the order of `tdbsim.state_layout`."""
+    rates = state_layout.positions(n)
     for k in range(n):
         i = MODES + k * MODE_STATE + a
         out[k], out[n + k] = state[i + X], state[i + Y]
@@ -97,13 +97,13 @@ def write_state(state, n, a, out):  # type: ignore[no-untyped-def]
         for part in range(3):
             for axis in range(2):
                 place = (part * _AXES + 2 * end + axis) * LANES + a
-                at = 2 * n + 6 * end + 2 * part + axis
+                at = state_layout.bodies(n, end) + 2 * part + axis
                 out[at], out[rates + at] = state[RING + place], state[RING_RATE + place]
     for k in range(3):
-        out[2 * n + 12 + k] = state[ANGLE + k * LANES + a]
-        out[rates + 2 * n + 12 + k] = state[SPIN + k * LANES + a]
+        out[state_layout.shaft_angle(n) + k] = state[ANGLE + k * LANES + a]
+        out[state_layout.omega(n) + k] = state[SPIN + k * LANES + a]
     for k in range(len(LEDGER)):
-        out[2 * rates + k] = state[WORK + k * LANES + a]
+        out[state_layout.work(n) + k] = state[WORK + k * LANES + a]
 
 
 @inlined

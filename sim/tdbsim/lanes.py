@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from tdbsim import state_layout
 from tdbsim.cache import called, inlined, reassociated
 from tdbsim.columns import (
     CAGE_RATIO,
@@ -90,9 +91,9 @@ from tdbsim.mode_rows import LANES as ROW_LANES
 from tdbsim.mode_rows import SAME as SAME_ROW
 from tdbsim.mode_rows import STAY as STAY_ROW
 from tdbsim.mode_rows import SWING_STOP as SWING_ROWS
-from tdbsim.rhs import EXTERNAL, LEDGER, MODAL, WINDAGE
 from tdbsim.ring_rows import DAMPER_STOP, damper_table
 from tdbsim.splitting import FLIGHT_STEP, LONG, PARTS, SHORT, USUAL
+from tdbsim.state_layout import EXTERNAL, MODAL, WINDAGE
 from tdbsim.turning import SMALL_TURN, turned_on
 from tdbsim.vectors import LANES, address, beyond, bits, load, masked, spread, store, where
 
@@ -385,7 +386,7 @@ def mix(tables, size, short, long, mixed):  # type: ignore[no-untyped-def]
 @called
 def settle(state, ends, n, a, way, times, parts, stop, rows, out, reached):  # type: ignore[no-untyped-def]
     """Write the state of a lane where it has arrived, and set it on its way; return whether there is more of that."""
-    width = 4 * n + 30 + len(LEDGER)
+    width = state_layout.size(n)
     while way[LEFT + a] == 0:
         row = way[AHEAD + a]
         write_state(state, n, a, beyond(out, (a * rows + row) * width))

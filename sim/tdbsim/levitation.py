@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbsim import state_layout
 from tdbsim.cache import compiled
 from tdbsim.columns import MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS
 from tdbsim.drop_model import Array, Arrays
 from tdbsim.errors import InputError
-from tdbsim.rhs import positions
 
 _RIGID = 2  # modes
 _KEPT = 64  # of each kind of factors
@@ -192,8 +192,8 @@ def fill_levitated(unturned, time, start, states):  # type: ignore[no-untyped-de
         Filled.
     """
     n = len(unturned)
-    nq = positions(n)
-    omega, angle = start[nq + 2 * n + 12], start[2 * n + 12]
+    nq, turning = state_layout.positions(n), state_layout.shaft_angle(n)
+    omega, angle = start[state_layout.omega(n)], start[turning]
     for row in range(len(time)):
         turned = omega * time[row]
         c, s = math.cos(angle + turned), math.sin(angle + turned)
@@ -205,4 +205,4 @@ def fill_levitated(unturned, time, start, states):  # type: ignore[no-untyped-de
             states[row, k] += x - (real * c0 - imag * s0)
             states[row, n + k] += y - (real * s0 + imag * c0)
             states[row, nq + k], states[row, nq + n + k] = -omega * y, omega * x
-        states[row, 2 * n + 12] = angle + turned
+        states[row, turning] = angle + turned

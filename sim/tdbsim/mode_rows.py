@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tdbsim import state_layout
 from tdbsim.cache import in_order, inlined
 
 LANES = 8  # modes are counted up to a multiple of it; those beyond the rotor's stay zero
@@ -26,7 +27,7 @@ def mode_rows(m, y):  # type: ignore[no-untyped-def]
     """Return the rows with the model's and the state's numbers."""
     modal = np.zeros(MODES_STOP)
     n = len(m.square)
-    rates = 2 * n + 15
+    rates = state_layout.positions(n)
     for k in range(n):
         modal[X + k], modal[Y + k] = y[k], y[n + k]
         modal[RATE_X + k], modal[RATE_Y + k] = y[rates + k], y[rates + n + k]
@@ -46,8 +47,8 @@ def copy_modes(modal, lanes, copy):  # type: ignore[no-untyped-def]
 
 @inlined
 def store_modes(modal, n, out, row):  # type: ignore[no-untyped-def]
-    """Write the state into a row of `out`, in the order of `tdbsim.rhs`."""
-    rates = 2 * n + 15
+    """Write the state into a row of `out`, in the order of `tdbsim.state_layout`."""
+    rates = state_layout.positions(n)
     for k in range(n):
         out[row, k], out[row, n + k] = modal[X + k], modal[Y + k]
         out[row, rates + k], out[row, rates + n + k] = modal[RATE_X + k], modal[RATE_Y + k]

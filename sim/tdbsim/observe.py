@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbsim import state_layout
 from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import compiled
 from tdbsim.columns import (
@@ -30,7 +31,8 @@ from tdbsim.columns import (
 )
 from tdbsim.contact import elastic_force
 from tdbsim.hooks import ball
-from tdbsim.rhs import HEAT, contact_forces, positions, touching
+from tdbsim.rhs import contact_forces, touching
+from tdbsim.state_layout import HEAT
 from tdbsim.support import spring_force
 
 if TYPE_CHECKING:
@@ -88,10 +90,10 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
     rings and supports; of the rotor's spin; of the rings' spin; of all springs; of the weight.
     """
     n = len(m.square)
-    nq = positions(n)
+    nq = state_layout.positions(n)
     for t in range(len(states)):
         y = states[t]
-        omega = y[nq + 2 * n + 12]
+        omega = y[state_layout.omega(n)]
         lateral = 0.0
         elastic_sum = 0.0
         weight = 0.0
@@ -102,8 +104,8 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
         turning = 0.0
         for end in range(2):
             row = m.end[end]
-            i = 2 * n + 6 * end
-            j = 2 * n + 13 + end
+            i = state_layout.bodies(n, end)
+            j = state_layout.ring_angle(n, end)
             x = 0.0
             z = 0.0
             vx = 0.0
@@ -114,7 +116,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
                 z += shape * y[n + k]
                 vx += shape * y[nq + k]
                 vy += shape * y[nq + n + k]
-            heat = y[2 * nq + HEAT + end]
+            heat = y[state_layout.work(n) + HEAT + end]
             nx, ny, depth, swing = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], y[j], heat)
             elastic = elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER])
             vx -= y[nq + i]

@@ -1,18 +1,10 @@
-"""The equations of a drop after the release: all forces, put together.
-
-The state is one vector: positions q, velocities v, work w.
-
-    q   n modal displacements in x, n in y; for each end inner ring x, y, outer ring x, y, foundation x, y; then the
-        angles of the shaft and of the two inner rings
-    v   their rates
-    w   what was dissipated, stored or supplied (`LEDGER`), J: the energy balance of a run
-"""
+"""The equations of a drop after the release: all forces, put together; `tdbsim.state_layout` says what the state is."""
 
 from __future__ import annotations
 
 import math
 
-from tdbsim import hooks
+from tdbsim import hooks, state_layout
 from tdbsim.ball_bearing import ring_force, ring_force_wavy
 from tdbsim.cache import compiled, inlined
 from tdbsim.columns import (
@@ -56,20 +48,21 @@ from tdbsim.columns import (
 )
 from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.friction import friction_force, load_share
+from tdbsim.state_layout import (
+    DRAGGED,
+    EXTERNAL,
+    HEAT,
+    LEDGER,
+    MODAL,
+    ROLLED,
+    RUBBED,
+    STRUCK,
+    WINDAGE,
+    YIELDED,
+)
 from tdbsim.support import spring_force
 
-LEDGER = (
-    "friction_0", "friction_1", "heat_0", "heat_1", "contact_0", "contact_1", "balls_0", "balls_1",
-    "support_0", "support_1", "modal", "windage", "ring_drag", "external",
-)  # fmt: skip
-RUBBED, HEAT, STRUCK, ROLLED, YIELDED, MODAL, WINDAGE, DRAGGED, EXTERNAL = 0, 2, 4, 6, 8, 10, 11, 12, 13
 REGULAR_SPIN = 1.0  # rad/s; the drag of an inner ring is proportional to its speed below it
-
-
-@inlined
-def positions(n):  # type: ignore[no-untyped-def]
-    """Return how many positions the state has with n modes a plane."""
-    return 2 * n + 15
 
 
 @inlined
@@ -134,9 +127,9 @@ def windage_acceleration(spin, effect, omega):  # type: ignore[no-untyped-def]
 def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
     """Fill `dy` with the rate of the state `y` at `t` s after the release."""
     n = len(m.square)
-    nq = positions(n)
-    ledger = 2 * nq
-    omega = y[nq + 2 * n + 12]
+    nq = state_layout.positions(n)
+    ledger = state_layout.work(n)
+    omega = y[state_layout.omega(n)]
     for k in range(nq):
         dy[k] = y[nq + k]
     for k in range(len(LEDGER)):
@@ -157,8 +150,8 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
     torque = 0.0
     for end in range(2):
         row = m.end[end]
-        i = 2 * n + 6 * end
-        j = 2 * n + 13 + end
+        i = state_layout.bodies(n, end)
+        j = state_layout.ring_angle(n, end)
         x = 0.0
         yy = 0.0
         vx = 0.0
@@ -225,12 +218,13 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
     struck = torque / m.spin[INERTIA]
     windage = windage_acceleration(m.spin, m.effect, omega)
     alpha = struck + windage
-    dy[nq + 2 * n + 12] = alpha
+    dy[state_layout.omega(n)] = alpha
     dy[ledger + WINDAGE] = -m.spin[INERTIA] * windage * omega
 
     # unbalance, bow, gyroscopics
-    cosine = math.cos(y[2 * n + 12])
-    sine = math.sin(y[2 * n + 12])
+    angle = y[state_layout.shaft_angle(n)]
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
     for k in range(n):
         along = m.unbalance[0, k] * cosine - m.unbalance[1, k] * sine
         across = m.unbalance[0, k] * sine + m.unbalance[1, k] * cosine
@@ -264,7 +258,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
 def add_magnets(m, share, y, dy):  # type: ignore[no-untyped-def]
     """Add a share of the force at the release of the magnetic bearings to the rates `dy`; return its power, W."""
     n = len(m.square)
-    nq = positions(n)
+    nq = state_layout.positions(n)
     power = 0.0
     for j in range(len(m.magnet)):
         fx = share * m.magnet[j, MAGNET_FX]

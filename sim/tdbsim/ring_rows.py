@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from tdbsim import state_layout
 from tdbsim.cache import called, inlined
 from tdbsim.columns import (
     BALL_DAMPING,
@@ -21,7 +22,7 @@ from tdbsim.columns import (
     SUPPORT_MASS,
 )
 from tdbsim.mode_rows import LANES
-from tdbsim.rhs import ROLLED, YIELDED
+from tdbsim.state_layout import ROLLED, YIELDED
 
 # places, velocities, work done on the dampers; these are the state
 (
@@ -39,8 +40,7 @@ TAKEN_RING, TAKEN_OUTER, TAKEN_SUPPORT, TAKEN_FROM_BASE, TAKEN_BASE, DAMPER_STOP
 def ring_rows(m, y):  # type: ignore[no-untyped-def]
     """Return the rows with the model's and the state's numbers."""
     n = len(m.square)
-    rates = 2 * n + 15
-    ledger = 2 * rates
+    rates, ledger = state_layout.positions(n), state_layout.work(n)
     rows = np.zeros(RING_STOP)
     for end in range(2):
         row = m.end[end]
@@ -48,8 +48,9 @@ def ring_rows(m, y):  # type: ignore[no-untyped-def]
         for axis in range(2):
             lane = 2 * end + axis
             for part in range(3):
-                rows[RING + part * LANES + lane] = y[2 * n + 6 * end + 2 * part + axis]
-                rows[RING_RATE + part * LANES + lane] = y[rates + 2 * n + 6 * end + 2 * part + axis]
+                at = state_layout.bodies(n, end) + 2 * part + axis
+                rows[RING + part * LANES + lane] = y[at]
+                rows[RING_RATE + part * LANES + lane] = y[rates + at]
             rows[RING_LIGHT + lane], rows[OUTER_LIGHT + lane] = 1.0 / row[RING_MASS], 1.0 / row[SUPPORT_MASS]
             rows[BASE_LIGHT + lane], rows[BASE_STIFFNESS + lane] = row[FOUNDATION_MOBILITY], row[FOUNDATION_STIFFNESS]
             rows[ROLL_DAMPING + lane], rows[YIELD_DAMPING + lane] = row[BALL_DAMPING], row[SUPPORT_DAMPING]
@@ -67,17 +68,16 @@ def copy_rings(rows, copy):  # type: ignore[no-untyped-def]
 
 @inlined
 def store_rings(rows, n, out, row):  # type: ignore[no-untyped-def]
-    """Write the state into a row of `out`, in the order of `tdbsim.rhs`.
+    """Write the state into a row of `out`, in the order of `tdbsim.state_layout`.
 
     The work of both axes goes on in one of them, so that all is the same where another call goes on from here.
     """
-    rates = 2 * n + 15
-    ledger = 2 * rates
+    rates, ledger = state_layout.positions(n), state_layout.work(n)
     for end in range(2):
         for axis in range(2):
             lane = 2 * end + axis
             for part in range(3):
-                at = 2 * n + 6 * end + 2 * part + axis
+                at = state_layout.bodies(n, end) + 2 * part + axis
                 out[row, at] = rows[RING + part * LANES + lane]
                 out[row, rates + at] = rows[RING_RATE + part * LANES + lane]
         lane = 2 * end

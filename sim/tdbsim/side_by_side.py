@@ -6,10 +6,10 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
+from tdbsim import state_layout
 from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
 from tdbsim.integration import check_finite, check_modes, longest_step
-from tdbsim.rhs import LEDGER
 from tdbsim.simulate import DropPlan, Released, Trajectory, instants, released
 
 Case = tuple[DropModel, DropPlan]
@@ -43,7 +43,7 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
         does no harm to the others.
     """
     count = len(instants(cases[0][1]))
-    states = np.empty((len(cases), count, 4 * cases[0][0].n + 30 + len(LEDGER)))
+    states = np.empty((len(cases), count, state_layout.size(cases[0][0].n)))
     found: list[Released | InputError] = []
     for model, plan in cases:
         try:

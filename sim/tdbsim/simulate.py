@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbsim import state_layout
 from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
@@ -120,7 +121,7 @@ def _finite(numbers: float | Pair | tuple[Pair, Pair]) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """States of a drop at the sampling instants (see `tdbsim.rhs` for their order).
+    """States of a drop at the sampling instants (see `tdbsim.state_layout` for their order).
 
     Attributes
     ----------
@@ -277,31 +278,31 @@ def initial_state(model: DropModel, plan: DropPlan) -> Array:
 
 def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.complex128]]:
     """Return the state at the release, and the whirl before it with the shaft's angle at zero."""
-    from tdbsim.rhs import LEDGER, positions
     from tdbsim.standstill import rest
 
     arrays, n = model.arrays, model.n
     arrays.end[:, CAGE_ANGLE], arrays.end[:, RING_ANGLE] = plan.cage_angle, plan.ring_angle
-    nq = positions.py_func(n)
-    y = np.zeros(2 * nq + len(LEDGER))
+    y = np.zeros(state_layout.size(n))
     omega = model.machine.sense * 2 * math.pi * plan.speed
     mean_x, mean_y, unturned = levitate(arrays, np.asarray(plan.set_point, dtype=float), omega)
     whirl = unturned * np.exp(1j * plan.shaft_angle)
     add_whirl_force(arrays, omega, whirl)
-    y[:n], y[n : 2 * n] = mean_x + whirl.real, mean_y + whirl.imag
+    y[state_layout.modes_x(n)], y[state_layout.modes_y(n)] = mean_x + whirl.real, mean_y + whirl.imag
     push = _rigid_velocity(arrays.at_end, plan.velocity)
-    y[nq : nq + n], y[nq + n : nq + 2 * n] = -omega * whirl.imag, omega * whirl.real
-    y[nq : nq + 2] += push.real
-    y[nq + n : nq + n + 2] += push.imag
-    y[2 * n + 12] = plan.shaft_angle
-    y[2 * n + 13 : 2 * n + 15] = plan.ring_angle
-    y[nq + 2 * n + 12] = omega
+    for rates, whirling, pushed in (
+        (y[state_layout.mode_rates_x(n)], -omega * whirl.imag, push.real),
+        (y[state_layout.mode_rates_y(n)], omega * whirl.real, push.imag),
+    ):
+        rates[:] = whirling
+        rates[:2] += pushed  # of the rigid modes
+    y[state_layout.shaft_angle(n)], y[state_layout.omega(n)] = plan.shaft_angle, omega
+    y[state_layout.ring_angles(n)] = plan.ring_angle
     means, orbits = (arrays.at_end @ (mean_x + 1j * mean_y)).tolist(), abs(arrays.at_end @ whirl).tolist()
     for end, name in enumerate(model.machine.ends):
         *places, found = rest(arrays, end)
         if not found:
             raise InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
-        y[2 * n + 6 * end : 2 * n + 6 * end + 6] = places
+        y[state_layout.bodies(n, end) :][: len(places)] = places
         offset, orbit = abs(means[end] - complex(*places[:2])), orbits[end]
         if offset + orbit >= arrays.end[end, GAP]:
             raise InputError(

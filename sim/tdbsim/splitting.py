@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from tdbsim import hooks
+from tdbsim import hooks, state_layout
 from tdbsim.ball_bearing import ball_load
 from tdbsim.cache import reassociated
 from tdbsim.columns import (
@@ -93,15 +93,6 @@ from tdbsim.mode_rows import (
     turn_plane,
 )
 from tdbsim.power_table import POWER_STOP, power, power_table
-from tdbsim.rhs import (
-    DRAGGED,
-    EXTERNAL,
-    HEAT,
-    MODAL,
-    RUBBED,
-    STRUCK,
-    WINDAGE,
-)
 from tdbsim.ring_rows import (
     BALL_FORCE,
     BASE,
@@ -119,6 +110,7 @@ from tdbsim.ring_rows import (
     ring_rows,
     store_rings,
 )
+from tdbsim.state_layout import DRAGGED, EXTERNAL, HEAT, MODAL, RUBBED, STRUCK, WINDAGE
 from tdbsim.support import linear_spring
 from tdbsim.turning import (
     ANGLE,
@@ -167,7 +159,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
         Time reached; it falls short where the state ceased to be finite.
     """
     n = len(m.square)
-    nq = 2 * n + 15
+    ledger = state_layout.work(n)
     lanes = LANES * ((n + LANES - 1) // LANES)
     axes = min(lanes, LANES)  # eight, but not for the compiler: loops whose length it knows it makes no vectors of
     square, circulatory = m.square, m.circulatory
@@ -177,7 +169,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
     tabled, aloft = pace[0], pace[1] > 0.0
     filled = np.zeros(len(PARTS), np.bool_)
     # the state in pieces, and as it was when a step began
-    modal, rings, turning, work = mode_rows(m, y), ring_rows(m, y), turning_rows(m, y), y[2 * nq :].copy()
+    modal, rings, turning, work = mode_rows(m, y), ring_rows(m, y), turning_rows(m, y), y[ledger:].copy()
     kept_modal, kept_rings, kept_turning, kept_work = modal.copy(), rings.copy(), turning.copy(), work.copy()
     gyro = gyro_rows(m.gyro, lanes)
     angle, spin = turning[ANGLE : ANGLE + 3], turning[SPIN : SPIN + 3]
@@ -445,7 +437,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
             peak[0], peak[1] = max(peak[0], pressed[0]), max(peak[1], pressed[1])
         t = times[row]
         for k in range(len(work)):
-            out[row, 2 * nq + k] = work[k]
+            out[row, ledger + k] = work[k]
         store_modes(modal, n, out, row)
         store_rings(rings, n, out, row)
         store_turning(turning, n, out, row)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from tdbsim import state_layout
 from tdbsim.cache import inlined
 from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
 from tdbsim.mode_rows import LANES
@@ -25,7 +26,7 @@ def turning_rows(m, y):  # type: ignore[no-untyped-def]
     rows = np.zeros(TURNING_STOP)
     n = len(m.square)
     for k in range(3):
-        rows[ANGLE + k], rows[SPIN + k] = y[2 * n + 12 + k], y[4 * n + 27 + k]
+        rows[ANGLE + k], rows[SPIN + k] = y[state_layout.shaft_angle(n) + k], y[state_layout.omega(n) + k]
     rows[RATIO], rows[RATIO + 1], rows[RATIO + 2] = 1.0, m.end[0, CAGE_RATIO], m.end[1, CAGE_RATIO]
     return rows
 
@@ -49,9 +50,10 @@ def copy_turning(rows, copy):  # type: ignore[no-untyped-def]
 
 @inlined
 def store_turning(rows, n, out, row):  # type: ignore[no-untyped-def]
-    """Write angles and spins into a row of `out`, in the order of `tdbsim.rhs`."""
+    """Write angles and spins into a row of `out`, in the order of `tdbsim.state_layout`."""
     for k in range(3):
-        out[row, 2 * n + 12 + k], out[row, 4 * n + 27 + k] = rows[ANGLE + k], rows[SPIN + k]
+        out[row, state_layout.shaft_angle(n) + k] = rows[ANGLE + k]
+        out[row, state_layout.omega(n) + k] = rows[SPIN + k]
 
 
 @inlined

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from tdbsim import state_layout
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
@@ -146,8 +147,9 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
     position, velocity = {}, {}
     for end, name in enumerate(machine.ends):
         shape = prediction.motion.model.arrays.at_end[end]
-        rate = [float(shape @ state[2 * n + 15 + axis * n : 2 * n + 15 + (axis + 1) * n]) for axis in range(2)]
-        place = [float(shape @ state[axis * n : (axis + 1) * n]) - late * rate[axis] for axis in range(2)]
+        rate = [float(shape @ state[of(n)]) for of in (state_layout.mode_rates_x, state_layout.mode_rates_y)]
+        place = [float(shape @ state[of(n)]) for of in (state_layout.modes_x, state_layout.modes_y)]
+        place = [place[axis] - late * rate[axis] for axis in range(2)]
         rate[1] += late * machine.gravity
         position[name] = tuple(
             Estimate.from_sigma(place[k], sigma(f"set_point_{'xy'[k]}_{end}"), "um", rule) for k in range(2)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.integration import Integration
 from tdbsim.levitation import synchronous_response
@@ -143,18 +144,17 @@ def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tup
     """Return place in the probes' planes (2 axes, probes, k), shaft angle and speed (k,) of a levitated and dropped rotor."""
     n, machine = model.n, model.machine
     state = initial_state(model, plan)
-    positions = 2 * n + 15
     shapes = model.modes.at([probe.position for probe in machine.probes])
     since = time - plan.levitated
     held = int(np.searchsorted(since, 0.0))
     places, angle, omega = np.empty((2, len(shapes), len(time))), np.empty(len(time)), np.empty(len(time))
     # levitated: the steady whirl that leads to the state at the release
-    spin = state[positions + 2 * n + 12]
-    whirl = shapes @ synchronous_response(model.arrays, spin) * np.exp(1j * state[2 * n + 12])
+    spin, at_release = state[state_layout.omega(n)], state[state_layout.shaft_angle(n)]
+    whirl = shapes @ synchronous_response(model.arrays, spin) * np.exp(1j * at_release)
     turned = whirl[:, None] * (np.exp(1j * spin * since[:held]) - 1)
-    places[0, :, :held] = (shapes @ state[:n])[:, None] + turned.real
-    places[1, :, :held] = (shapes @ state[n : 2 * n])[:, None] + turned.imag
-    angle[:held], omega[:held] = state[2 * n + 12] + spin * since[:held], spin
+    places[0, :, :held] = (shapes @ state[state_layout.modes_x(n)])[:, None] + turned.real
+    places[1, :, :held] = (shapes @ state[state_layout.modes_y(n)])[:, None] + turned.imag
+    angle[:held], omega[:held] = at_release + spin * since[:held], spin
     way, peak = replace(plan, step=step), np.zeros(2)
     if machine.has_heat:
         from tdbsim.heat_coupling import WarmIntegration
@@ -167,6 +167,7 @@ def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tup
         out = np.empty((len(instants), len(state)))
         drop.through(instants, out)
         here = slice(start, start + len(instants))
-        places[0, :, here], places[1, :, here] = shapes @ out[:, :n].T, shapes @ out[:, n : 2 * n].T
-        angle[here], omega[here] = out[:, 2 * n + 12], out[:, positions + 2 * n + 12]
+        places[0, :, here] = shapes @ out[:, state_layout.modes_x(n)].T
+        places[1, :, here] = shapes @ out[:, state_layout.modes_y(n)].T
+        angle[here], omega[here] = out[:, state_layout.shaft_angle(n)], out[:, state_layout.omega(n)]
     return places, angle, omega

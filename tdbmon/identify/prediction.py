@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim import hooks
+from tdbsim import hooks, state_layout
 from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
 from tdbsim.machine import Machine
@@ -161,14 +161,15 @@ def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
     model, n = motion.model, motion.model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
-    angle = motion.state[:, 2 * n + 12]
+    along_x, along_y = motion.state[:, state_layout.modes_x(n)], motion.state[:, state_layout.modes_y(n)]
+    angle = motion.state[:, state_layout.shaft_angle(n)]
     whirl = motion.whirl  # the speed hardly changes before the release
     at_first = whirl * np.exp(1j * angle[0])
-    mean = motion.state[0, :n] + 1j * motion.state[0, n : 2 * n] - at_first
+    mean = along_x[0] + 1j * along_y[0] - at_first
     return Path(
         first=window(drop, horizon)[0],
-        x=shapes @ motion.state[:, :n].T,
-        y=shapes @ motion.state[:, n : 2 * n].T,
+        x=shapes @ along_x.T,
+        y=shapes @ along_y.T,
         angle=angle.copy(),  # all that is seen of the states, which take much room
         omega=middle,
         coasting=np.asarray(coasting(model, middle)),

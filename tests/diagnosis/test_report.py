@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from tdbsim import state_layout
 from tdbsim.effect import catalogue, parse
 from tdbsim.rotor import build_rotor
 from tdbsim.sensors import ProbeChain, SensorChain
@@ -155,7 +156,8 @@ def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagno
         assert len(time) > 10
         n = bare.motion.model.n
         apart = whole.motion.state - bare.motion.state
-        velocity = apart[:, 2 * n + 15] + 1j * apart[:, 2 * n + 15 + n]  # of the first mode, the rotor's translation
+        # of the first mode, the rotor's translation
+        velocity = apart[:, state_layout.mode_rates_x(n)][:, 0] + 1j * apart[:, state_layout.mode_rates_y(n)][:, 0]
         momentum = np.sqrt(rotor.total_mass) * np.diff(np.interp(time[[0, -1]], bare.time, velocity))[0]
         gained = np.trapezoid(both, time)
         given.append(gained / rotor.total_mass)

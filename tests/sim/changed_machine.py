@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tdbsim import state_layout
 from tdbsim.machine import Machine, Tolerant
 from tdbsim.simulate import DropPlan
 
@@ -25,4 +26,5 @@ def exactly(value):
 def at_ends(trajectory):
     """Shaft centres (k, 2), complex, at the touchdown bearings."""
     n, at = trajectory.model.n, trajectory.model.arrays.at_end
-    return (trajectory.state[:, :n] + 1j * trajectory.state[:, n : 2 * n]) @ at.T
+    modes = trajectory.state[:, state_layout.modes_x(n)] + 1j * trajectory.state[:, state_layout.modes_y(n)]
+    return modes @ at.T

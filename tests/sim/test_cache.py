@@ -22,15 +22,16 @@ import tdbsim
 from tdbsim.drop_model import build_model
 from tdbsim.effect import catalogue, parse
 from tdbsim.machine import load_machine
-from tdbsim.rhs import LEDGER, derivative
+from tdbsim.rhs import derivative
+from tdbsim.state_layout import mode_rates_x, modes_x, modes_y, size
 assert tdbsim.__file__.startswith(sys.argv[1]), tdbsim.__file__
 model = build_model(load_machine(sys.argv[2]), [parse(text) for text in sys.argv[3:]])
-state = np.zeros(2 * (2 * model.n + 15) + len(LEDGER))
-state[:2] = np.linalg.solve(model.arrays.at_end[:, :2], [2e-4, 2e-4])
-state[model.n : model.n + 2] = np.linalg.solve(model.arrays.at_end[:, :2], [-2e-4, -2e-4])
+state = np.zeros(size(model.n))
+state[modes_x(model.n)][:2] = np.linalg.solve(model.arrays.at_end[:, :2], [2e-4, 2e-4])
+state[modes_y(model.n)][:2] = np.linalg.solve(model.arrays.at_end[:, :2], [-2e-4, -2e-4])
 rate = np.zeros_like(state)
 derivative(model.arrays, 0.0, state, rate)
-print(repr(float(rate[2 * model.n + 15])), len(catalogue()), time.perf_counter() - start)
+print(repr(float(rate[mode_rates_x(model.n)][0])), len(catalogue()), time.perf_counter() - start)
 """
 OVAL = "oval_clearance:end=NDE,amplitude=20 um,angle=20 deg"
 MACHINE = Path(__file__).parents[2] / "datasets" / "coastdown" / "machine.toml"

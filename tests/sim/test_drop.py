@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from changed_machine import ADAPTIVE, at_ends, changed, exactly
 from scipy.optimize import brentq
+from tdbsim import state_layout
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.rhs import LEDGER
 from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.state_layout import LEDGER
 
 DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
 
@@ -155,8 +156,7 @@ def test_ring_spin_up_follows_the_momentum(machine):
     free = changed(machine, rotor={"speed_decay_time": None}, ends={"inner_ring_drag": exactly(0.0)})
     model = build_model(free)
     state = run(model, replace(ADAPTIVE, seconds=0.1)).state
-    n = model.n
-    omega, rings = state[:, 2 * n + 15 + 2 * n + 12], state[:, 2 * n + 15 + 2 * n + 13 : 2 * n + 15 + 2 * n + 15]
+    omega, rings = state[:, state_layout.omega(model.n)], state[:, state_layout.ring_speeds(model.n)]
     bearings = free.touchdown_bearings
     passed = sum(
         each.inner_ring_inertia * rings[-1, k] * each.journal_radius / (each.journal_radius + each.radial_gap.nominal)

@@ -10,6 +10,7 @@ import pytest
 from changed_machine import at_ends
 from plain_drop import PlainDrop
 from scipy.integrate import solve_ivp
+from tdbsim import state_layout
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
 from tdbsim.integration import error_scale
@@ -21,11 +22,10 @@ def _pressed_start(model):
     start = initial_state(model, DropPlan(150.0))
     n, at = model.n, model.arrays.at_end
     deep = np.array([-model.arrays.end[0, 0] - 3e-5, -model.arrays.end[1, 0] - 3e-5])
-    start[n : n + 2] += np.linalg.solve(at[:, :2], deep)
-    nq = 2 * n + 15
-    start[nq + n : nq + n + 2] += np.linalg.solve(at[:, :2], [-0.05, -0.05])
+    start[state_layout.modes_y(n)][:2] += np.linalg.solve(at[:, :2], deep)
+    start[state_layout.mode_rates_y(n)][:2] += np.linalg.solve(at[:, :2], [-0.05, -0.05])
     for end in range(2):
-        start[2 * n + 6 * end + 1] -= 1e-5
+        start[state_layout.bodies(n, end) + 1] -= 1e-5
     return start
 
 
@@ -50,12 +50,12 @@ def test_order_of_the_splitting_during_contact(machine):
 
     model = build_model(machine)
     start, finish, exact = _through_contact(model)
-    errors = []
+    ring_y, errors = state_layout.bodies(model.n, 0) + 1, []
     for count in (1, 2, 4):
         out = np.empty((1, len(start)))
         step, first = finish[0] / count * (1 + 1e-9), np.array(splitting.START)
         splitting.integrate(model.arrays, start.copy(), 0.0, step, finish, out, np.zeros(2), first)
-        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+        errors.append(abs(out[0, ring_y] - exact[ring_y]))
     assert math.log2(errors[0] / errors[1]) > 3.7
     assert math.log2(errors[1] / errors[2]) > 3.7
     assert errors[2] < 1e-10
@@ -67,11 +67,11 @@ def test_order_of_dormand_prince_during_contact(machine):
 
     model = build_model(machine)
     start, finish, exact = _through_contact(model)
-    errors = []
+    ring_y, errors = state_layout.bodies(model.n, 0) + 1, []
     for count in (20, 40, 80):
         out, step = np.empty((1, len(start))), finish[0] / count
         dormand_prince.integrate(model.arrays, start.copy(), 0.0, step, step, 1e9, error_scale(model.n), finish, out)
-        errors.append(abs(out[0, 2 * model.n + 1] - exact[2 * model.n + 1]))
+        errors.append(abs(out[0, ring_y] - exact[ring_y]))
     assert math.log2(errors[0] / errors[1]) > 4.5
     assert math.log2(errors[1] / errors[2]) > 4.5
 

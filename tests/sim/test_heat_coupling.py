@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from changed_machine import changed, exactly
+from tdbsim import state_layout
 from tdbsim.columns import GAP, HALF_CLEARANCE, RING_DRAG
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
@@ -18,8 +19,8 @@ from tdbsim.heat_coupling import warm_bearings
 from tdbsim.heat_exchange import exchange
 from tdbsim.integration import Integration
 from tdbsim.machine import parse_machine
-from tdbsim.rhs import LEDGER
 from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.state_layout import LEDGER
 from warm_machine import HEAT, STEEL, with_heat
 
 PLAN = DropPlan(150.0, 0.1)
@@ -92,7 +93,7 @@ def test_energy_of_the_drop_is_closed_with_the_work_of_growth(machine):
 def test_what_acts_is_what_the_record_says(machine, warm, record):
     """From an exchange to the next a cold machine with that gap, clearance and drag goes the same way, and no other does."""
     warmth, model = warm.warmth, build_model(machine)
-    velocities = slice(2 * model.n + 15, 4 * model.n + 15)
+    velocities = np.r_[state_layout.mode_rates_x(model.n), state_layout.mode_rates_y(model.n)]
 
     def onward(i, acting):
         here, there = warmth.sample[i], warmth.sample[i + 1]
@@ -212,7 +213,7 @@ def errors(by_interval, quantity):
 @pytest.mark.parametrize(
     ("quantity", "share"),
     [
-        (lambda drop: drop.state[-1, -len(LEDGER) - 2 : -len(LEDGER)], 2e-3),  # speed of the rings
+        (lambda drop: drop.state[-1, state_layout.ring_speeds(drop.model.n)], 2e-3),
         (lambda drop: drop.warmth.rise[:, [0, 2, 4, 6, 7], -1], 1e-3),  # temperatures where there is mass
     ],
     ids=["speed", "temperature"],
