@@ -48,7 +48,7 @@ def cascade(analysis: Analysis) -> Figure:
     extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, rows[0] - step / 2, rows[-1] + step / 2)
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
     figure = new_figure(108, said(analysis, window, f"power mean in steps of {step:.2g} Hz"))
-    axes = subplots(figure, 2, len(ends), Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
+    axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()[..., keep]))
     for column, end in enumerate(ends):
         for row, axis in enumerate(("y", "x")):

@@ -69,7 +69,7 @@ def machine_courses(history: MachineHistory) -> Figure:
                 if s.low is not None and s.high is not None:
                     ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
         ax.set_title(f"{KINDS[course.name].title}{', ' + course.end if course.end else ''}", fontsize=7)
-        ax.set_ylabel(f"[{unit}]" if unit else "")
+        ax.set_ylabel(f"[{unit or 1}]")
         ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
         ax.set_xlim(0.4, len(place) + 0.6)
     for ax in axes.flat[len(shown) :]:

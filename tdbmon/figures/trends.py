@@ -61,7 +61,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         order = np.arange(len(values))
         ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
-    ax.set_ylabel(f"[{unit}]" if unit else "")
+    ax.set_ylabel(f"[{unit or 1}]")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
     ax.set_xlim(0.4, len(place) + 0.6)
 

@@ -38,7 +38,7 @@ def waterfall(analysis: Analysis) -> Figure:
     else:
         notes.append("no speed: no orders")
     figure = new_figure(112, said(analysis, *notes))
-    axes = subplots(figure, 2, len(ends), Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
+    axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     amplitude = spectra.amplitude.sel(end=ends).to_numpy()[..., keep]
     limits = colour_limits(decibel(amplitude))
     half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from tdbsim import state_layout
 from tdbsim.effect import catalogue, parse
 from tdbsim.rotor import build_rotor
@@ -37,6 +33,7 @@ from tdbmon.report.document import Verdict as Tinted
 from tdbmon.report.html import render_html
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import diagnosis_fit, diagnosis_force, diagnosis_remains
+from tests.figure_checks import assert_readable, figures_of, texts
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.012)
@@ -201,25 +198,9 @@ def test_both_formats_are_made_and_light(report: Document) -> None:
     assert render_pdf(report).startswith(b"%PDF")
 
 
-def test_figures_are_labelled_and_nothing_is_clipped(report: Document) -> None:
-    for each in report.figures:
-        figure = each.draw()
-        FigureCanvasAgg(figure).draw()
-        for ax in figure.axes:
-            across, upright = ax.get_shared_x_axes().get_siblings(ax), ax.get_shared_y_axes().get_siblings(ax)
-            labels = [max((a.get_xlabel() for a in across), key=len), max((a.get_ylabel() for a in upright), key=len)]
-            if ax.get_label() == "<colorbar>":
-                labels = [ax.get_ylabel()]
-            if each.name == "extended-gain":
-                labels = labels[:1]  # upright are names
-            for label in labels:
-                assert re.search(r"\[.+\]", label), f"{each.name}: '{label}' has no unit"
-        box = figure.get_tightbbox(figure.canvas.get_renderer())  # type: ignore[attr-defined]
-        width, height = figure.get_size_inches()
-        assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, each.name
-        assert not any("$" in text.get_text() for text in figure.findobj(Text)), each.name
-        for first, second in itertools.combinations(figure.axes, 2):
-            assert not first.get_position().overlaps(second.get_position()), each.name
+def test_every_figure_is_readable(report: Document) -> None:
+    assert_readable(report)
+    assert not any("$" in texts(figure.draw()) for figure in figures_of(report))
 
 
 def test_none_says_how_well_the_plain_model_fits(named: Diagnosis) -> None:

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import io
-import itertools
 from dataclasses import replace
 
 import pypdf
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from tdbmon.estimate import Estimate
-from tdbmon.figures.differences import differences
-from tdbmon.figures.fleet import fleet as draw_fleet
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
-from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.feature import KINDS
@@ -30,7 +25,7 @@ from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.quantity import words
-from tdbmon.report.sections.trends import chosen
+from tests.figure_checks import assert_readable, faults, figures_of
 from tests.history.made import files, filing, fill
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
@@ -54,34 +49,25 @@ def stressed(empty, tmp_path):
     return empty
 
 
-def assert_readable(figure) -> None:
-    """Nothing reaches beyond the figure, and no axes with their labels cover others."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    renderer = canvas.get_renderer()
-    box = figure.get_tightbbox(renderer)
-    width, height = figure.get_size_inches()
-    assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, box
-    parts = [*(ax for ax in figure.axes if ax.get_visible()), *figure.legends, *figure.texts]
-    boxes = [part.get_tightbbox(renderer).padded(-1.5) for part in parts]
-    for (i, a), (j, b) in itertools.combinations(enumerate(boxes), 2):
-        assert not a.overlaps(b), f"{parts[i]} covers {parts[j]}"
+def reports(years, comparison, stressed):
+    """Reports of every kind, of drops with and without forces."""
+    stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    return [
+        build_compare_report(comparison, verdict_of(comparison)),
+        build_compare_report(stressed_last, verdict_of(stressed_last)),
+        build_machine_report(machine_history(years, years.machines()[0])),
+        build_machine_report(machine_history(stressed, HOSTILE)),
+        build_fleet_report(fleet(years)),
+        build_fleet_report(fleet(stressed)),
+    ]
 
 
 def test_every_figure_is_readable(years, comparison, stressed):
-    history = machine_history(years, years.machines()[0])
-    shown = chosen([c for c in comparison.changes if c.trend is not None])
-    with_stress = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
-    for figure in (
-        differences(comparison),
-        trends(comparison, shown),
-        machine_courses(history),
-        draw_fleet(fleet(years)),
-        stress_boxes(with_stress),
-        machine_courses(machine_history(stressed, HOSTILE)),
-        draw_fleet(fleet(stressed)),
-    ):
-        assert_readable(figure)
+    found = reports(years, comparison, stressed)
+    for document in found:
+        assert_readable(document)
+    names = {figure.name for document in found for figure in figures_of(document)}
+    assert names >= {"differences", "trends", "stress-boxes", "machine-courses", "fleet"}
 
 
 def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
@@ -186,20 +172,12 @@ def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stre
         lines = [line for line in ax.lines if len(line.get_ydata()) == 2 and list(line.get_ydata()) == [4200.0, 4200.0]]
         assert bool(lines) == drawn
         assert any("limit 4200 MPa" in text.get_text() for text in ax.texts)
-    assert_readable(figure)
+    assert faults(figure) == []
 
 
 @pytest.mark.slow
 def test_all_reports_are_whole_in_both_formats(years, comparison, stressed):
-    stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
-    documents = [
-        build_compare_report(comparison, verdict_of(comparison)),
-        build_compare_report(stressed_last, verdict_of(stressed_last)),
-        build_machine_report(machine_history(years, years.machines()[0])),
-        build_machine_report(machine_history(stressed, HOSTILE)),
-        build_fleet_report(fleet(stressed)),
-    ]
-    for document in documents:
+    for document in reports(years, comparison, stressed):
         html = render_html(document)
         assert "</script><b>" not in html
         pages = pypdf.PdfReader(io.BytesIO(render_pdf(document))).pages

@@ -18,6 +18,7 @@ from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
 from tdbmon.report.quantity import words
 from tdbmon.report.sections.findings import end_findings
+from tests.figure_checks import figures_of
 
 
 def _words(document: Document) -> str:
@@ -66,19 +67,15 @@ def test_a_figure_too_heavy_for_svg_is_a_sharp_png() -> None:
 
 def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
     document = coastdown_report
-    names = {figure.name for figure in document.figures}
-    assert names >= {
+    assert {figure.name for figure in figures_of(document)} >= {
         "first-contacts", "whole-record", "orbits-1", "orbits-2", "centreline", "gap-map", "first-contact",
         "speed-decay", "waterfall", "cascade", "full-spectrum", "bode",
     }  # fmt: skip
-    assert len(names) == len(document.figures)
-    assert all(figure.alt and figure.caption for figure in document.figures)
     assert any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
 
 
 def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Document) -> None:
-    found = [b for s in coastdown_report.sections for b in s.blocks if isinstance(b, Figure)]
-    histories = [figure for figure in found if figure.name in ("first-contacts", "whole-record")]
+    histories = [figure for figure in figures_of(coastdown_report) if figure.name in ("first-contacts", "whole-record")]
     assert len(histories) == 2
     for figure in histories:
         header = figure.draw().texts[0].get_text()
@@ -183,7 +180,11 @@ def test_a_record_of_speed_alone_still_gives_a_report(coastdown: Analysis) -> No
         whirl={}, tracks=None,
     )  # fmt: skip
     document = build_report(bare)
-    assert [figure.name for figure in document.figures] == ["speed-decay"]
+    figures = figures_of(document)
+    assert "speed-decay" in {figure.name for figure in figures}
+    # whatever stands there can do without the displacement
+    assert all(figure.draw().axes for figure in figures)
+    assert not {figure.name for figure in figures} & {"whole-record", "orbits-1", "gap-map", "waterfall", "bode"}
     assert coastdown.rundown is not None and words(coastdown.rundown.initial) in _words(document)
 
 

@@ -1,16 +1,13 @@
-"""Every figure on a short record: labelled with units, nothing clipped, honest where parts are missing."""
+"""Figures of a drop's report: readable, drawn as the trade does, honest where parts are missing."""
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from tdbsim.errors import InputError
@@ -28,6 +25,7 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.speed_decay import speed_decay
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
+from tests.figure_checks import assert_readable, faults, rendered, texts
 
 DRAW: dict[str, Callable[[Analysis], Figure]] = {
     "time_history": time_history,
@@ -45,54 +43,31 @@ DRAW: dict[str, Callable[[Analysis], Figure]] = {
 EQUAL = {"orbit_sequence", "filtered_orbit", "centreline"}
 
 
-def _rendered(figure: Figure) -> Figure:
-    FigureCanvasAgg(figure).draw()
-    return figure
+@pytest.mark.parametrize("which", ["short_report", "coastdown_report"])
+def test_every_figure_of_a_report_is_readable(which: str, request: pytest.FixtureRequest) -> None:
+    assert_readable(request.getfixturevalue(which))
 
 
-def _texts(part: Figure | Axes) -> str:
-    return "\n".join(text.get_text() for text in part.findobj(Text))
-
-
-@pytest.mark.parametrize("name", DRAW)
-def test_every_axis_has_a_label_with_its_unit(name: str, short: Analysis) -> None:
-    for ax in DRAW[name](short).axes:
-        if not ax.axison:
-            continue
-        # axes that share an axis say it once
-        across, upright = ax.get_shared_x_axes().get_siblings(ax), ax.get_shared_y_axes().get_siblings(ax)
-        labels = [max((a.get_xlabel() for a in across), key=len), max((a.get_ylabel() for a in upright), key=len)]
-        if ax.get_label() == "<colorbar>":
-            labels = [ax.get_ylabel() or ax.get_xlabel()]
-        for label in labels:
-            assert re.search(r"\[.+\]", label), f"{name}: '{label}' has no unit"
-
-
-@pytest.mark.parametrize("which", ["short", "coastdown"])
-@pytest.mark.parametrize("name", DRAW)
-def test_nothing_is_clipped_by_the_edge_of_the_figure(name: str, which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(DRAW[name](request.getfixturevalue(which)))
-    box = figure.get_tightbbox(figure.canvas.get_renderer())  # type: ignore[attr-defined]
-    width, height = figure.get_size_inches()
-    assert box.x0 > -0.01 and box.y0 > -0.01 and box.x1 < width + 0.01 and box.y1 < height + 0.01, (name, box)
-
-
-@pytest.mark.parametrize("which", ["short", "coastdown"])
-@pytest.mark.parametrize("name", DRAW)
-def test_no_axes_with_their_labels_cover_others(name: str, which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(DRAW[name](request.getfixturevalue(which)))
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    parts = [*(ax for ax in figure.axes if ax.axison), *figure.legends, *figure.texts]
-    boxes = [part.get_tightbbox(renderer).padded(-1.5) for part in parts]
-    for (i, a), (j, b) in itertools.combinations(enumerate(boxes), 2):
-        assert not a.overlaps(b), f"{name}: {parts[i]} covers {parts[j]}"
+def test_what_makes_a_figure_unreadable_is_found() -> None:
+    figure = Figure(figsize=(4, 3))
+    one = figure.add_axes((0.2, 0.2, 0.7, 0.7), xlabel="Time [s]", ylabel="Displacement [um]")
+    one.plot([0, 1], [0, 1])
+    assert faults(figure) == []
+    one.set_ylabel("Displacement")
+    assert faults(figure) == ["'Displacement' has no unit"]
+    one.set_yticks([0, 1], ["NDE", "DE"])
+    assert faults(figure) == []
+    words = figure.text(0.5, 0.5, "on the axes")
+    assert [fault.rpartition(" covers ")[2] for fault in faults(figure)] == [str(words)]
+    words.set(position=(0.95, 0.02), text="over the edge")
+    assert [fault.partition(":")[0] for fault in faults(figure)] == ["reaches over its edge"]
 
 
 @pytest.mark.parametrize("name", DRAW)
 def test_displacement_says_its_plane_filter_and_runout(name: str, short: Analysis) -> None:
     if name == "speed_decay":
         return
-    said = _texts(DRAW[name](short))
+    said = texts(DRAW[name](short))
     assert "bearing plane" in said
     assert re.search(r"not filtered|mean over|tracked|window", said)
     assert "runout" in said
@@ -100,7 +75,7 @@ def test_displacement_says_its_plane_filter_and_runout(name: str, short: Analysi
 
 @pytest.mark.parametrize("name", sorted(EQUAL))
 def test_orbits_and_centrelines_have_equal_axes(name: str, short: Analysis) -> None:
-    figure = _rendered(DRAW[name](short))
+    figure = rendered(DRAW[name](short))
     drawn = [ax for ax in figure.axes if ax.axison and ax.get_label() != "<colorbar>"]
     assert drawn
     for ax in drawn:
@@ -110,7 +85,7 @@ def test_orbits_and_centrelines_have_equal_axes(name: str, short: Analysis) -> N
 
 
 def test_the_gap_map_is_round(short: Analysis) -> None:
-    figure = _rendered(gap_map(short))
+    figure = rendered(gap_map(short))
     for ax in figure.axes[: len(short.ends)]:
         box = ax.get_window_extent()
         assert box.width / np.ptp(ax.get_xlim()) == pytest.approx(box.height / np.ptp(ax.get_ylim()), rel=1e-6)
@@ -120,10 +95,10 @@ def test_the_gap_map_is_round(short: Analysis) -> None:
 def test_figures_can_do_without_release_gap_and_contacts(name: str, short: Analysis) -> None:
     ends = {end: replace(result, gap=None, contacts=None) for end, result in short.ends.items()}
     bare = replace(short, ends=ends, release=None, phases=(), swing=None, rundown=None, angle=None)
-    figure = _rendered(DRAW[name](bare))
+    figure = rendered(DRAW[name](bare))
     assert any(text.get_text() for text in figure.findobj(Text))
     if name in ("gap_map", "first_contact", "centreline"):
-        assert re.search(r"no clearance circle|first contact is not known", _texts(figure))
+        assert re.search(r"no clearance circle|first contact is not known", texts(figure))
 
 
 @pytest.mark.parametrize("name", ["waterfall", "cascade", "full_spectrum", "bode"])
@@ -131,11 +106,11 @@ def test_spectra_say_that_there_is_no_speed(name: str, short: Analysis) -> None:
     none = np.empty(0)
     bare = replace(short, speed_time=none, speed_hz=none, rundown=None, lines=(), tracks=None, angle=None)
     try:
-        figure = _rendered(DRAW[name](bare))
+        figure = rendered(DRAW[name](bare))
     except InputError as error:
         assert re.search("speed|keyphasor", str(error))
     else:
-        assert "no speed" in _texts(figure)
+        assert "no speed" in texts(figure)
 
 
 @pytest.mark.parametrize("name", ["time_history", "waterfall", "cascade", "full_spectrum"])
@@ -151,12 +126,12 @@ def test_a_speed_decay_without_speed_is_refused_in_words(short: Analysis) -> Non
 
 @pytest.mark.parametrize("which", ["short", "coastdown"])
 def test_what_the_law_leaves_stays_within_its_axes(which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(speed_decay(request.getfixturevalue(which)))
+    figure = rendered(speed_decay(request.getfixturevalue(which)))
     lower = figure.axes[1]
     low, high = lower.get_ylim()
     left = max(lower.lines, key=lambda line: len(line.get_xdata())).get_ydata()
     assert low < np.min(left) and np.max(left) < high
-    assert "logarithmic beyond ±" in _texts(lower)
+    assert "logarithmic beyond ±" in texts(lower)
 
 
 def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis) -> None:
@@ -164,13 +139,13 @@ def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis)
         coastdown.rundown, standstill_time=Estimate(61.0, 60.0, 62.0, "s", "below what the signal resolves")
     )
     figure = speed_decay(replace(coastdown, rundown=stood))
-    assert "standstill, and the range that it lies in" in _texts(figure)
-    assert "95 % interval" not in _texts(figure)
+    assert "standstill, and the range that it lies in" in texts(figure)
+    assert "95 % interval" not in texts(figure)
 
 
 def test_a_dollar_sign_in_a_name_is_a_dollar_sign(hostile: Analysis) -> None:
     for end in hostile.ends:
-        assert "$" in _texts(_rendered(orbit_sequence(hostile, end)))
+        assert "$" in texts(rendered(orbit_sequence(hostile, end)))
 
 
 def test_a_spike_survives_the_thinning_of_the_whole_record(coastdown: Analysis) -> None:
@@ -188,11 +163,11 @@ def test_a_stretch_with_missing_samples_is_said_in_its_spectrum(short: Analysis)
     assert short.planes is not None
     planes = short.planes.copy(deep=True)
     planes["displacement"][:, :, 5000:5010] = np.nan
-    assert "samples are missing in this stretch" in _texts(_rendered(full_spectrum(replace(short, planes=planes))))
+    assert "samples are missing in this stretch" in texts(rendered(full_spectrum(replace(short, planes=planes))))
 
 
 def test_a_rotor_that_never_turned_has_spectra_but_no_cascade(short: Analysis) -> None:
     still = replace(short, speed_hz=np.zeros_like(short.speed_hz))
-    assert _rendered(waterfall(still)).axes
+    assert rendered(waterfall(still)).axes
     with pytest.raises(InputError, match="stands still"):
         cascade(still)
