@@ -77,14 +77,7 @@ class Modes:
 
     def at(self, position: ArrayLike) -> Array:
         """Return the deflections of the modes at a position: (n,), or (k, n) for k positions; 1/sqrt(kg)."""
-        rows, _ = self.model.plane_rows(position)
-        values = rows @ self.vectors
-        return values if np.ndim(position) else values[0]
-
-    def slope_at(self, position: ArrayLike) -> Array:
-        """Return the rotations of the cross-section (in the sense of dv/dz) at a position, as `at`."""
-        _, rows = self.model.plane_rows(position)
-        values = rows @ self.vectors
+        values = self.model.plane_rows(position) @ self.vectors
         return values if np.ndim(position) else values[0]
 
     def compliance(self, positions: ArrayLike) -> Array:
@@ -124,7 +117,7 @@ def free_free(model: RotorModel, bending_per_plane: int, attach: Sequence[float]
     kept, kept_shapes = squares[:bending_per_plane], shapes[:, :bending_per_plane]
     if len(attach):
         rest, rest_shapes = squares[bending_per_plane:], shapes[:, bending_per_plane:]
-        load = model.plane_rows(attach)[0] @ rest_shapes
+        load = model.plane_rows(attach) @ rest_shapes
         added, added_shapes = _attachment_modes(rest, load)
         kept, kept_shapes = np.append(kept, added), np.hstack([kept_shapes, rest_shapes @ added_shapes])
 

@@ -146,15 +146,16 @@ class RotorModel:
         rotation = self.rigid_rotation(self.centre_of_mass)
         return float(rotation @ self.plane_mass @ rotation)
 
-    def plane_rows(self, positions: ArrayLike) -> tuple[Array, Array]:
-        """Return rows (k, 2m) that give deflection and cross-section rotation of one plane at k positions.
+    def plane_rows(self, positions: ArrayLike) -> Array:
+        """Return rows (k, 2m) that give the deflection of one plane at k positions.
 
         Raises
         ------
         InputError
             If a position lies outside the shaft.
         """
-        return _rows(self.nodes, self.shear, np.atleast_1d(np.asarray(positions, dtype=float)))
+        deflection, _ = _rows(self.nodes, self.shear, np.atleast_1d(np.asarray(positions, dtype=float)))
+        return deflection
 
     def in_plane_x(self, plane: Array) -> Array:
         """Lay vectors or rows (..., 2m) of one plane into the x-z plane: (..., 4m)."""
@@ -171,14 +172,8 @@ class RotorModel:
 
 def shape_at(model: RotorModel, position: float) -> Array:
     """Return rows (2, 4m) that give x and y of the shaft at an axial position, by the elements' shape functions."""
-    deflection, _ = model.plane_rows(position)
+    deflection = model.plane_rows(position)
     return np.vstack([model.in_plane_x(deflection), model.in_plane_y(deflection)])
-
-
-def slope_at(model: RotorModel, position: float) -> Array:
-    """Return rows (2, 4m) that give theta_x and theta_y of the cross-section at an axial position."""
-    _, rotation = model.plane_rows(position)
-    return np.vstack([-model.in_plane_y(rotation), model.in_plane_x(rotation)])
 
 
 def build_rotor(machine: Machine, max_element: float | None = None) -> RotorModel:
@@ -279,29 +274,11 @@ def static_deflection(machine: Machine, model: RotorModel, stiffness: Mapping[st
     springs = spring_positions(machine, stiffness)
     held = model.plane_stiffness.copy()
     for position, value in springs:
-        row, _ = model.plane_rows(position)
+        row = model.plane_rows(position)
         held += value * row.T @ row
     weight = -machine.gravity * model.plane_mass @ model._translation
     deflection = np.asarray(np.linalg.solve(held, weight), dtype=float)
     return model.in_plane_y(deflection)
-
-
-def bending_sag(machine: Machine, model: RotorModel) -> dict[str, float]:
-    """Return how far each probe's plane lies above the straight line through the bearing planes at rest, m.
-
-    The bearings' reactions follow from statics alone, so their stiffness does not matter.  A probe at rest reads the
-    line through the bearing centres plus this sag (negative between the bearings).
-    """
-    first, second = machine.touchdown_bearings
-    rest = static_deflection(machine, model, dict.fromkeys(machine.ends, 1e9))
-    at = {place: float((shape_at(model, place) @ rest)[1]) for place in (first.position, second.position)}
-    slope = (at[second.position] - at[first.position]) / (second.position - first.position)
-    return {
-        probe.name: float((shape_at(model, probe.position) @ rest)[1])
-        - at[first.position]
-        - slope * (probe.position - first.position)
-        for probe in machine.probes
-    }
 
 
 def spring_positions(machine: Machine, stiffness: Mapping[str, Any]) -> list[tuple[float, Any]]:

@@ -62,8 +62,6 @@ class Gap:
         Second harmonic of the settled radius over the angle (0-pk), where the arc is wide enough to show it.
     settled_from : float
         Time from which the shaft stays on the ring, s.
-    arc_deg : float
-        Half-width of the arc that the settled positions cover, degrees.
     points : ndarray (n, 2)
         Settled positions used, m, thinned: for the gap map.
     """
@@ -76,7 +74,6 @@ class Gap:
     agrees: bool | None
     oval: Estimate
     settled_from: float
-    arc_deg: float
     points: np.ndarray
 
 
@@ -335,7 +332,6 @@ def _gap(
         agrees,
         _oval(cells, p),
         settled,
-        float(np.rad2deg(cells.halfwidth)),
         xy[:: max(1, len(xy) // 4000)],
     )
 

@@ -70,8 +70,6 @@ class Whirl:
         Duration of the longest; 0 where there is none.
     frequency : Estimate
         Of the longest advance of either kind, Hz.
-    forward_full : bool
-        Some of the full whirl goes with the rotation.
     """
 
     backward: bool
@@ -81,7 +79,6 @@ class Whirl:
     backward_longest_s: float
     full_longest_s: float
     frequency: Estimate
-    forward_full: bool
 
 
 def find_whirl(
@@ -124,58 +121,6 @@ def find_whirl(
         backward_longest_s=max((a.duration_s for a in backward), default=0.0),
         full_longest_s=max((a.duration_s for a in full), default=0.0),
         frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
-        forward_full=any(a.turns > 0 for a in full),
-    )
-
-
-def whirl_course(
-    planes: xr.Dataset,
-    end: str,
-    centre: tuple[float, float],
-    gap: float,
-    sense: int,
-    start_s: float = -np.inf,
-    window_s: float = 0.02,
-) -> xr.Dataset:
-    """Direction of whirl against time, from the angular momentum about the clearance centre.
-
-    Parameters
-    ----------
-    planes, end, centre, gap, sense, start_s
-        As for `find_whirl`.
-    window_s : float
-        Length of a window, s.
-
-    Returns
-    -------
-    Dataset
-        ``direction(time)``: the area swept about the centre over the area swept in either sense, from -1 (all against
-        the rotation) to 1 (all with it); ``rate(time)``: the area swept with the rotation a second, m^2/s;
-        ``radius(time)``: mean radius in gaps.
-
-    Raises
-    ------
-    InputError
-        If `gap` is not positive, or less than a window follows `start_s`.
-    """
-    time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
-    step = float(np.median(np.diff(time))) if len(time) > 1 else window_s
-    length = max(2, round(window_s / step))
-    count = (len(time) - 1) // length
-    if count < 1:
-        raise InputError(f"less than a window of {window_s:g} s follows {start_s:g} s; give a shorter one")
-    swept = (gap**2 / 2) * radius[1:] * radius[:-1] * np.sin(np.diff(angle))
-    swept = swept[: count * length].reshape(count, length)
-    area, both = swept.sum(axis=1), np.abs(swept).sum(axis=1)
-    direction = np.divide(area, both, out=np.zeros(count), where=both > 0)
-    return xr.Dataset(
-        {
-            "direction": ("time", np.where(np.isnan(area), np.nan, direction)),
-            "rate": ("time", area / (length * step), {"units": "m^2/s"}),
-            "radius": ("time", radius[: count * length].reshape(count, length).mean(axis=1), {"units": "gap"}),
-        },
-        coords={"time": ("time", time[: count * length].reshape(count, length).mean(axis=1), {"units": "s"})},
-        attrs={"end": end, "window_s": length * step, "positive": "with rotation"},
     )
 
 

@@ -161,8 +161,3 @@ class Document:
     note: str = ""
     language: str = "en"
     made: str = ""
-
-    @property
-    def figures(self) -> tuple[Figure, ...]:
-        """All figures, in order."""
-        return tuple(block for section in self.sections for block in section.blocks if isinstance(block, Figure))

@@ -45,7 +45,7 @@ def circle(sigma=0.2e-6):
     zero = Estimate.from_sigma(0.0, sigma, "um", "")
     radius = Estimate.from_sigma(HEIGHT + SAG, sigma, "um", "")
     points = np.zeros((1, 2))
-    return Gap(radius, radius, (zero, zero), radius, radius, None, Estimate.missing("um", "no"), 0.045, 0.0, points)
+    return Gap(radius, radius, (zero, zero), radius, radius, None, Estimate.missing("um", "no"), 0.045, points)
 
 
 TRAVEL = RestTravel(0.0, 0.0, SAG, 0.0, SAG)

@@ -30,7 +30,7 @@ def test_intervals_hold_peak_force_over_travel(machine, rotor):
             radius = bearing.radial_gap.nominal + travel.total
             sure = [Estimate.from_sigma(v, 0.3e-6, "um", "") for v in (radius, 0.0)]
             circle = Gap(
-                sure[0], sure[0], (sure[1], sure[1]), sure[0], sure[0], None, sure[1], 0.05, 0.0, np.zeros((1, 2))
+                sure[0], sure[0], (sure[1], sure[1]), sure[0], sure[0], None, sure[1], 0.05, np.zeros((1, 2))
             )  # fmt: skip
             first = find_contacts(planes, end, circle, travel, clearance, 0.0, machine.gravity).first
             found = single_mass_stiffness(first, loads[end] / machine.gravity)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tdbsim.errors import InputError
 
-from tdbmon.analysis.whirl import find_whirl, whirl_course
+from tdbmon.analysis.whirl import find_whirl
 from tests.analysis.planes import G, planes_of
 
 RATE, GAP, CENTRE = 10_000.0, 2.8e-4, (1e-5, -2e-5)
@@ -44,7 +44,6 @@ def test_rolling_round_is_full_whirl_and_backward_only_against_the_rotation(sens
     found = find_whirl(_planes(np.ones(angle.size), angle), "NDE", CENTRE, GAP, sense)
     assert found.full
     assert found.backward == (way != sense)
-    assert found.forward_full == (way == sense)
     # the rule cuts at quarter turns, so that begin and end are within one of the truth
     quarter = 0.25 / 40.0
     assert found.full_onset.value == pytest.approx(0.5, abs=quarter)
@@ -115,29 +114,7 @@ def test_what_was_before_the_start_and_what_is_not_known_do_not_count():
     assert not find_whirl(planes, "NDE", CENTRE, GAP, 1).backward
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_course_shows_direction_and_swept_area(sense):
-    angle = np.concatenate([_ramp(4.0, 40.0)[:-1], 8 * np.pi + _ramp(-4.0, 40.0)])
-    course = whirl_course(_planes(np.ones(angle.size), angle, 0.0), "NDE", CENTRE, GAP, sense, window_s=0.01)
-    forward, backward = course.sel(time=slice(0, 0.089)), course.sel(time=slice(0.111, None))
-    np.testing.assert_allclose(forward.direction, sense, atol=1e-9)
-    np.testing.assert_allclose(backward.direction, -sense, atol=1e-9)
-    # area of the sector swept a second, by triangles of a sample's turn at 2500 Hz
-    turn = 2 * np.pi * 40.0 / 2500.0
-    np.testing.assert_allclose(forward.rate, sense * GAP**2 / 2 * np.sin(turn) * 2500.0, rtol=1e-6)
-    np.testing.assert_allclose(course.radius, 1.0, rtol=1e-6)
-
-
-def test_course_of_a_swing_has_no_direction_over_a_period():
-    period = 2 * np.pi / np.sqrt(G / GAP)
-    planes = _planes(np.ones(int(RATE)), _swing(1.0, 1.0), 0.0)
-    course = whirl_course(planes, "NDE", CENTRE, GAP, 1, window_s=period)
-    assert float(np.abs(course.direction).max()) < 0.05
-
-
 def test_a_gap_must_be_one():
     planes = _planes(np.ones(100), np.zeros(100))
     with pytest.raises(InputError, match="has no inside"):
         find_whirl(planes, "NDE", CENTRE, 0.0, 1)
-    with pytest.raises(InputError, match="shorter one"):
-        whirl_course(planes, "NDE", CENTRE, GAP, 1, window_s=1.0)

@@ -243,7 +243,6 @@ def test_rigid_modes_at_positions():
     np.testing.assert_allclose(
         at[:, 1], ([0.0, 0.5, 1.24] - np.array(model.centre_of_mass)) / math.sqrt(model.diametral_inertia)
     )
-    np.testing.assert_allclose(modes.slope_at(0.3), [0, 1 / math.sqrt(model.diametral_inertia)], atol=1e-12)
 
 
 def test_compliance_of_a_free_bar_end_is_the_closed_form():
@@ -261,7 +260,7 @@ def test_attachment_modes_hold_the_exact_compliance_where_they_are_attached():
     modes = free_free(model, 2, attach=places)
     # loads in balance need no inertia: their work is that of the free, statically loaded rotor
     loads = np.linalg.svd(np.vstack([np.ones(3), places]))[2][2]
-    rows = model.plane_rows(places)[0]
+    rows = model.plane_rows(places)
     still = np.linalg.lstsq(model.plane_stiffness, rows.T @ loads, rcond=1e-13)[0]
     assert loads @ modes.compliance(places) @ loads == pytest.approx(loads @ rows @ still, rel=1e-8)
     few = free_free(model, 2)
@@ -308,7 +307,7 @@ def test_whirl_modes_satisfy_the_full_equations_of_motion(stiffness):
     held = model.stiffness.copy()
     for end in machine.ends:
         x, y = np.broadcast_to(stiffness[end], 2)
-        row, _ = model.plane_rows(machine.bearing(end).position)
+        row = model.plane_rows(machine.bearing(end).position)
         held += x * model.in_plane_x(row).T @ model.in_plane_x(row)
         held += y * model.in_plane_y(row).T @ model.in_plane_y(row)
     omega = 2 * math.pi * 120.0
