@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -29,7 +29,7 @@ from tdbmon.identify.prediction import (
     residuals,
     with_surface,
 )
-from tdbmon.identify.slopes import slopes
+from tdbmon.identify.slopes import Nudged, slopes
 from tdbmon.identify.variants import Variant, left_by, paths
 
 Array = NDArray[np.float64]
@@ -235,7 +235,39 @@ class Problem:
 
         Of all columns, or of those whose parameters are named in `among`, the others left zero.
         """
-        return slopes(self, point, drop, horizon, among, side)
+        base = self.variant(point, drop, horizon)
+        nudged = list(self._nudges(base, point, drop, horizon, among, side))
+        return slopes(self.drops[drop], self.model.machine, base, nudged, len(self.columns(drop)), horizon)
+
+    def _nudges(
+        self, base: Variant, point: Array, drop: int, horizon: float, among: Collection[str] | None, side: int
+    ) -> Iterator[Nudged]:
+        """Yield the drop with each parameter moved that may be; what cannot be set is left out."""
+        acting_names = {each.name for each in self.free}
+        parameters = (*self.shared, *self.own[drop])
+        for k, (column, parameter) in enumerate(zip(self.columns(drop), parameters, strict=True)):
+            stays = self.low[column] == self.high[column]
+            if stays or (among is not None and parameter.name not in among):
+                continue
+            step = side * parameter.nudge
+            if not self.low[column] <= point[column] + step <= self.high[column]:
+                step = -step
+            near = point.copy()
+            near[column] += step
+            values = self.values(near, drop)
+            model, acting = base.model, base.model.effects
+            try:
+                if k < len(self.shared) or parameter.name.partition(".")[0] in acting_names:
+                    model, acting = self.setting(*values, drop)
+                if parameter.moves:  # then the probes stay as they are
+                    sensors = replace(base.sensors, shared=values[0], own=values[1])
+                    plan = planned(self.drops[drop], values[1], horizon)
+                    yield Nudged(k, step, Variant(model, plan, sensors))
+                else:
+                    sensors = self.sensors(acting, *values, drop)
+                    yield Nudged(k, step, replace(base, sensors=sensors))
+            except InputError:
+                continue
 
     def linearised(self, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> list[tuple[Array, Array]]:
         """Return `slopes` of every drop, their mean over some sides."""
