@@ -33,7 +33,8 @@ def mixed_trend(series: list[Estimate], order: list[int], classes: list[int], un
     rows = [(e.value, o, c) for e, o, c in zip(series, order, classes, strict=True) if e.value is not None]
     counts = Counter(c for _, _, c in rows)
     rows = [row for row in rows if counts[row[2]] >= _IN_CLASS]
-    if len(rows) < _LEAST or len({c for _, _, c in rows}) < _CLASSES:
+    speeds = len({c for _, _, c in rows})
+    if len(rows) < _LEAST or speeds < _CLASSES:
         return Estimate.missing(unit, f"needs {_CLASSES} speeds of {_IN_CLASS} drops each, {_LEAST} in all")
     values, at, groups = (np.array(column, float) for column in zip(*rows, strict=True))
     spread = float(np.std(values))
@@ -53,5 +54,5 @@ def mixed_trend(series: list[Estimate], order: list[int], classes: list[int], un
             line = OLS(values / spread, design).fit()
             slope, error = float(line.params[1]), float(line.bse[1])
     slope, error = slope * spread, error * spread
-    rule = f"mixed model over {len(counts)} speeds (restricted maximum likelihood), a drop"
+    rule = f"mixed model over {speeds} speeds (restricted maximum likelihood), a drop"
     return Estimate.from_sigma(slope, error, unit, rule)

@@ -167,5 +167,12 @@ def test_the_mixed_model_says_what_it_needs():
     assert "2 speeds" in mixed_trend(series(np.arange(10)), list(range(10)), [0] * 10, "um").why
 
 
+def test_the_mixed_model_counts_the_speeds_that_it_rests_on():
+    """Five speeds, of which three have one drop each and are left out."""
+    values = np.random.default_rng(11).normal(0, 1, 11)
+    slope = mixed_trend(series(values), list(range(11)), [0] * 4 + [1] * 4 + [2, 3, 4], "um")
+    assert "over 2 speeds" in slope.method
+
+
 def test_classes_of_speed():
     assert speed_classes([100, 60, 102, 61, None, 104.9, 105.1], 0.05) == [1, 0, 1, 0, 3, 1, 2]
