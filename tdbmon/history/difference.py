@@ -152,7 +152,10 @@ def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
 
 
 def biweight(values: Array) -> tuple[float, float]:
-    """Return Tukey's biweight location and scale of values (n,); the median and 0 where half of them are equal.
+    """Return Tukey's biweight location and scale of values (n,).
+
+    Where at least half of them are equal the biweight has no scale: then median and standard deviation, which the odd ones
+    among them widen, so that the next odd one is not flagged for being unequal.
 
     Source: D. C. Hoaglin, F. Mosteller, J. W. Tukey, Understanding Robust and Exploratory Data Analysis (1983),
     sections 11 and 12.

@@ -87,6 +87,12 @@ def test_odd_drops_do_not_move_the_biweight():
     assert spoilt.std() > 10
 
 
+def test_where_more_than_half_of_the_drops_are_equal_the_others_still_count_as_scatter():
+    values = np.array([1.0] * 12 + [2.0, 3.0, 4.0])
+    assert biweight(values) == pytest.approx((1.0, values.std(ddof=1)))
+    assert biweight(np.full(15, 1.1)) == (1.1, 0.0)
+
+
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=30), st.floats(-1e3, 1e3), st.floats(0.1, 10))
 def test_moving_and_scaling_all_drops_moves_and_scales_the_result(values, shift, factor):
     plain, moved = np.array(values), np.array(values) * factor + shift
