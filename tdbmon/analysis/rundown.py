@@ -5,6 +5,9 @@ standstill the last stretch is left out where dry friction no longer acts as a c
 the fit is widened stretch by stretch, and stops where a stretch would need a step or a slope of its own.
 Candidate laws (see `drag_law`) are nested; the choice needs a better BIC on whitened residuals and a smaller error on
 stretches that took no part in the fit (see `law_choice`).
+
+No law is exact, and what it lacks the residuals need not show: a drag of bearings that changes in proportion to the speed is
+a share of the linear term.  The interval of the decay time carries that, and what richer laws make of it.
 """
 
 from __future__ import annotations
@@ -28,6 +31,9 @@ _FREE_FALL_S = 0.005  # no contact yet: the rotor has fallen 0.12 mm
 _SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
 _SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
 _SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
+_STEADY = (
+    0.5  # of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
+)
 _FALLING = 4.0  # standard deviations by which the speed must fall
 _HIDDEN = (
     f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
@@ -77,7 +83,8 @@ class RunDown:
     lost_speed : Estimate
         Speed lost to contacts and ring spin-up beyond the fitted drag, Hz.
     decay_time : Estimate
-        Time constant of the chosen law's linear term, s.
+        Time constant of the chosen law's linear term, s; its interval is wider than that of the law's own parameter by what
+        the law may lack.
     drag_torque : Estimate
         Torque of the constant drag, N m.
     standstill_time : Estimate
@@ -266,7 +273,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     return RunDown(
         initial,
         _lost(initial, fit, release, decay, stretch),
-        decay,
+        _inexact(decay, candidates, chosen, stretch),
         _torque(candidates, chosen, polar_inertia),
         stop_time(fit, rest, reached, last, release),
         models,
@@ -363,6 +370,31 @@ def _decay_time(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> 
     low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
     method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
     return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
+
+
+def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, stretch: Coast) -> Estimate:
+    """Widen the interval of a decay time by what is not known of the law.
+
+    In a long record to what laws of one term more leave possible, since a drag that is too weak to be told takes its share of
+    the linear term all the same, and by a constant drag that is not quite constant.  In a short one rings that slip so little
+    that it passes for coasting may add to the drag.
+    """
+    if decay.value is None or decay.low is None or decay.high is None:
+        return decay
+    if _short(stretch):
+        method = f"{decay.method}, and by slip below {_SLIPPING:.0%} of the deceleration"
+        return replace(decay, high=decay.high / (1 - _SLIPPING), method=method)
+    law, terms = chosen.fit.law, set(chosen.fit.terms)
+    richer = [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
+    least = min([1 / decay.high, *(fit.law.linear - 1.96 * fit.sigma("linear") for fit in richer)])
+    unsteady = _STEADY * law.constant / law.speed
+    down, up = np.hypot(1 / decay.low - law.linear, unsteady), np.hypot(law.linear - least, unsteady)
+    return replace(
+        decay,
+        low=1 / float(law.linear + down),
+        high=1 / float(max(law.linear - up, 0.01 * law.linear)),
+        method=f"{decay.method}; interval with richer laws and a constant drag that changes by {_STEADY:.0%} with the speed",
+    )
 
 
 def _term(candidate: Candidate, term: str, of: Callable[[float], float], unit: str) -> Estimate:

@@ -16,7 +16,7 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, fit_law, noise_of
 from tdbmon.analysis.law_choice import MODELS, Candidate, choose_law, noise_in
 from tdbmon.analysis.pulse_train import turns_between
-from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_model
+from tdbmon.analysis.rundown import RunDown, SpeedModel, fit_rundown, speed_model
 
 RATE, RELEASE, SEEDS = 60.0, 0.5, 200
 DATA = Path(__file__).parents[2] / "datasets" / "coastdown"
@@ -51,8 +51,12 @@ def drop(law: DragLaw, seconds: float, rate: float = RATE) -> tuple[np.ndarray, 
     return t, np.where(t < RELEASE, law.speed, law.speed_at(t))
 
 
+def law_of(run: RunDown) -> SpeedModel:
+    return next(m for m in run.models if m.chosen)
+
+
 def chosen(run: RunDown) -> str:
-    return next((m.name for m in run.models if m.chosen), "none")
+    return law_of(run).name if any(m.chosen for m in run.models) else "none"
 
 
 # the law itself
@@ -158,7 +162,7 @@ def test_whole_call_chooses_right_and_states_true_intervals() -> None:
         pairs = [
             (run.initial, 70.0),
             (run.lost_speed, 0.0),
-            (run.decay_time, 5.0),
+            (law_of(run).parameters["decay_time_s"], 5.0),
             (run.drag_torque, 2 * np.pi * 0.3 * 1.5),
             (run.standstill_time, law.standstill),
         ]
@@ -167,6 +171,40 @@ def test_whole_call_chooses_right_and_states_true_intervals() -> None:
     assert known >= 0.95 * SEEDS
     assert np.all(hits >= 0.90 * SEEDS)
     assert np.all(hits <= 0.99 * SEEDS)
+
+
+@pytest.mark.parametrize("share", [-0.4, 0.4])
+def test_decay_time_holds_the_truth_where_the_constant_drag_goes_with_the_speed(share: float) -> None:
+    """A drag 1.5 + share 1.5 w / 70 is one of the laws, with another linear term: no residual tells it."""
+    inside = known = 0
+    for seed in range(20):
+        t, speed = drop(DragLaw(RELEASE, 70.0, 1 / 5.0 + share * 1.5 / 70, 1.5), 20.0, 40.0)
+        speed = speed + np.random.default_rng(seed).normal(0, 0.05, len(t))
+        run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+        inside += run.decay_time.low <= 5.0 <= run.decay_time.high
+        own = law_of(run).parameters["decay_time_s"]
+        known += own.low <= 5.0 <= own.high
+        assert run.decay_time.low <= own.low and own.high <= run.decay_time.high
+        assert run.decay_time.high - run.decay_time.low < 0.15 * 5.0
+    assert inside >= 19
+    assert known <= 1
+
+
+def test_a_constant_drag_too_weak_to_be_told_is_in_the_interval_of_the_decay_time() -> None:
+    """Four in five of these are fitted without it; the exponential's own interval then holds the truth in none."""
+    alone = inside = own = 0
+    for seed in range(100):
+        t, speed = drop(DragLaw(RELEASE, 70.0, 1 / 5.0, 0.02), 8.0, 40.0)
+        speed = speed + np.random.default_rng(seed).normal(0, 0.05, len(t))
+        run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+        if chosen(run) == "exponential":
+            law = law_of(run).parameters["decay_time_s"]
+            alone += 1
+            own += law.low <= 5.0 <= law.high
+            inside += run.decay_time.low <= 5.0 <= run.decay_time.high
+    assert alone >= 50
+    assert own < 0.1 * alone
+    assert inside >= 0.9 * alone
 
 
 def test_known_noise_is_used() -> None:
