@@ -32,12 +32,12 @@ _TAIL = """
 ## What falls short
 
 - **Decay time.** The rings that roll on the rotor lengthen its time constant by 2 J/I_p, less what they turn more slowly (0.5 %
-  here): the value is that of rotor with rings. The coast-downs follow an exponential with constant drag as closely as their noise
-  shows, in every part and at both speeds, and yet are off by 0.1 %: a drag that changes in proportion to the speed is part of the
-  linear term, and no residual tells it. So the interval lets half of the constant drag come or go with the speed (a choice;
-  0.15 and 0.23 of it would explain these two) and holds what laws with a further term leave possible. In the short records,
-  which are off by up to 0.8 %, it holds slip of the rings below 3 % of the deceleration. A strong quadratic windage is not in it: of half a
-  second an exponential fits that too, and its decay time is an effective one at that speed.
+  here): the value is that of rotor with rings. The coast-downs follow an exponential with constant drag as closely as their
+  noise shows, in every part and at both speeds, and yet are off by 0.1 %: a drag that changes in proportion to the speed is
+  part of the linear term, and no residual tells it. So the interval lets half of the constant drag come or go with the
+  speed (a choice; 0.15 and 0.23 of it would explain these two) and holds what laws with a further term leave possible. In the
+  short records, which are off by up to 0.8 %, it holds slip of the rings below 3 % of the deceleration. A strong quadratic
+  windage is not in it: of half a second an exponential fits that too, and its decay time is an effective one at that speed.
 - **Constant drag.** More than the two rings' drag is found in the coast-downs, by signal and pulses alike; its cause is not
   known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is told of them. Where one
   is told from the signal, it is the range from the last time the rotor surely turns to the first time nothing more is
