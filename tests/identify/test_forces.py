@@ -9,7 +9,7 @@ from tdbsim.errors import InputError
 from tdbsim.hertz import BearingGeometry
 
 from tdbmon.identify.contract import calibration_json, end_json
-from tdbmon.identify.forces import forces_of
+from tdbmon.identify.forces import _at_speed, _Member, forces_of
 from tdbmon.identify.stress import ball_stress, stress_box
 
 
@@ -87,6 +87,25 @@ def test_box_of_known_values(calibration):
     assert box.outlier_level == pytest.approx(loaded.mean() + 3 * loaded.std())
     assert box.tukey_level == pytest.approx(4e8 + 1.5 * 2e8)
     assert box.mean == pytest.approx(values[values > 0].mean())
+
+
+def ring(times, seconds=0.2):
+    """Members whose ring turns with the journal from a time on, or never."""
+    time = np.linspace(0, seconds, 2001)
+    empty = np.zeros((1, 2001))
+    return [_Member(time, empty + 0j, empty, empty, np.where(time >= at, 0.0, 1.0)[None], np.zeros(1)) for at in times]
+
+
+def test_a_ring_that_stays_slow_in_some_members_bounds_the_time_from_below_only():
+    times = np.linspace(0.1, 0.131, 32)
+    all_reach = _at_speed(ring(times), 0)
+    assert (all_reach.low, all_reach.high) == pytest.approx(np.quantile(times, (0.025, 0.975)), abs=2e-4)
+    most = _at_speed(ring([*times[:30], math.inf, math.inf]), 0)
+    assert most.value == pytest.approx(np.median(times), abs=2e-4)
+    assert most.high is None
+    assert "in 2 of 32 simulations" in most.why
+    few = _at_speed(ring([*times[:15], *[math.inf] * 17]), 0)
+    assert few.value is None and "does not reach" in few.why
 
 
 def test_unloaded_bearing_has_no_stress(calibration):
