@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tdbsim.fatigue import STATIC_LIMIT
 
 from tdbmon.figures.stress_boxes import limit_line, short_name
 from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, Margins, legend_below, new_figure, styled, subplots
-from tdbmon.identify.stress import DENTING
 
 if TYPE_CHECKING:
     from tdbmon.identify.forces import DropForces
@@ -37,7 +37,7 @@ def stress_box(drops: Sequence[DropForces]) -> Figure:
         ax.set_xticks(range(1, len(drops) + 1), labels, rotation=20 if many else 0, ha="right" if many else "center")
         ax.set_xlim(0.4, len(drops) + 0.6)
         ax.set_ylim(bottom=0)
-    limit_line(list(axes), DENTING)
+    limit_line(list(axes), STATIC_LIMIT)
     axes[0].set_ylabel("stress [MPa]")
     legend_below(figure, 4)
     return figure

@@ -11,10 +11,10 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from tdbsim.errors import InputError
-from tdbsim.fatigue import drop_fatigue
+from tdbsim.fatigue import EXPONENT, drop_fatigue
 
 from tdbmon.estimate import Estimate
+from tdbmon.identify.model_share import FATIGUE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 REFERENCE = 2000e6  # Pa, in cycles of which a drop is told
 SECONDS = 0.2
 _MEMBERS = 24
-_MODEL_SHARE = 0.06  # standard deviation of its logarithm: 2 % of a force that reduced modes and steps leave, cubed
 
 
 def fatigue_of(
@@ -41,7 +40,7 @@ def fatigue_of(
         After the release.
     members : int
         Simulations, the fitted one among them: their median, and in the logarithm 1.96 times their standard deviation
-        with that of the model.
+        with that of the model (`tdbmon.identify.model_share`).
     seed : int
         Of the draws.
 
@@ -59,7 +58,7 @@ def fatigue_of(
         why = f"only {len(worst)} of {members} draws from the calibration can be simulated"
         return {end: Estimate.missing("1", why) for end in ends}
     rule = (
-        f"rainflow (ASTM E1049), Palmgren-Miner with exponent 9, cycles of {REFERENCE * 1e-6:.0f} MPa,"
+        f"rainflow (ASTM E1049), Palmgren-Miner with exponent {EXPONENT:g}, cycles of {REFERENCE * 1e-6:.0f} MPa,"
         f" {len(worst)} simulations drawn from the calibration"
     )
     return {end: _estimate(np.array([each[i] for each in worst]), rule, end) for i, end in enumerate(ends)}
@@ -68,25 +67,20 @@ def fatigue_of(
 def _estimate(sums: NDArray[np.float64], rule: str, end: str) -> Estimate:
     if np.any(sums <= 0):
         return Estimate.missing("1", f"no ball at {end} is loaded and unloaded in every simulation of the drop")
-    middle, half = float(np.median(sums)), 1.96 * math.hypot(float(np.std(np.log(sums), ddof=1)), _MODEL_SHARE)
+    middle, half = float(np.median(sums)), 1.96 * math.hypot(float(np.std(np.log(sums), ddof=1)), FATIGUE)
     return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule)
 
 
 def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seconds: float) -> list[float] | None:
     """Return the sum of the ball that suffers most, an end; None where the values cannot be simulated."""
     from tdbsim.observe import observed
-    from tdbsim.simulate import run
 
-    from tdbmon.identify.forces import lasting
+    from tdbmon.identify.forces import simulated
     from tdbmon.identify.stress import ball_stress
 
-    problem = calibration.problem
-    shared, own = problem.values(point, drop)
-    try:
-        model, _ = problem.setting(shared, own, drop)
-        motion = run(model, lasting(problem.drops[drop], own, seconds))
-        loads = observed(motion).loads
-        bearings = enumerate(problem.model.machine.touchdown_bearings)
-        return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]
-    except InputError:
+    motion = simulated(calibration.problem, point, drop, seconds)
+    if motion is None:
         return None
+    loads = observed(motion).loads
+    bearings = enumerate(calibration.problem.model.machine.touchdown_bearings)
+    return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]

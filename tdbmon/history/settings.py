@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from tdbsim.errors import InputError, did_you_mean
+from tdbsim.fatigue import STATIC_LIMIT
 from tdbsim.units import to_si
 
 from tdbmon.atomic import write_text
-from tdbmon.identify.stress import DENTING
 
 SETTINGS = "archive.toml"
 FORMAT = 1
@@ -68,7 +68,7 @@ class Inspect(_Part):
     """Limits of the verdict "inspect"."""
 
     gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0)
-    stress: Annotated[float, _si("Pa")] = Field(DENTING, gt=0)
+    stress: Annotated[float, _si("Pa")] = Field(STATIC_LIMIT, gt=0)
     backward_whirl: Annotated[float, _si("s")] = Field(0.1, ge=0)
 
 

@@ -18,7 +18,7 @@ from tdbsim.columns import GAP, JOURNAL_RADIUS
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.observe import FORCES, observed
-from tdbsim.simulate import DropPlan, run
+from tdbsim.simulate import DropPlan, Trajectory, run
 from tdbsim.usual_step import usual_step
 
 from tdbmon.estimate import Estimate
@@ -26,6 +26,7 @@ from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.draws import draws
 from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.model_share import BAND, FORCE, of_members
 from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
@@ -35,11 +36,8 @@ Array = NDArray[np.float64]
 SECONDS = 0.2  # after the release
 _MEMBERS = 32
 _PARTED = 0.1  # of the gap, standard deviation of the members' places: from there on they have parted
-# of a peak force, standard deviation: modes and steps leave 0.3 %, the rest is left to the law of the contact
-_MODEL_SHARE = 0.01
 _FINER = 0.5  # times the usual step, which makes peaks 0.7 % too great
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
-_BAND = (0.025, 0.975)
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 _APART_S = 2e-4  # s without force that part two contacts
 
@@ -203,7 +201,25 @@ def forces_of(
     return tuple(found)
 
 
-def lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
+def simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:
+    """Simulate a drop from fitted values on to so long after the release, as finely as forces and stresses need it.
+
+    Returns
+    -------
+    Trajectory or None
+        None where the values cannot be simulated.
+    """
+    shared, own = problem.values(point, drop)
+    try:
+        model, _ = problem.setting(shared, own, drop)
+        plan = _lasting(problem.drops[drop], own, seconds)
+        step = _FINER * usual_step(problem.model.machine)
+        return run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING), step=step))
+    except InputError:
+        return None
+
+
+def _lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
     """Return the plan of a drop at values of its own, from its window's first sample to so long after the release."""
     first, _ = window(measured, 0.0)
     count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
@@ -211,13 +227,8 @@ def lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
 
 
 def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Member | None:
-    shared, own = problem.values(point, drop)
-    try:
-        model, _ = problem.setting(shared, own, drop)
-        plan = lasting(problem.drops[drop], own, seconds)
-        step = _FINER * usual_step(problem.model.machine)
-        motion = run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING), step=step))
-    except InputError:
+    motion = simulated(problem, point, drop, seconds)
+    if motion is None:
         return None
     n, state, arrays = motion.model.n, motion.state, motion.model.arrays
     seen = observed(motion)
@@ -249,7 +260,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
     beyond = np.flatnonzero(apart > _PARTED * machine.bearing(name).radial_gap.nominal)
     parted = float(time[beyond[0]]) if beyond.size else float(time[-1])
     together = time < parted if beyond.size else np.ones(len(time), dtype=bool)
-    low, middle, high = np.quantile(normal[:, together], (_BAND[0], 0.5, _BAND[1]), axis=0)
+    low, middle, high = np.quantile(normal[:, together], (BAND[0], 0.5, BAND[1]), axis=0)
     later = normal[:, ~together]
     history = ForceHistory(
         time=time[together],
@@ -267,28 +278,16 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
         peak=_peak(np.array([m.peak[end] for m in members])),
         contacts=_contacts(time, normal, parted),
         impulse=float(impulses[0]),
-        impulse_low=float(np.quantile(impulses, _BAND[0])),
-        impulse_high=float(np.quantile(impulses, _BAND[1])),
+        impulse_low=float(np.quantile(impulses, BAND[0])),
+        impulse_high=float(np.quantile(impulses, BAND[1])),
         stress=stress_box([m.stress[end][m.time >= 0] for m in members], machine.bearing(name)),
         ring_at_speed=_at_speed(members, end),
     )
 
 
 def _peak(peaks: Array) -> Estimate:
-    """Return the members' median peak; its band widened by what the model itself leaves."""
-    middle = float(np.median(peaks))
-    low, high = (float(q) for q in np.quantile(peaks, _BAND))
-    model = 1.96 * _MODEL_SHARE * middle
-    rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
-    return Estimate(
-        middle,
-        max(middle - math.hypot(middle - low, model), 0.0),
-        middle + math.hypot(high - middle, model),
-        "N",
-        rule,
-        "",
-        "0-pk",
-    )
+    """Return the greatest force of the members (n,), N."""
+    return of_members(peaks, FORCE, "N", f"greatest of {len(peaks)} simulations drawn from the calibration")
 
 
 def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, ...]:
@@ -319,8 +318,8 @@ def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, 
                 seconds=float(time[stop - 1] - time[begin]),
                 peak=_peak(peaks),
                 impulse=float(impulses[0]),
-                impulse_low=float(np.quantile(impulses, _BAND[0])),
-                impulse_high=float(np.quantile(impulses, _BAND[1])),
+                impulse_low=float(np.quantile(impulses, BAND[0])),
+                impulse_high=float(np.quantile(impulses, BAND[1])),
             )
         )
     return tuple(found)
@@ -338,10 +337,10 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     if math.isinf(times[len(times) // 2]):
         return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
     rule = f"slip below {_AT_SPEED:.0%} in simulations drawn from the calibration"
-    if math.isinf(times[math.ceil(_BAND[1] * (len(times) - 1))]):
+    if math.isinf(times[math.ceil(BAND[1] * (len(times) - 1))]):
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(
             float(np.median(times)), unit="s", method=rule, why=f"{why}: it may take longer than can be said"
         )
-    low, middle, high = (float(q) for q in np.quantile(times, (_BAND[0], 0.5, _BAND[1])))
+    low, middle, high = (float(q) for q in np.quantile(times, (BAND[0], 0.5, BAND[1])))
     return Estimate(middle, low, high, "s", rule)

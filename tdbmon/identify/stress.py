@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from tdbsim.machine import TouchdownBearing
 
 from tdbmon.estimate import Estimate
+from tdbmon.identify.model_share import STRESS, of_members
 
 Array = NDArray[np.float64]
 
-DENTING = 4200e6  # Pa: ISO 76, ball bearings: ball and race together keep a dent of 1e-4 of the ball's diameter
 _SIGMAS = 3.0  # from the mean: outliers as in N. Neisi's dissertation
 _TUKEY = 1.5  # interquartile ranges from the box: J. W. Tukey, Exploratory Data Analysis
 
@@ -72,7 +72,6 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
     fitted = members[0]
     loaded = fitted[fitted > 0]
     greatest = np.array([member.max() for member in members])
-    low, middle, high = (float(q) for q in np.quantile(greatest, (0.025, 0.5, 0.975)))
     assumption = assumed(bearing)
     rule = "Hertz, most loaded ball" + (f"; {assumption}" if assumption else "")
     if not loaded.size:
@@ -82,7 +81,7 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
     q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
     levels = mean + _SIGMAS * spread, q3 + _TUKEY * (q3 - q1)
     return Stress(
-        greatest=Estimate(middle, low, high, "MPa", rule, "", "0-pk"),
+        greatest=of_members(greatest, STRESS, "MPa", rule),
         mean=mean,
         median=median,
         q1=q1,

@@ -43,12 +43,13 @@ def machine():
     )
 
 
-def drop(values=TRUTH, speed=97.0, seed=1, seconds=0.07, levitated=0.08, bending=12):
+def drop(values=TRUTH, speed=97.0, seed=1, seconds=0.07, levitated=0.08, bending=12, sampling=20e3):
     """A record from a machine with the given values, and the simulation that it is."""
     rng = np.random.default_rng(seed)
     plan = DropPlan(
         speed=speed,
         seconds=seconds,
+        sampling=sampling,
         levitated=levitated + 0.3e-4 * rng.random(),
         set_point=tuple(map(tuple, rng.uniform(-25e-6, 25e-6, (2, 2)))),
         shaft_angle=float(rng.uniform(0, 2 * np.pi)),

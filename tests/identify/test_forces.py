@@ -8,8 +8,10 @@ import pytest
 from tdbsim.errors import InputError
 from tdbsim.hertz import BearingGeometry
 
+from tdbmon.history.fatigue import _estimate
 from tdbmon.identify.contract import calibration_json, end_json
-from tdbmon.identify.forces import _at_speed, _Member, forces_of
+from tdbmon.identify.forces import _at_speed, _Member, _peak, forces_of
+from tdbmon.identify.model_share import FORCE
 from tdbmon.identify.stress import ball_stress, stress_box
 
 
@@ -87,6 +89,16 @@ def test_box_of_known_values(calibration):
     assert box.outlier_level == pytest.approx(loaded.mean() + 3 * loaded.std())
     assert box.tukey_level == pytest.approx(4e8 + 1.5 * 2e8)
     assert box.mean == pytest.approx(values[values > 0].mean())
+
+
+def test_force_stress_and_fatigue_share_one_error_of_the_model(calibration):
+    """Of members that agree it alone is left: of a load, of its cube root, and of the ninth power of that."""
+    bearing = calibration.machine.bearing("NDE")
+    peak = _peak(np.full(8, 4000.0))
+    stress = stress_box([ball_stress(bearing, np.array([0.0, 4000.0]))] * 8, bearing).greatest
+    cycles = _estimate(np.full(8, 3.0), "", "NDE")
+    shares = [math.log(e.high / e.low) / (2 * 1.96) for e in (peak, stress, cycles)]
+    assert shares == pytest.approx([FORCE, FORCE / 3, 3 * FORCE], rel=1e-3)
 
 
 def ring(times, seconds=0.2):

@@ -130,7 +130,7 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
 
 def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     """How hard the bearings were hit, which no sensor measured: against their static load, and against a dent."""
-    from tdbmon.identify.stress import DENTING
+    from tdbsim.fatigue import STATIC_LIMIT
 
     ends = fitted.forces.ends
     loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
@@ -145,10 +145,10 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         ),
         Row(
             (
-                f"Greatest stress against {DENTING * 1e-6:.0f} MPa, where a ball dents its race (ISO 76)",
+                f"Greatest stress against {STATIC_LIMIT * 1e-6:.0f} MPa, where a ball dents its race (ISO 76)",
                 *(_against_denting(end.stress.greatest) for end in ends.values()),
             ),
-            "attention" if max(dented) > DENTING else "plain",
+            "attention" if max(dented) > STATIC_LIMIT else "plain",
         ),
     )
     return [
@@ -168,12 +168,12 @@ def _over(force: Estimate, load: float) -> str:
 
 
 def _against_denting(stress: Estimate) -> str:
-    from tdbmon.identify.stress import DENTING
+    from tdbsim.fatigue import STATIC_LIMIT
 
     if stress.value is None or stress.low is None or stress.high is None:
         return words(stress)
-    side = "below" if stress.high < DENTING else "above" if stress.low > DENTING else "not decided"
-    return f"{side}: {stress.value / DENTING:.0%} ({stress.low / DENTING:.0%} to {stress.high / DENTING:.0%})"
+    side = "below" if stress.high < STATIC_LIMIT else "above" if stress.low > STATIC_LIMIT else "not decided"
+    return f"{side}: {stress.value / STATIC_LIMIT:.0%} ({stress.low / STATIC_LIMIT:.0%} to {stress.high / STATIC_LIMIT:.0%})"
 
 
 def _rotor_table(analysis: Analysis) -> list[Block]:
