@@ -14,6 +14,7 @@ from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.difference import Difference, baseline, compare_value
+from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
@@ -134,17 +135,6 @@ class Comparison:
         return tuple(change for change in self.changes if change.flag)
 
 
-@dataclass(frozen=True)
-class Drop:
-    """A drop to compare: of the archive, or one that is not filed."""
-
-    entry: Entry
-    features: tuple[Feature, ...]
-    stress: tuple[StressBox, ...]
-    version: str
-    machine_sha256: str
-
-
 def filed_drop(archive: Archive, drop: str) -> Drop:
     """Return a drop of the archive to compare (raises `InputError` where there is no such)."""
     entry = archive.entry(drop)
@@ -177,8 +167,11 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         doubted = {e.id: failed for e in fitting if (failed := doubts(e.failed_checks))}
         matched = [e for e in fitting if e.id not in doubted][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
-        boxes = catalogue.stress(base, [e.result for e in of_machine])
-        fatigue = catalogue.features(base, [e.result for e in of_machine], "fatigue_cycles")
+        boxes = catalogue.stress(base, [e.result for e in matched])
+        fatigue, greatest = (
+            catalogue.features(base, [e.result for e in of_machine], name)
+            for name in ("fatigue_cycles", "stress_max_mpa")
+        )
         other = _otherwise_made(base, drop, matched)
     remarks = clock_remarks(drop.entry, of_machine)
     if doubted:
@@ -205,7 +198,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         changes=changes,
         tested=tested,
         stress={end: tuple(rows) for end, rows in ends.items()},
-        life=life_of(drop, of_machine, boxes, fatigue, settings.life),
+        life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         remarks=tuple(remarks),
         settings=settings,

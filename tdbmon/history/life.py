@@ -15,20 +15,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+from tdbsim.fatigue import EXPONENT
 
 from tdbmon.estimate import Estimate
 from tdbmon.history import settings as settings_of
 from tdbmon.history.catalogue import Entry
+from tdbmon.history.drop import Drop
 from tdbmon.history.feature import Feature
-from tdbmon.history.filing import StressBox
 
-if TYPE_CHECKING:
-    from tdbmon.history.compare import Drop
-
-EXPONENT = 9.0
 _FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
-_STRESS_SHARE = 0.03  # standard deviation of a drop's stresses beside its own interval: the model's own error
 
 
 @dataclass(frozen=True)
@@ -65,8 +61,8 @@ class _Wear:
 def life_of(
     drop: Drop,
     of_machine: list[Entry],
-    boxes: dict[int, tuple[StressBox, ...]],
     fatigue: dict[int, tuple[Feature, ...]],
+    greatest: dict[int, tuple[Feature, ...]],
     agreed: settings_of.Life,
 ) -> Life:
     """Return what the assembly of a drop went through up to and with this drop.
@@ -75,8 +71,8 @@ def life_of(
     ----------
     drop : Drop
     of_machine : list of Entry
-    boxes, fatigue : dict
-        Stress boxes and the features ``fatigue_cycles`` by result.
+    fatigue, greatest : dict
+        The features ``fatigue_cycles`` and ``stress_max_mpa`` by result.
     agreed : Life
         Of the settings.
     """
@@ -88,27 +84,23 @@ def life_of(
     speeds = [*(e.speed for e in earlier), drop.entry.speed]
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed
     full = sum(limit is None or speed is None or speed >= limit for speed in speeds)
-    own = tuple(f for f in drop.features if f.name == "fatigue_cycles")
+    results = [e.result for e in earlier]
+    own = {name: tuple(f for f in drop.features if f.name == name) for name in ("fatigue_cycles", "stress_max_mpa")}
     damage = _damage(
-        [_counted(found) for found in (*(fatigue.get(e.result, ()) for e in earlier), own)],
-        [_greatest(found) for found in (*(boxes.get(e.result, ()) for e in earlier), drop.stress)],
+        [_wear(found) for found in (*(fatigue.get(each, ()) for each in results), own["fatigue_cycles"])],
+        [_wear(found, EXPONENT) for found in (*(greatest.get(each, ()) for each in results), own["stress_max_mpa"])],
     )
     return Life(full, len(speeds) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
 
 
-def _counted(features: tuple[Feature, ...]) -> dict[str, _Wear]:
-    """Return the rainflow fatigue of a drop by end."""
+def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _Wear]:
+    """Return a power of a drop's rainflow fatigue, or of its greatest stress for one cycle at that, by end."""
     found = {}
     for feature in features:
         e = feature.estimate
         if e.value is not None and e.low is not None and e.high is not None and e.low > 0:
-            found[feature.end] = _Wear(e.value, math.log(e.high / e.low) / (2 * 1.96))
+            found[feature.end] = _Wear(e.value**exponent, exponent * math.log(e.high / e.low) / (2 * 1.96))
     return found
-
-
-def _greatest(boxes: tuple[StressBox, ...]) -> dict[str, _Wear]:
-    """Return one cycle at a drop's greatest stress by end."""
-    return {box.end: _Wear(box.greatest**EXPONENT, 0.0) for box in boxes if box.greatest > 0}
 
 
 def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> Estimate:
@@ -122,7 +114,7 @@ def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -
         return _worst(counted, "sum of the drops' rainflow fatigue over that of the first")
     return _worst(
         greatest,
-        "sum of (greatest stress / that of the first drop)^9, one cycle a drop",
+        f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle a drop",
         f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them again for that",
     )
 
@@ -137,9 +129,8 @@ def _worst(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> Estimate:
         if worst.value is not None and total <= worst.value:
             continue
         # the first counts 1 by definition; its error is in all the others
-        errors = [math.hypot(each.error, EXPONENT * _STRESS_SHARE) for each in (first, *later)]
-        own = math.hypot(*(share * error for share, error in zip(shares, errors[1:], strict=True))) / (more or 1.0)
-        factor = math.exp(1.96 * math.hypot(own, errors[0]))
+        own = math.hypot(*(share * each.error for share, each in zip(shares, later, strict=True))) / (more or 1.0)
+        factor = math.exp(1.96 * math.hypot(own, first.error))
         worst = Estimate(total, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
     return worst
 

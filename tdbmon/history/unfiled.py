@@ -12,7 +12,8 @@ from tdbsim.machine import load_machine
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.compare import Drop, filed_drop
+from tdbmon.history.compare import filed_drop
+from tdbmon.history.drop import Drop
 from tdbmon.history.filing import Filing, sha256_of
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import twin_of

@@ -61,7 +61,9 @@ def filing(
     if stress is not None and fatigue != 0:
         cycles = (stress / 2e9) ** 9 if fatigue is None else fatigue
         features += [_feature("fatigue_cycles", end, cycles) for end in ENDS]
-    given = values or {}
+    given = {} if stress is None else {("stress_max_mpa", end): stress / USUAL["MPa"] for end in ENDS}
+    given |= values or {}
+    features = [f for f in features if f.name != "stress_max_mpa" or (f.name, f.end) in given]
     features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
     boxes = (
         ()

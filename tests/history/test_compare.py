@@ -244,6 +244,14 @@ def test_the_damage_of_a_less_certain_drop_is_less_certain(empty, tmp_path):
     assert widths[1] > 1.1 * widths[0]
 
 
+def test_one_cycle_a_drop_is_as_certain_as_the_stress(empty, tmp_path):
+    """Known to 1 %, the ninth power of a stress is known to 9 %, and so is the first drop's."""
+    add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9, fatigue=0.0)
+    drop = add(empty, tmp_path, 1, dropped="2020-01-02", stress=2e9, fatigue=0.0)
+    damage = compare(empty, filed_drop(empty, drop)).life.damage
+    assert np.log((damage.high - 1) / (damage.low - 1)) / (2 * 1.96) == pytest.approx(9 * 0.01 * np.sqrt(2), rel=0.01)
+
+
 def test_drops_filed_before_cycles_were_counted_keep_the_old_measure_until_they_are_added_again(empty, tmp_path):
     """An archive of an older version: nothing is lost, nothing mixed, and the drop's own measure comes with its new result."""
     old = add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9, fatigue=0.0)
