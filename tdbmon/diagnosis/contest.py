@@ -449,8 +449,11 @@ def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> boo
 
 
 def _kept(field: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders that go on: the best, and those not far behind."""
-    ranked = sorted(field, key=lambda each: each.bic)[:_KEPT]
+    """Return the contenders that go on: the best, and those not far behind; of several fits of one model the best."""
+    best: dict[frozenset[Suspect], Contender] = {}
+    for each in sorted(field, key=lambda each: each.bic):
+        best.setdefault(frozenset(each.causes), each)
+    ranked = list(best.values())[:_KEPT]
     return [each for each in ranked if each.ratio < _BEHIND * ranked[0].ratio]
 
 
