@@ -49,11 +49,6 @@ class Evidence:
         return self.extended_left or self.plain_left
 
     @property
-    def best_force(self) -> tuple[ResidualForce, ...]:
-        """Of the likeliest model."""
-        return self.extended_force or self.plain_force
-
-    @property
     def shown(self) -> tuple[int, ...]:
         """Drops that figures show: the slowest, the fastest, and one between."""
         return chosen([abs(left.omega) for left in self.plain_left])

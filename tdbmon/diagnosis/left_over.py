@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim import state_layout
 from tdbsim.machine import Machine, Probe
 from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import Trajectory
@@ -145,7 +146,7 @@ def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
         measured=measured.reading[:, found.span],
         simulated=found.readings,
         to_ends=to_ends(machine, measured.probes),
-        place=at_end @ state[:, :n].T + 1j * (at_end @ state[:, n : 2 * n].T),
+        place=at_end @ state[:, state_layout.modes_x(n)].T + 1j * (at_end @ state[:, state_layout.modes_y(n)].T),
         force=force,
         touch=tuple(_first(time, np.abs(row) > 0) for row in force),
         omega=measured.omega,

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim import state_layout
 from tdbsim.columns import GAP, JOURNAL_RADIUS
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
@@ -234,10 +235,11 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     seen = observed(motion)
     bearings = problem.model.machine.touchdown_bearings
     stress = np.stack([ball_stress(b, seen.loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
-    surface = np.abs(state[:, 2 * n + 15 + 2 * n + 12]) * arrays.end[:, JOURNAL_RADIUS, None]
-    ring = np.abs(state[:, 2 * n + 15 + 2 * n + 13 : 2 * n + 15 + 2 * n + 15]).T
+    surface = np.abs(state[:, state_layout.omega(n)]) * arrays.end[:, JOURNAL_RADIUS, None]
+    ring = np.abs(state[:, state_layout.ring_speeds(n)]).T
     ring = ring * (arrays.end[:, JOURNAL_RADIUS] + arrays.end[:, GAP])[:, None]
-    place = arrays.at_end @ state[:, :n].T + 1j * (arrays.at_end @ state[:, n : 2 * n].T)
+    x, y = state[:, state_layout.modes_x(n)].T, state[:, state_layout.modes_y(n)].T
+    place = arrays.at_end @ x + 1j * (arrays.at_end @ y)
     return _Member(
         time=motion.time - motion.plan.levitated,
         place=place,
