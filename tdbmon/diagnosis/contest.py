@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.but_for_laws import but_for_laws
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -105,7 +106,7 @@ def contest(
     others = [each for each in compared if each.causes]
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
-        plain, others = _simplified(plain, others)
+        plain, others = _simplified(held.search, plain, others)
     return sorted([plain, *others], key=lambda each: each.bic)
 
 
@@ -173,7 +174,7 @@ class _Contest:
     def simplify(self) -> None:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
-        self.plain, self.others = _simplified(self.plain, self.others)
+        self.plain, self.others = _simplified(self.search, self.plain, self.others)
 
     def adds_to(self, named: Contender) -> bool:
         """True where the best model has a cause beyond those of one that was followed on, proved on a drop held out.
@@ -400,7 +401,7 @@ def _nearly_holds(best: Contender) -> bool:
     return max(best.ratio_of_drops) > FAILING * best.floor
 
 
-def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
+def _simplified(search: Search, plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
     """Return the models with those among them that need a cause less and leave noise alone just as well."""
     while field:
         best = min(field, key=lambda each: each.bic)
@@ -412,6 +413,8 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
             needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
             if needless or only_accompanies(best, near, plain):
                 simpler.append(near)
+            elif lawful := but_for_laws(search.fallen, best, freed, plain, search.horizons):
+                simpler.append(lawful)
         if not simpler:
             break
         kept = min(simpler, key=lambda each: each.bic)

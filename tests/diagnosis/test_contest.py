@@ -345,7 +345,7 @@ def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
     stuck = replace(bare, fit=linearised(problem, off, 0.012))
     assert stuck.misfit > 2 * bare.misfit
     assert bare.fails
-    plain, field = _simplified(stuck, [nothing])
+    plain, field = _simplified(Search(stuck, [], (0.006, 0.012), lambda _: None), stuck, [nothing])
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert field == []
 
