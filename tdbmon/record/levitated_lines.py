@@ -11,11 +11,13 @@ from tdbsim.machine import Machine
 _FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more
 _START_S = 10e-3  # that shows where the shaft levitates
 _LEAST_S = 40e-3  # of levitation, for a line to be told from its neighbours
-_MOST_S = 1.0  # of it that is looked at: the speed may change
+_MOST_S = 0.25  # of it that is looked at: a shaft that coasts at 200 Hz then slows by no more than a cell
 _STANDS_OUT = 16.0  # times the median power around it: chance lets one line in 65 000 do so
 _STRONG = 100.0  # the same, for a line that contradicts the speed
 _AROUND = (3.0, 25.0)  # cells of the spectrum to either side that tell what is usual there
 _NEAR = 0.75  # cells: within which a line is at a frequency
+_RESOLVED = 3  # cells: a slower turning cannot be told from drift
+_APART = 0.3  # cells: nearer lines, of which one is strong, cannot be told apart
 _MAINS = 12  # harmonics
 WIDTH = 1.5  # cells: half of a line's width under the window
 
@@ -29,16 +31,18 @@ class LevitatedLines:
     hz, power : numpy.ndarray, shape (n,)
     cell : float
         Resolution, Hz.
+    each : numpy.ndarray, shape (probes, n)
+        Power of each probe.
     """
 
     hz: np.ndarray
     power: np.ndarray
     cell: float
+    each: np.ndarray
 
     def at(self, hz: float) -> float:
         """Greatest power within a line's width, and nought outside what the spectrum resolves."""
-        near = np.abs(self.hz - hz) < _NEAR * self.cell
-        return float(self.power[near].max()) if near.any() and hz > 2 * self.cell else 0.0
+        return float(self._heights(self.power[None], hz)[0])
 
     def contrast(self, hz: float) -> float:
         """Power of a line over the median of what lies around it; nought where the spectrum does not resolve it."""
@@ -57,10 +61,43 @@ class LevitatedLines:
         """Whether a strong line stands at `hz`, of more than so many times the power at `other`."""
         return self.contrast(hz) > _STRONG and self.at(hz) > times * self.at(other)
 
+    def outdoes_in_most(self, hz: float, other: float, times: float) -> bool:
+        """The same in more than half of the probes too: one that is disturbed tells nothing of the shaft."""
+        clear = self._heights(self.each, hz) > times * self._heights(self.each, other)
+        return self.outdoes(hz, other, times) and bool(np.mean(clear) > 0.5)
+
+    def resolves(self, hz: float) -> bool:
+        """Whether a line at this frequency would show."""
+        return _RESOLVED * self.cell < hz < float(self.hz[-1])
+
     def strongest(self, mains_hz: float) -> float:
         """Frequency of the strongest line that is not of the mains, Hz."""
-        kept = np.where(self.hum(self.hz, mains_hz) | (self.hz < 3 * self.cell), 0.0, self.power)
+        kept = np.where(self.hum(self.hz, mains_hz) | (self.hz < _RESOLVED * self.cell), 0.0, self.power)
         return float(self.hz[int(np.argmax(kept))])
+
+    def _heights(self, power: np.ndarray, hz: float) -> np.ndarray:
+        near = np.abs(self.hz - hz) < _NEAR * self.cell
+        if not near.any() or hz <= 2 * self.cell:
+            return np.zeros(len(power))
+        return np.asarray(power[:, near].max(axis=1))
+
+    def is_hum(self, hz: float, mains_hz: float) -> bool:
+        """Whether the line at a frequency may be of the mains: a strong one shows to a part of a cell where it stands."""
+        if not self.hum(np.array([hz]), mains_hz)[0]:
+            return False
+        off = abs(hz - np.rint(hz / mains_hz) * mains_hz)
+        return off < _APART * self.cell or abs(self._peak(hz) - hz) > 0.5 * off
+
+    def _peak(self, hz: float) -> float:
+        """Frequency of the line at `hz`: a parabola through the logarithms of the greatest power and its neighbours."""
+        near = np.flatnonzero(np.abs(self.hz - hz) < _NEAR * self.cell)
+        top = int(near[np.argmax(self.power[near])])
+        if not 0 < top < len(self.hz) - 1:
+            return float(self.hz[top])
+        left, middle, right = np.log(np.maximum(self.power[top - 1 : top + 2], 1e-300))
+        bend = left - 2 * middle + right
+        shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
+        return float(self.hz[top] + shift * (self.hz[1] - self.hz[0]))
 
     def hum(self, hz: np.ndarray, mains_hz: float) -> np.ndarray:
         """Which frequencies (n,), Hz, cannot be told from the mains and its harmonics."""
@@ -103,8 +140,8 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
     seconds = float(time[until - 1] - time[0]) * until / (until - 1)
     since = np.linspace(-1.0, 1.0, until)
     size = 4 * until
-    power = np.zeros(size // 2 + 1)
-    for row in whole:
+    each = np.empty((len(whole), size // 2 + 1))
+    for power, row in zip(each, whole, strict=True):
         level = row - np.polyval(np.polyfit(since, row, 1), since)
-        power += np.abs(np.fft.rfft(level * np.hanning(until), size)) ** 2
-    return LevitatedLines(np.fft.rfftfreq(size, seconds / until), power, 1 / seconds)
+        power[:] = np.abs(np.fft.rfft(level * np.hanning(until), size)) ** 2
+    return LevitatedLines(np.fft.rfftfreq(size, seconds / until), each.sum(axis=0), 1 / seconds, each)

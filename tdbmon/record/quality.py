@@ -13,7 +13,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
-from tdbmon.record.speed_checks import dead_speed, first_speed, speed_check
+from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
 from tdbmon.record.timebase import usual_interval
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
@@ -63,6 +63,8 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += whirl_directions(ds, machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
+    counted = keyphasor_speed_check(ds, machine, marks)
+    found += [counted] if counted is not None else []
     return tuple(found)
 
 

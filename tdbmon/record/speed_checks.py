@@ -13,6 +13,7 @@ from tdbmon.record import faults
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, speed
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
+from tdbmon.record.miscounted import Miscounted, miscounted
 
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 _SAME = 0.03  # relative: of speeds that are one
@@ -30,10 +31,12 @@ _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
 _AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
 _LONGER, _TAIL = 10, 0.02  # times the longest hold before; of the record
+_HEAD_S = 0.04  # that shows the levitated shaft
 _NOTHING = 1e-3  # of the keyphasor's speed: a signal that reads less is dead
 _SLOWED = 0.005  # of the keyphasor's speed from start to end: more is no controlled speed
 _KEYED = ". It is left out: the speed comes from the keyphasor"
 _UNUSED = ". It is left out: nothing is said about the speed"
+_UNUSED_BOTH = ". Both are left out: nothing is said about the speed"
 
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
@@ -44,7 +47,7 @@ def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
 
 
 def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check:
-    """Check the speed signal against the keyphasor, or else against the line of the levitated shaft."""
+    """Check the speed signal against the keyphasor, and what they say against the line of the levitated shaft."""
     values = ds["speed"].values
     good = np.isfinite(values)
     if not good.any():
@@ -60,9 +63,14 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
-        if compared.agree:
-            return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(compared.ratio - 1):.2%}")
-        return Check("speed", "speed", False, _differ(compared.ratio, refuted(ds, machine)))
+        if not compared.agree:
+            return Check("speed", "speed", False, _differ(compared.ratio, "".join(refuted(ds, machine))))
+        stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
+        wrong = _miscounted(lines, stated, machine)
+        if stated is not None and wrong is not None:
+            detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
+            return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
+        return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(compared.ratio - 1):.2%}")
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
         return of_shaft
@@ -71,6 +79,23 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
+
+
+def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check | None:
+    """Check a keyphasor that alone tells the speed against the levitated shaft; None where that cannot be told."""
+    kept = _without_unfit(ds, machine)
+    if not _sound(marks) or ("speed" in kept and refuted(kept, machine) != ("speed",)):
+        return None
+    stated, lines = _counted_at_start(marks), levitated_lines(ds, machine)
+    wrong = _miscounted(lines, stated, machine)
+    if lines is None or stated is None:
+        return None
+    if wrong is not None:
+        detail = _contradicted(stated, wrong, "by the keyphasor") + (_UNUSED if wrong.sure else "")
+        return Check("speed", "keyphasor", False, detail)
+    if not lines.bears_out(stated):
+        return None
+    return Check("speed", "keyphasor", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
 
 
 def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
@@ -94,6 +119,14 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     else:
         return ""
     return f"{kept}: check its cable and the logger's channel{_KEYED}"
+
+
+def _counted_at_start(marks: Pulses | None) -> float | None:
+    """Mean speed over the first pulses, Hz: over several, as each is timed to a sample only."""
+    if marks is None or marks.times.size <= 4:
+        return None
+    last = min(max(int(np.searchsorted(marks.times, marks.times[0] + _HEAD_S)), 4), marks.times.size - 1)
+    return float((marks.turns[last] - marks.turns[0]) / (marks.times[last] - marks.times[0]))
 
 
 def _sound(marks: Pulses | None) -> bool:
@@ -152,15 +185,36 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     if factor is not None:
         detail = f"{stated:.4g} Hz at the start, but the levitated shaft turns at {stated / factor:.4g} Hz"
         return Check("speed", "speed", False, f"{detail}: {_UNITS[factor]}? {_CHECK.capitalize()}{_UNUSED}")
+    other = _elsewhere(lines, stated, machine.mains)
+    wrong = _miscounted(lines, stated, machine)
+    if wrong is not None:
+        left_out = _UNUSED if wrong.sure or other is not None else ""
+        return Check("speed", "speed", False, _contradicted(stated, wrong, "") + left_out)
     if lines.bears_out(stated):
         return Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
-    other = lines.strongest(machine.mains)
-    if abs(other - stated) < WIDTH * lines.cell or not lines.outdoes(other, stated, _STRONGER):
+    if other is None:
         return None
     detail = (
         f"{stated:.4g} Hz at the start, but the levitated shaft draws no line there, and a strong one at {other:.4g} Hz"
     )
-    return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {_CHECK}, and {_CLOCK}")
+    return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {_CHECK}, and {_CLOCK}{_UNUSED}")
+
+
+def _elsewhere(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
+    """Return the frequency of the levitated shaft's strong line where none stands at the stated speed; else None."""
+    other = lines.strongest(mains_hz)
+    near = abs(other - stated) < WIDTH * lines.cell
+    if near or not lines.resolves(stated) or lines.bears_out(stated) or not lines.outdoes(other, stated, _STRONGER):
+        return None
+    return other
+
+
+def _miscounted(lines: LevitatedLines | None, stated: float | None, machine: Machine) -> Miscounted | None:
+    return None if lines is None or stated is None or stated <= 0 else miscounted(lines, stated, machine.mains)
+
+
+def _contradicted(stated: float, wrong: Miscounted, by: str) -> str:
+    return f"{stated:.4g} Hz at the start{by and ' '}{by} is {wrong}: {wrong.cause}? Check the mark, and what counts it"
 
 
 def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
@@ -174,35 +228,46 @@ def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float
     return max(filter(possible, _UNITS), key=lambda factor: lines.at(stated / factor), default=None)
 
 
-def refuted(ds: xr.Dataset, machine: Machine) -> str:
-    """Return which channel of the speed is wrong: "speed", "keyphasor", or "" where that is not decided.
+def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
+    """Return which channels of the speed are wrong, "speed" and "keyphasor"; none where that is not decided.
 
-    Signal and keyphasor that differ are judged by the lines of the levitated shaft at the one and at the other.  A signal
-    alone is refuted where the shaft's line is a unit's factor away.
+    Signal and keyphasor that differ are judged by the lines of the levitated shaft at the one and at the other.  Those that
+    agree, and either alone, are refuted where the shaft turns at a half or a third of what they count; a signal alone also
+    where the shaft's line is a unit's factor away, or elsewhere while none stands at the stated speed.
     """
     marks = _marks(ds, machine)
-    lines, stated = levitated_lines(ds, machine), _signal_at_start(ds)
+    lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
+    stated = _counted_at_start(marks) if signal is None else signal
     if lines is None or stated is None or stated <= 0:
-        return ""
+        return ()
     compared = _over_pulses(ds, marks)
-    if compared is None:
-        return "speed" if _unit_factor(lines, stated, machine.mains) is not None else ""
-    if compared.agree:
-        return ""
-    counted = stated / compared.ratio
-    if lines.outdoes(counted, stated, _LIKELIER):
-        return "speed"
-    return "keyphasor" if lines.outdoes(stated, counted, _LIKELIER) else ""
+    if compared is not None and not compared.agree:
+        counted = stated / compared.ratio
+        if lines.outdoes(counted, stated, _LIKELIER):
+            return ("speed",)
+        return ("keyphasor",) if lines.outdoes(stated, counted, _LIKELIER) else ()
+    wrong = _miscounted(lines, stated, machine)
+    if wrong is not None and wrong.sure:
+        return tuple(name for name in ("speed", "keyphasor") if name in ds)
+    if signal is None or compared is not None:
+        return ()
+    elsewhere = _elsewhere(lines, stated, machine.mains) is not None
+    return ("speed",) if elsewhere or _unit_factor(lines, stated, machine.mains) is not None else ()
 
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record without the channel of the speed that the others refute (see `refuted`), and without its floor.
+    """Return a record without the channels of the speed that the others refute (see `refuted`), and without its floor.
 
     A signal that is dead or counts backwards goes where a keyphasor tells the speed.
     """
-    ds = _without_floor(_without_dead(ds, machine), machine)
-    wrong = refuted(ds, machine)
-    return ds.drop_vars(wrong) if wrong else ds
+    ds = _without_unfit(ds, machine)
+    while wrong := refuted(ds, machine):  # what is left when one goes is judged anew, by itself
+        ds = ds.drop_vars(wrong)
+    return ds
+
+
+def _without_unfit(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
+    return _without_floor(_without_dead(ds, machine), machine)
 
 
 def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
