@@ -19,7 +19,7 @@ from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import split_phases
-from tdbmon.analysis.release import Release, find_release
+from tdbmon.analysis.release import Release, release_of
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown, fit_rundown
@@ -76,7 +76,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     seen = planes.sel(end=[end for end in planes.end.values if planes.plane.sel(end=end) != "none"])
     time = planes.time.to_numpy()
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
-    release = _release(planes, machine, rotor, speed, checks)
+    release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     checks += check_free_fall(release, machine) if release is not None else []
     checks += check_orientation(planes, *freed(record, machine), released, checks)
@@ -214,10 +214,10 @@ def _speed_only(
 
 
 def _release(
-    planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed: _Speed, checks: list[Check]
+    planes: xr.Dataset, record: xr.Dataset, machine: Machine, rotor: RotorModel, speed: _Speed, checks: list[Check]
 ) -> Release | None:
     bending = float(free_free(rotor, 1).frequencies[2])
-    release = find_release(planes, machine, speed.before(None), bending)
+    release = release_of(*freed(without_flat_tops(record, machine), machine), planes, speed.before(None), bending)
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"

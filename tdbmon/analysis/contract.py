@@ -74,7 +74,7 @@ def _record(analysis: Analysis) -> dict[str, Any]:
 def _state(release: Release | None, end: str) -> dict[str, Any]:
     """Return place and velocity of an end at the release."""
     state = release.states.get(end) if release else None
-    why = f"no orbit is seen at {end}" if release else "no release was found in the record"
+    why = f"no orbit is seen at {end} about the release" if release else "no release was found in the record"
     return {
         "x_um": (state.x if state else Estimate.missing("um", why)).to_json(),
         "y_um": (state.y if state else Estimate.missing("um", why)).to_json(),

@@ -15,8 +15,12 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import ReleaseFit
 from tdbmon.estimate import Estimate
+from tdbmon.record import faults
+from tdbmon.record.probe_checks import SHORT_GAP
 
 _CLEAR_S = 0.012  # before the orbit is left: surely levitated
 _TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
@@ -31,6 +35,7 @@ _LEAST_HEAD_S = 5e-3
 _FALLEN = 0.6
 _DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
 _LEFT = 0.2  # the same: it has left its orbit
+_SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class Release:
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s.
+        From the record's first sample, s; missing where a stretch without samples hides it: then nothing else is told either.
     states : dict
         Position and velocity an end.
     noise : dict
@@ -114,6 +119,11 @@ def find_release(
     window = slice(first, stop)
     t, data = time[window], z[:, window]
     valid = np.isfinite(data).all(axis=0)
+    hole = _hole(t, valid, time[start] - _CLEAR_S)
+    if hole is not None and valid[start - first :].sum() < _SEEN_S * rate:
+        why = f"{said(hole)}, where the shaft falls: the release may lie anywhere in it"
+        time, decay = (Estimate.missing(unit, f"{why}; record without gaps") for unit in ("s", "ms"))
+        return Release(time, decay, {}, {}, {}, {}, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
@@ -134,7 +144,7 @@ def find_release(
         errors = [spread[0][rows[0]], spread[0][rows[1]], spread[1][rows[0]], spread[1][rows[1]]]
         units = ("um", "um", "mm/s", "mm/s")
         made = [
-            Estimate.from_sigma(v, s, u, "levitated orbit continued to the release")
+            Estimate.from_sigma(v, s, u, f"levitated orbit continued to the release{_where(planes, end)}")
             for v, s, u in zip(values, errors, units, strict=True)
         ]
         states[end] = EndState(*made)
@@ -142,7 +152,8 @@ def find_release(
         levitated[end] = (float(place[rows[0]]), float(place[rows[1]]))
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
         whirl[end] = float(whirling[rows[1]])
-    rule = "levitated orbit and free fall joined without a jump, both ends"
+    which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
+    rule = f"levitated orbit and free fall joined without a jump, {which}"
     when = Estimate(best.time, best.low, best.high, "s", rule)
     if best.decay is None:
         decay = Estimate.missing("ms", "the fall starts at once; no decaying magnetic force is seen")
@@ -150,6 +161,65 @@ def find_release(
         unsure = "" if best.decay[1] > 0 else "; a sudden release explains the fall nearly as well"
         decay = Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
     return Release(when, decay, states, noise, levitated, fall, whirl)
+
+
+def release_of(
+    record: xr.Dataset, machine: Machine, planes: xr.Dataset, speed_hz: float | None, bending_hz: float | None = None
+) -> Release | None:
+    """Find the release; where samples are missing about it, by an end whose own probes miss none there.
+
+    The bearing planes take all probes, so that one of them without a value leaves no end a place.  At its own probes an end falls
+    as freely.
+
+    Parameters
+    ----------
+    record : Dataset
+        Probes in m, from which `planes` were made.
+    machine, planes, speed_hz, bending_hz
+        As in `find_release`.
+    """
+    found = find_release(planes, machine, speed_hz, bending_hz)
+    if found is None or not _holed(planes, machine, found):
+        return found
+    used = {str(name) for name in planes.probe.values}
+    for end in machine.ends:
+        try:
+            own = to_planes(record, machine, [probe.name for probe in machine.probes_at(end) if probe.name in used])
+            alone = find_release(own, machine, speed_hz, bending_hz)
+        except InputError:  # the end shows no orbit, or no drop
+            continue
+        if alone is not None and not _holed(own, machine, alone):
+            return alone
+    return found
+
+
+def _holed(planes: xr.Dataset, machine: Machine, found: Release) -> bool:
+    """Whether samples are missing about a release, from where the shaft surely levitates until it touches."""
+    if found.time.value is None:
+        return True
+    gap = max(machine.bearing(end).radial_gap.nominal for end in machine.ends)
+    fall = np.sqrt(2 * gap / max(machine.gravity, 1.0))
+    about = planes.sel(time=slice(found.time.value - _CLEAR_S, found.time.value + fall))
+    seen = about.displacement.sel(
+        end=[str(end) for end in planes.end.values if str(planes.plane.sel(end=end).item()) != "none"]
+    )
+    valid = np.isfinite(seen.to_numpy()).all(axis=(0, 1))
+    return _hole(about.time.to_numpy(), valid, -np.inf) is not None
+
+
+def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float] | None:
+    """Return the longest stretch without samples, too long to be bridged, that ends after `since`."""
+    runs = faults.runs_of(~valid)
+    runs = runs.where((runs.length > SHORT_GAP) & (t[np.minimum(runs.first + runs.length, t.size) - 1] > since))
+    if not len(runs):
+        return None
+    longest = int(np.argmax(runs.length))
+    first = int(runs.first[longest])
+    return float(t[first]), float(t[first + runs.length[longest] - 1])
+
+
+def _where(planes: xr.Dataset, end: str) -> str:
+    return ", at the probes" if str(planes.plane.sel(end=end).item()) == "probe" else ""
 
 
 def _turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains_hz: float | None) -> float | None:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
+_ALONE_S = 25e-6  # the same of one end alone: two ends' errors largely cancel
 _SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
 _SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
 _SURE = 36.0  # improvement of the misfit (chi-square) from which on a soft start is believed
@@ -74,6 +75,7 @@ class ReleaseFit:
         self.lasting = ([mains_hz] if mains_hz else []) + ([2 * speed_hz] if speed_hz else [])
         self.vertical = np.arange(data.shape[0]) % 2 == 1
         self.variance = np.ones(data.shape[0])
+        self.model = _MODEL_S if len(data) > 2 else _ALONE_S
 
     def search(self, low: float, high: float) -> FittedRelease:
         """Find the release between two instants."""
@@ -97,12 +99,12 @@ class ReleaseFit:
         best, alone = self._sudden(low, high)
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
-        half = 1.96 * float(np.hypot(self._sigma(best), _MODEL_S) * np.sqrt(max(1.0, scatter)))
+        half = 1.96 * float(np.hypot(self._sigma(best), self.model) * np.sqrt(max(1.0, scatter)))
         return FittedRelease(best, best - half, best + half, None)
 
     def _either(self, sudden: float, soft: FittedRelease) -> FittedRelease:
         """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
-        half = 1.96 * float(np.hypot(self._sigma(sudden), _MODEL_S))
+        half = 1.96 * float(np.hypot(self._sigma(sudden), self.model))
         decay = None
         if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
             decay = (soft.decay[0], 0.0, soft.decay[2])

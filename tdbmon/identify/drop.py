@@ -138,7 +138,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
 
     from tdbmon.analysis.axes import to_planes
     from tdbmon.analysis.free_fall import check_free_fall
-    from tdbmon.analysis.release import find_release
+    from tdbmon.analysis.release import release_of
     from tdbmon.analysis.returned import returned
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
@@ -163,7 +163,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     time = planes.time.to_numpy()
     rough = _speed_before(laid)
     bending = float(free_free(build_rotor(machine), 1).frequencies[2])
-    found = find_release(planes, machine, rough, bending)
+    found = release_of(laid, machine, to_planes(laid, machine, [p.name for p in probes]), rough, bending)
+    if found is not None and found.time.value is None:
+        raise InputError(f"{name}: {found.time.why}")
     if found is None or found.time.value is None:
         raise InputError(
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."

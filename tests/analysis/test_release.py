@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.release import find_release
+from tdbmon.analysis.release import find_release, release_of
 from tdbmon.record.assign import assign
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -209,3 +209,45 @@ def test_a_spike_during_levitation_is_no_fall(machine):
 
     found = find_release(changed(planes, "DE", spike), machine, 97.0)
     assert found is None or found.time.value == pytest.approx(truth, abs=1e-4)
+
+
+def _record_with_a_hole(machine, probes, start, stop, name="short/drop_100"):
+    record = assign(read(shipped(f"{name}.nc")), machine).sel(time=slice(0, 0.3))
+    for probe in probes:
+        missing = (record.time >= start) & (record.time < stop)
+        record[probe] = record[probe].where(~missing)
+    return record
+
+
+@pytest.mark.parametrize("probe", ["NDE_A", "DE_B"])
+@pytest.mark.parametrize("hole", [(0.0975, 0.106), (0.0995, 0.106), (0.0995, 0.105), (0.099, 0.1075), (0.0995, 0.1025)])
+def test_an_end_without_samples_in_the_fall_leaves_the_dating_to_the_other(machine, probe, hole):
+    record = _record_with_a_hole(machine, [probe], *hole)
+    found = release_of(record, machine, to_planes(record, machine), 95.8, 305.4)
+    assert found.time.low <= 0.1 <= found.time.high
+    assert found.time.high - found.time.low < 6e-4
+    assert set(found.states) == {"DE" if probe == "NDE_A" else "NDE"}
+    assert "alone" in found.time.method
+
+
+@pytest.mark.parametrize("hole", [(0.0975, 0.106), (0.0995, 0.106), (0.0995, 0.105), (0.099, 0.1075)])
+def test_a_fall_that_no_end_shows_dates_no_release(machine, hole):
+    record = _record_with_a_hole(machine, ["NDE_A", "DE_B"], *hole)
+    found = release_of(record, machine, to_planes(record, machine), 95.8, 305.4)
+    assert not found.time.known
+    assert f"no sample has a value between {hole[0]:.5f} s" in found.time.why
+
+
+def test_a_hole_that_leaves_most_of_the_fall_does_not_cost_the_release(machine):
+    record = _record_with_a_hole(machine, ["NDE_A", "DE_B"], 0.0975, 0.101)
+    found = release_of(record, machine, to_planes(record, machine), 95.8, 305.4)
+    assert found.time.low <= 0.1 <= found.time.high
+
+
+@pytest.mark.parametrize("name", ["short/drop_100", "short/drop_150", "loose/drop_210", "loose/drop_100"])
+@pytest.mark.parametrize("end", ["NDE", "DE"])
+def test_the_interval_of_one_end_alone_holds_the_truth(machine, name, end):
+    record = assign(read(shipped(f"{name}.nc")), machine).sel(time=slice(0, 0.3))
+    planes = to_planes(record, machine, [probe.name for probe in machine.probes_at(end)])
+    found = find_release(planes, machine, float(record.speed[:400].mean()), 305.4).time
+    assert found.low <= 0.1 <= found.high

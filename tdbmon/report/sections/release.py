@@ -41,6 +41,8 @@ def _release(analysis: Analysis) -> list[Block]:
     release = analysis.release
     if release is None:
         return []
+    if not release.time.known:
+        return [Paragraph(f"The release is not told: {release.time.why}.")]
     decay = release.force_decay
     soft = f"The magnetic force decayed with {words(decay)}." if decay.known else f"Force: {decay.why}."
     said = f"The magnetic field let go at {words(release.time)} ({release.time.method}). {soft}"

@@ -89,8 +89,8 @@ def _story(analysis: Analysis) -> str:
         parts.append(f"It {verb} {words(still)} after the record's first sample.")
     elif analysis.rundown is not None:
         parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
-    if not release_time(analysis).known:
-        parts.append("The release itself is not in the record, so that times count from the first sample.")
+    if not (release := release_time(analysis)).known:
+        parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
     return " ".join(parts)
 
 
