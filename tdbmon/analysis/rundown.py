@@ -23,6 +23,7 @@ from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_l
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses, turns_between
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
+from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
 
 _BLOCKS = 2000
@@ -184,7 +185,7 @@ def fit_rundown(
     time = np.asarray(time, dtype=float)
     signal = None if speed is None else np.asarray(speed)
     _check(time, signal, pulses, release_time, polar_inertia, sigma)
-    turns = None if pulses is None else turns_between(np.asarray(pulses, dtype=float))
+    turns = None if pulses is None else without_holes(turns_between(np.asarray(pulses, dtype=float)), time)
     if signal is not None:
         observed = _from_signal(time, signal, turns, release_time, sigma)
     elif turns is not None:
@@ -217,12 +218,14 @@ def _from_signal(
 ) -> _Observed:
     last = float(time[-1])
     step = (last - time[0]) / (len(time) - 1)
-    lead = _blocks(time, signal, release - _LEAD_S, release + _FREE_FALL_S, 200)
-    after = _blocks(time, signal, release, last + step, _BLOCKS)
+    lead = without_holes(_blocks(time, signal, release - _LEAD_S, release + _FREE_FALL_S, 200), time)
+    after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
     ratio, source, gain = _NO_PULSES, "speed signal", 1.0
     if turns is not None:
-        ratio, zero = compare_with_pulses(after, turns.between(release, last), step, rest.found)
+        low, high = longest_stretch(time, release)
+        within = after.between(low - step, high + step)
+        ratio, zero = compare_with_pulses(within, turns.between(low, high), step, rest.found and high == last)
         gain, source, related = _scale(ratio)
         if zero is not None and related:
             rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])

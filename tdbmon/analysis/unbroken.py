@@ -1,0 +1,36 @@
+"""Holes in a record's time axis: a pause of the logger, or a clock that jumped.  What spans one measures nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tdbmon.analysis.drag_law import Coast
+from tdbmon.record.probe_checks import SHORT_GAP
+
+
+def stretches(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the stretches of a time axis (n,) without a hole of more than a few samples begin and end, s."""
+    steps = np.diff(time)
+    holes = np.flatnonzero(steps > (SHORT_GAP + 1.5) * np.median(steps))
+    return time[np.append(0, holes + 1)], time[np.append(holes, len(time) - 1)]
+
+
+def longest_stretch(time: np.ndarray, since: float) -> tuple[float, float]:
+    """Return the longest stretch after an instant, s: from where to where."""
+    begin, end = stretches(time)
+    begin = np.maximum(begin, since)
+    longest = int(np.argmax(end - begin))
+    return float(begin[longest]), float(end[longest])
+
+
+def without_holes(coast: Coast, time: np.ndarray) -> Coast:
+    """Return the spans that lie within one stretch of a time axis: across a hole, samples and turns are not counted."""
+    begin, end = stretches(time)
+    if len(begin) == 1:
+        return coast
+    step = float(np.median(np.diff(time)))  # a span reaches half a sample beyond its last one
+    held = np.searchsorted(begin, coast.begin + step, side="right") - 1
+    whole = (held >= 0) & (coast.end <= end[np.maximum(held, 0)] + step)
+    return replace(coast, begin=coast.begin[whole], end=coast.end[whole], mean=coast.mean[whole])
