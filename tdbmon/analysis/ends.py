@@ -16,6 +16,7 @@ from tdbmon.analysis.returned import returned
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing
 from tdbmon.estimate import Estimate
+from tdbmon.record.finding import um
 from tdbmon.record.quality import Check
 
 _CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
@@ -62,13 +63,17 @@ def analyse_ends(
     ends = {}
     for end in machine.ends:
         travel, circle = travels[end], circles[end]
+        air_gap = _air_gap(circle, travel, rotor.total_mass, loads[end])
+        impossible = air_gap.why if isinstance(circle, Gap) else ""
+        if impossible:
+            checks.append(Check("machine and record", end, False, impossible))
         if swing is not None:
             from_swing = swing.gap[end]
         else:
             from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
         contacts = None
         gap = circle if isinstance(circle, Gap) else None
-        if gap is not None:
+        if gap is not None and not impossible:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
             contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, late)
             if gap.agrees is not None:
@@ -76,8 +81,8 @@ def analyse_ends(
                 checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
         first = contacts.first if contacts is not None else None
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
-        if isinstance(circle, NoCircle):
-            stiffness = Estimate.missing("N/m", circle.why)
+        if isinstance(circle, NoCircle) or impossible:
+            stiffness = Estimate.missing("N/m", air_gap.why)
         elif contacts is not None and contacts.why:
             stiffness = Estimate.missing("N/m", contacts.why)
         ends[end] = EndResult(
@@ -86,7 +91,7 @@ def analyse_ends(
             loads[end],
             travel,
             gap,
-            _air_gap(circle, travel),
+            air_gap,
             from_swing,
             contacts,
             stiffness,
@@ -103,13 +108,21 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     return f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
 
 
-def _air_gap(gap: Gap | NoCircle, travel: RestTravel) -> Estimate:
-    """Radial air gap: the radius at rest less ball clearance and deflection."""
+def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) -> Estimate:
+    """Radial air gap: the radius at rest less ball clearance and deflection; missing where nothing would be left of it."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
     if gap.radius.value is None or gap.radius.high is None:
         return Estimate.missing("um", gap.radius.why)
     sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
+    if gap.radius.value <= travel.total:
+        weight = f"rotor of {mass:.4g} kg, {load:.0f} N on this end"
+        why = (
+            f"the shaft rests at {um(gap.radius.value)}, but by the machine file ({weight}) clearance and deflection alone are"
+            f" {um(travel.total)}: machine file and record do not fit. Check diameters, lengths and masses of the rotor, support"
+            " stiffness and ball clearance, and the sensitivity of the probes"
+        )
+        return Estimate.missing("um", why)
     rule = "radius at rest less ball clearance and deflection of the machine file"
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tdbsim.quantity import Tolerant
+from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
@@ -29,11 +30,19 @@ def summary_lines(analysis: Analysis) -> list[str]:
         lines.append(
             "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
         )
+    lines.append(f"{'rotor':<26}{weight(analysis)}")
     lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap)]
     return lines
+
+
+def weight(analysis: Analysis) -> str:
+    """Return mass and static loads of the machine file's rotor: a wrong dimension shows there first."""
+    loads = static_loads(analysis.machine, analysis.rotor)
+    resting = ", ".join(f"{loads[end]:.0f} N on {end}" for end in analysis.machine.ends)
+    return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
 
 
 def _end_lines(end: EndResult, drawn: Tolerant) -> list[str]:
@@ -64,6 +73,5 @@ def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
     """Return that a gap lies outside its tolerance, where the whole interval does: a wrong sensitivity shows so too."""
     if gap.low is None or gap.high is None or drawn.is_exact or (gap.low <= drawn.high and gap.high >= drawn.low):
         return ""
-    return (
-        f", outside the tolerance ({drawn.low * 1e6:g} to {drawn.high * 1e6:g} um): worn, or the sensitivity is wrong"
-    )
+    tolerance = f"{drawn.low * 1e6:g} to {drawn.high * 1e6:g} um"
+    return f", outside the tolerance ({tolerance}): worn, or sensitivity or weight of the rotor are wrong"

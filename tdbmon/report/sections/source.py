@@ -6,6 +6,7 @@ import numpy as np
 
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.summary import weight
 from tdbmon.report.document import Row, Section, Table
 from tdbmon.report.sections.findings import end_findings, rotor_findings
 
@@ -26,6 +27,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Sampling", f"{rate:.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
         Row(("Channels that the machine expects and the file lacks", missing)),
         Row(("Machine", analysis.machine.name)),
+        Row(("Rotor", weight(analysis))),
         Row(("Rotation", "counter-clockwise" if analysis.machine.sense > 0 else "clockwise")),
         Row(("Program", f"tdbmon {__version__}")),
     ]
