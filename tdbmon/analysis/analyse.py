@@ -14,6 +14,7 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
+from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.order import track
@@ -80,6 +81,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     released = None if release is None else release.time.value
     checks += check_free_fall(release, machine) if release is not None else []
     checks += check_orientation(planes, *freed(record, machine), released, checks)
+    checks += check_exchanged(planes, *freed(record, machine), released)
     ends, swing = analyse_ends(planes, machine, rotor, released, checks)
 
     progress("fitting the run-down")

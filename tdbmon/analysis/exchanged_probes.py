@@ -1,0 +1,97 @@
+"""Two probes whose cables are exchanged between the ends: neither end then moves on a circle, and both do once put back."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.analysis.axes import to_planes
+from tdbmon.record.finding import Check, um
+
+_SETTLED_S, _LONG_S, _WITHIN_S = 0.2, 0.25, 2.0  # after the release: bounces are over; what is looked at, and by when
+_SAMPLES = 4000  # of it: enough for a circle
+_CLEARLY = 2.0  # times nearer to circles at both ends; sound records stay below 0.9, exchanged ones lie above 3
+_FITS = 0.04  # of the gap: so near to its circle a settled shaft stays by the median
+_ROUND = (0.5, 2.0)  # of the gap: radius of a circle that is that of the clearance
+_ROUNDS = 8  # of the reweighting
+
+
+def check_exchanged(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
+    """Check that no two probes are exchanged between the ends.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes`.
+    record : Dataset
+        Probes in m, from which `planes` were made.
+    machine : Machine
+    release_s : float or None
+        The release; the record's start where it is not known.
+
+    Returns
+    -------
+    list of Check
+        One that names the probes where exchanging two of them puts both ends on a circle of the clearance's size; else empty.
+        Which of the two pairs was exchanged no circle tells: with the other one it is mirrored end for end.
+    """
+    used = {str(name) for name in planes.probe.values}
+    ends = [[probe.name for probe in machine.probes_at(end) if probe.name in used] for end in machine.ends]
+    if len(ends) != 2 or any(str(plane) != "bearing" for plane in planes.plane.values):
+        return []
+    dimension = record[ends[0][0]].dims[0]
+    time = record[dimension].to_numpy()
+    start = float(time[0] if release_s is None else release_s)
+    last = min(float(time[-1]), start + _WITHIN_S)
+    tail = (time >= max(start + _SETTLED_S, last - _LONG_S)) & (time <= last)
+    if tail.sum() < 100:
+        return []
+    some = record[sorted(used)].isel({dimension: np.flatnonzero(tail)[:: max(int(tail.sum()) // _SAMPLES, 1)]})
+    gap = max(machine.bearing(end).radial_gap.nominal for end in machine.ends)
+    as_is, _ = _off_circles(to_planes(some, machine, sorted(used)))
+    if min(as_is) < _FITS * gap:
+        return []
+    mended = {
+        (one, other): _off_circles(to_planes(_exchanged(some, one, other), machine, sorted(used)))
+        for one, other in product(*ends)
+    }
+    (one, other), (off, radii) = min(mended.items(), key=lambda each: max(each[1][0]))
+    near = max(off) < min(_FITS * gap, min(as_is) / _CLEARLY)
+    if not near or not all(_ROUND[0] * gap < radius < _ROUND[1] * gap for radius in radii):
+        return []
+    others = [name for name in ends[0] + ends[1] if name not in (one, other)]
+    detail = (
+        f"the settled shaft is on no circle at either end ({um(as_is[0])} and {um(as_is[1])} off by the median), but on one at"
+        f" both with {one} and {other} exchanged ({um(off[0])} and {um(off[1])}): are their cables exchanged between the ends, or"
+        f" those of {' and '.join(others)}, which looks the same?"
+    )
+    return [Check("cabling", f"{one}, {other}", False, detail)]
+
+
+def _exchanged(record: xr.Dataset, one: str, other: str) -> xr.Dataset:
+    return record.assign({one: record[other].variable, other: record[one].variable})
+
+
+def _off_circles(planes: xr.Dataset) -> tuple[list[float], list[float]]:
+    """Return how far each end is off a circle by the median, and the radius of that, m; infinite without samples."""
+    found = [_off_circle(planes.displacement.sel(end=end).to_numpy()) for end in planes.end.values]
+    off, radii = zip(*found, strict=True)
+    return list(off), list(radii)
+
+
+def _off_circle(xy: np.ndarray) -> tuple[float, float]:
+    """Fit a circle by its algebraic equation, reweighted for lift-offs (I. Kasa, IEEE Trans. Instrum. Meas. 25 (1976) 8)."""
+    x, y = xy[:, np.isfinite(xy).all(axis=0)] * 1e6
+    if x.size < 50:
+        return np.inf, np.inf
+    design = np.column_stack([x, y, np.ones_like(x)])
+    weight, off, radius = np.ones_like(x), np.full_like(x, np.inf), np.inf
+    for _ in range(_ROUNDS):
+        a, b, c = np.linalg.lstsq(design * weight[:, None], (x**2 + y**2) * weight, rcond=None)[0]
+        radius = float(np.sqrt(max(c + (a**2 + b**2) / 4, 0.0)))
+        off = np.abs(np.hypot(x - a / 2, y - b / 2) - radius)
+        weight = 1 / np.hypot(1, off / (1.5 * float(np.median(off)) + 0.1))
+    return float(np.median(off)) * 1e-6, radius * 1e-6
