@@ -17,7 +17,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.missing_stretches import said
-from tdbmon.analysis.release_fit import ReleaseFit
+from tdbmon.analysis.release_fit import PROBE_SCALE, ReleaseFit
 from tdbmon.estimate import Estimate
 from tdbmon.record import faults
 from tdbmon.record.probe_checks import SHORT_GAP
@@ -155,10 +155,13 @@ def find_release(
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
     rule = f"levitated orbit and free fall joined without a jump, {which}"
     when = Estimate(best.time, best.low, best.high, "s", rule)
-    if best.decay is None:
+    if best.misread and best.decay is None:
+        decay = Estimate.missing("ms", f"{_misread(best.misread)}: such a decay is not sure")
+    elif best.decay is None:
         decay = Estimate.missing("ms", "the fall starts at once; no decaying magnetic force is seen")
     else:
         unsure = "" if best.decay[1] > 0 else "; a sudden release explains the fall nearly as well"
+        unsure = f"; {_misread(best.misread)}" if best.misread else unsure
         decay = Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
     return Release(when, decay, states, noise, levitated, fall, whirl)
 
@@ -216,6 +219,13 @@ def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float]
     longest = int(np.argmax(runs.length))
     first = int(runs.first[longest])
     return float(t[first]), float(t[first + runs.length[longest] - 1])
+
+
+def _misread(decay: float) -> str:
+    return (
+        f"a sudden release explains the fall as well as a force that decays in {decay * 1e3:.2g} ms, if the probes read up to"
+        f" {PROBE_SCALE:.0%} too much or too little, as they may (check their sensitivity)"
+    )
 
 
 def _where(planes: xr.Dataset, end: str) -> str:

@@ -7,13 +7,14 @@ is the path (exp(s t) - 1 - s t) / s^2, so all of it is closed.  With the instan
 A probe that errs at one end must not date the release: each end counts by what its own best law leaves in the fall, the
 instants of the ends alone widen the interval where they disagree (R. T. Birge, Phys. Rev. 40 (1932) 207), and a soft
 start is believed only where no end alone speaks against it.  Between a sudden and a soft start that explain the fall about as
-well the interval holds both.
+well the interval holds both.  A fall that probes show on a scale a few per cent off looks like a soft start too: what a sudden
+release on a scale within their tolerance explains about as well is no sure decay.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ _SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes 
 _SURE = 36.0  # improvement of the misfit (chi-square) from which on a soft start is believed
 _DOUBT = 12.0  # from which on it is held possible
 _AGAINST = 10.0  # by which an end alone, released suddenly at an instant of its own, may be better explained
+PROBE_SCALE = 0.05  # of a reading: by so much the scale of an eddy-current probe may be off (API Standard 670)
+_MISREAD = 50.0  # improvement of the misfit by such a scale that sound records do not show
 _STEP_S = 2.5e-4  # of the first search
 _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
 _ANEW_S = 8e-3  # the same where gravity is left free
@@ -37,12 +40,16 @@ _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not repor
 
 @dataclass(frozen=True)
 class FittedRelease:
-    """Instant and its 95 % interval, s; decay time with its limits, s, where the fall may start soft."""
+    """Instant and its 95 % interval, s; decay time with its limits, s, where the fall may start soft.
+
+    `misread` is the decay time, s, that a sudden release on a scale within the probes' tolerance explains about as well; else 0.
+    """
 
     time: float
     low: float
     high: float
     decay: tuple[float, float, float] | None
+    misread: float = 0.0
 
 
 class ReleaseFit:
@@ -94,13 +101,34 @@ class ReleaseFit:
             each = np.array([self.costs(instant)[end] for end, instant in enumerate(alone)]) - self.costs(t0, decay)
             if decay > _LEAST_DECAY_S and gain > _DOUBT and np.all(each > -_AGAINST):
                 soft = self._profile(t0, decay)
-                return soft if gain > _SURE else self._either(best, soft)
+                if gain <= _SURE:
+                    return self._either(best, soft)
+                soft, scaled = self._with_scale(soft), self._sudden_on_any_scale(best, t0)
+                if self._on_any_scale(scaled) - self.cost(t0, decay) < _SURE:
+                    return replace(self._either(scaled, soft), misread=decay)
+                return soft
         self.variance = white * self._excess([(instant, 0.0) for instant in alone], white)
         best, alone = self._sudden(low, high)
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
         half = 1.96 * float(np.hypot(self._sigma(best), self.model) * np.sqrt(max(1.0, scatter)))
-        return FittedRelease(best, best - half, best + half, None)
+        low, high = best - half, best + half
+        scaled = self._sudden_on_any_scale(best)
+        if self.cost(best) - self._on_any_scale(scaled) > _MISREAD:
+            low, high = min(low, scaled - half), max(high, scaled + half)
+        return FittedRelease(best, low, high, None)
+
+    def _with_scale(self, soft: FittedRelease) -> FittedRelease:
+        """Widen the ranges of instant and decay time by what a scale at the limits of the probes' tolerance makes of them."""
+        if soft.decay is None:
+            return soft
+        decay, shortest, longest = soft.decay
+        instants, decays = zip(
+            *(self._soft(soft.time, scale=1 + off) for off in (-PROBE_SCALE, PROBE_SCALE)), strict=True
+        )
+        low, high = _widened(soft.time, soft.low, soft.high, instants)
+        shortest, longest = _widened(decay, shortest, longest, decays)
+        return replace(soft, low=low, high=high, decay=(decay, max(0.0, shortest), longest))
 
     def _either(self, sudden: float, soft: FittedRelease) -> FittedRelease:
         """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
@@ -110,9 +138,9 @@ class ReleaseFit:
             decay = (soft.decay[0], 0.0, soft.decay[2])
         return FittedRelease(sudden, min(soft.low, sudden - half), max(soft.high, sudden + half), decay)
 
-    def costs(self, t0: float, decay: float = 0.0) -> Array:
-        """Sum of squares an end, in units of its variance."""
-        _, residual, _ = self._solve(t0, decay)
+    def costs(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> Array:
+        """Sum of squares an end, in units of its variance; for readings on a `scale`."""
+        _, residual, _ = self._solve(t0, decay, scale)
         rows = np.sum(residual**2, axis=1) / self.variance
         return np.asarray(rows.reshape(-1, 2).sum(axis=1))
 
@@ -137,12 +165,30 @@ class ReleaseFit:
             found.append(float(best.x))
         return found[0], found[1:]
 
-    def _soft(self, start: float, end: int | None = None) -> tuple[float, float]:
-        """Return instant and decay time of a soft release, of all ends together or of one alone."""
+    def _on_any_scale(self, t0: float) -> float:
+        """Sum of squares of a sudden release, each end on the scale within the probes' tolerance that explains it best.
+
+        What is left is linear in the scale, so that three scales tell its square.
+        """
+        low, middle, high = (self.costs(t0, scale=1 + off) for off in (-PROBE_SCALE, 0.0, PROBE_SCALE))
+        bend, slope = np.maximum(low - 2 * middle + high, 1e-12), (high - low) / 2
+        off = np.clip(-slope / bend, -1.0, 1.0)
+        return float(np.sum(middle + slope * off + bend * off**2 / 2))
+
+    def _sudden_on_any_scale(self, *near: float) -> float:
+        from scipy.optimize import minimize_scalar
+
+        grid = np.arange(min(near) - 1e-3, max(near) + 1e-3, _STEP_S / 2)
+        rough = float(min(grid, key=self._on_any_scale))
+        span = (rough - _STEP_S / 2, rough + _STEP_S / 2)
+        return float(minimize_scalar(self._on_any_scale, bounds=span, method="bounded", options={"xatol": 1e-7}).x)
+
+    def _soft(self, start: float, end: int | None = None, scale: float = 1.0) -> tuple[float, float]:
+        """Return instant and decay time of a soft release, of all ends together or of one alone; for readings on a `scale`."""
         from scipy.optimize import minimize
 
         def misfit(point: Array) -> float:
-            costs = self.costs(point[0] * 1e-3, abs(point[1]) * 1e-3)
+            costs = self.costs(point[0] * 1e-3, abs(point[1]) * 1e-3, scale)
             return float(costs.sum() if end is None else costs[end])
 
         options = {"xatol": 1e-3, "fatol": 0.05}
@@ -253,9 +299,9 @@ class ReleaseFit:
         )
         return np.asarray(fitted(float(best.x))[0])
 
-    def _solve(self, t0: float, decay: float = 0.0) -> tuple[Array, Array, Array]:
+    def _solve(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
         design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))
-        fall = -self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
+        fall = -scale * self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
         target = self.data - np.where(self.vertical[:, None], fall, 0.0)
         # normal equations: solved hundreds of times a search, and the columns are of one scale
         normal = design.T @ design
@@ -298,6 +344,12 @@ class ReleaseFit:
                 sag += share * (np.exp(-after / decay) + np.sin(w * after) / (w * decay))
             columns.append(sag)
         return columns
+
+
+def _widened(value: float, low: float, high: float, others: Sequence[float]) -> tuple[float, float]:
+    """Return an interval widened, as by an independent error, to what the value would be otherwise."""
+    down, up = max(0.0, value - min(others)), max(0.0, max(others) - value)
+    return value - float(np.hypot(value - low, down)), value + float(np.hypot(high - value, up))
 
 
 def _path(s: complex, after: Array) -> NDArray[np.complex128]:

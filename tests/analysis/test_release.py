@@ -251,3 +251,40 @@ def test_the_interval_of_one_end_alone_holds_the_truth(machine, name, end):
     planes = to_planes(record, machine, [probe.name for probe in machine.probes_at(end)])
     found = find_release(planes, machine, float(record.speed[:400].mean()), 305.4).time
     assert found.low <= 0.1 <= found.high
+
+
+def _on_a_scale(machine, name, factor):
+    record = assign(read(shipped(f"{name}.nc")), machine).sel(time=slice(0, 0.3))
+    record = record.assign({probe.name: record[probe.name] * factor for probe in machine.probes})
+    return find_release(to_planes(record, machine), machine, float(record.speed[:400].mean()), 305.4)
+
+
+@pytest.mark.parametrize(
+    "name", ["short/drop_100", "short/drop_150", "short/drop_210", "loose/drop_150", "loose/drop_210"]
+)
+def test_probes_that_read_five_per_cent_too_little_show_no_sure_decay(machine, name):
+    found = _on_a_scale(machine, name, 0.95)
+    assert found.time.low <= 0.1 <= found.time.high
+    assert found.time.value == pytest.approx(0.1, abs=3e-5)
+    assert not found.force_decay.known or found.force_decay.low == 0.0
+    said = found.force_decay.why or found.force_decay.method
+    assert "if the probes read up to 5% too much or too little" in said
+
+
+@pytest.mark.parametrize("name", ["short/drop_150", "short/drop_210", "loose/drop_150", "loose/drop_210"])
+def test_probes_that_read_five_per_cent_too_much_widen_the_interval(machine, name):
+    found = _on_a_scale(machine, name, 1.05).time
+    assert found.low <= 0.1 <= found.high
+
+
+@pytest.mark.parametrize("factor", [0.95, 1.05])
+def test_a_decay_holds_its_time_on_another_scale(machine, factor):
+    held = []
+    for seed in range(8):
+        planes, truth = drop(seed, decay=2e-3, rate=10000.0)
+        found = find_release(planes.assign(displacement=planes.displacement * factor), machine, 97.0)
+        assert found.force_decay.known
+        held.append(
+            found.force_decay.low <= 2e-3 <= found.force_decay.high and found.time.low <= truth <= found.time.high
+        )
+    assert np.mean(held) >= 0.85

@@ -44,7 +44,12 @@ def _release(analysis: Analysis) -> list[Block]:
     if not release.time.known:
         return [Paragraph(f"The release is not told: {release.time.why}.")]
     decay = release.force_decay
-    soft = f"The magnetic force decayed with {words(decay)}." if decay.known else f"Force: {decay.why}."
+    if not decay.known:
+        soft = f"Force: {decay.why}."
+    elif decay.low:
+        soft = f"The magnetic force decayed with {words(decay)}."
+    else:
+        soft = f"The magnetic force may have decayed with {words(decay)} ({decay.method})."
     said = f"The magnetic field let go at {words(release.time)} ({release.time.method}). {soft}"
     rows = []
     for end, state in release.states.items():
