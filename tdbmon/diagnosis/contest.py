@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.but_for_laws import but_for_laws
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -106,7 +105,7 @@ def contest(
     others = [each for each in compared if each.causes]
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
-        plain, others = _simplified(held.search, plain, others)
+        plain, others = _simplified(plain, others)
     return sorted([plain, *others], key=lambda each: each.bic)
 
 
@@ -174,7 +173,7 @@ class _Contest:
     def simplify(self) -> None:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
-        self.plain, self.others = _simplified(self.search, self.plain, self.others)
+        self.plain, self.others = _simplified(self.plain, self.others)
 
     def adds_to(self, named: Contender) -> bool:
         """True where the best model has a cause beyond those of one that was followed on, proved on a drop held out.
@@ -401,7 +400,7 @@ def _nearly_holds(best: Contender) -> bool:
     return max(best.ratio_of_drops) > FAILING * best.floor
 
 
-def _simplified(search: Search, plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
+def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
     """Return the models with those among them that need a cause less and leave noise alone just as well."""
     while field:
         best = min(field, key=lambda each: each.bic)
@@ -413,8 +412,6 @@ def _simplified(search: Search, plain: Contender, field: list[Contender]) -> tup
             needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
             if needless or only_accompanies(best, near, plain):
                 simpler.append(near)
-            elif lawful := but_for_laws(search.fallen, best, freed, plain, search.horizons):
-                simpler.append(lawful)
         if not simpler:
             break
         kept = min(simpler, key=lambda each: each.bic)
@@ -452,11 +449,8 @@ def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> boo
 
 
 def _kept(field: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders that go on: the best, and those not far behind; of several fits of one model the best."""
-    best: dict[frozenset[Suspect], Contender] = {}
-    for each in sorted(field, key=lambda each: each.bic):
-        best.setdefault(frozenset(each.causes), each)
-    ranked = list(best.values())[:_KEPT]
+    """Return the contenders that go on: the best, and those not far behind."""
+    ranked = sorted(field, key=lambda each: each.bic)[:_KEPT]
     return [each for each in ranked if each.ratio < _BEHIND * ranked[0].ratio]
 
 

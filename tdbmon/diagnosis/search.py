@@ -133,7 +133,7 @@ class Search:
             after = min([best, *found], key=lambda each: each.bic)
             for freed in without_each(after, horizon):
                 if freed.causes:
-                    field.append(self._by_itself(freed))
+                    field.append(freed)
                 elif freed.misfit < plain.misfit or plain.horizon < horizon:
                     plain = freed
             after = leader(plain, field, horizon)
@@ -141,15 +141,6 @@ class Search:
                 break
             best = after
         return plain, field
-
-    def _by_itself(self, freed: Contender) -> Contender:
-        """Return a model that is left where a cause was taken off, fitted from the fall on if it comes near to noise.
-
-        The other cause may have led to where it is: what needs a wrong one to be found is not worse by itself.
-        """
-        if freed.ratio > PARTING * freed.floor:
-            return freed
-        return next(iter(all_from_the_fall(self.fallen, [freed], self.horizons)), freed)
 
     def _found_beside(
         self, best: Contender, plain: Contender, horizon: float, field: Sequence[Contender], thorough: bool

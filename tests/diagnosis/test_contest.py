@@ -8,7 +8,7 @@ import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
-from tdbmon.diagnosis.contest import _Contest, _kept, _simplified, contest, decided, only_accompanies
+from tdbmon.diagnosis.contest import _Contest, _simplified, contest, decided, only_accompanies
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
@@ -57,14 +57,6 @@ def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(comp
     assert not judged("probe_angle@DE_B", 1.27)  # has no number of its own in every drop
     alone = contender(like, ("off_sized_ball@NDE",), 900, 1.0)
     assert not only_accompanies(alone, contender(like, (), 0, 1.2 * like.floor), plain)
-
-
-def test_two_fits_of_one_model_take_one_seat(competed):
-    like = next(each for each in competed if not each.causes)
-    first = contender(like, ("probe_gain@DE_A",), 900, 1.0)
-    again = replace(first, fit=replace(first.fit, misfit=first.misfit + 1))
-    rivals = [contender(like, (name,), 800 - k, 1.0) for k, name in enumerate(("probe_angle@DE_A", "probe_gain@DE_B"))]
-    assert _kept([again, first, *rivals]) == [first, *rivals]
 
 
 def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
@@ -345,7 +337,7 @@ def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
     stuck = replace(bare, fit=linearised(problem, off, 0.012))
     assert stuck.misfit > 2 * bare.misfit
     assert bare.fails
-    plain, field = _simplified(Search(stuck, [], (0.006, 0.012), lambda _: None), stuck, [nothing])
+    plain, field = _simplified(stuck, [nothing])
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert field == []
 
