@@ -1,14 +1,16 @@
-"""Many machines side by side: the latest drop of each, worst first."""
+"""Many machines side by side: the alarm that stands or the latest drop of each, worst first."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import Archive
-from tdbmon.history.compare import Comparison, compare, filed_drop
-from tdbmon.history.verdict import Verdict, verdict_of
+from tdbmon.history.compare import Comparison
+from tdbmon.history.standing import Judged, judge, standing
+from tdbmon.history.verdict import Verdict
 
 _WORST = ("inspect", "changed", "too few drops", "as before")
 
@@ -21,14 +23,31 @@ class Member:
     ----------
     machine : str
     drops : int
-    comparison, verdict
-        Of its latest drop.
+    latest : Judged
+        Its latest drop.
+    standing : tuple of Judged
+        Its alarms that stand, of whatever drop, the worst first.
     """
 
     machine: str
     drops: int
-    comparison: Comparison
-    verdict: Verdict
+    latest: Judged
+    standing: tuple[Judged, ...]
+
+    @property
+    def judged(self) -> Judged:
+        """The drop by which the machine is judged: of the worst alarm that stands, else the latest."""
+        return self.standing[0] if self.standing else self.latest
+
+    @property
+    def comparison(self) -> Comparison:
+        """Of the drop by which it is judged."""
+        return self.judged.comparison
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the drop by which it is judged."""
+        return self.judged.verdict
 
     @property
     def furthest(self) -> float:
@@ -41,7 +60,7 @@ class Member:
         return max(found, default=0.0)
 
     def gaps(self) -> dict[str, list[tuple[int, Estimate]]]:
-        """Radius at rest an end, with the number of the drop among the matching ones and the latest."""
+        """Radius at rest an end, with the number of the drop among the matching ones and the one judged."""
         found = self.comparison
         number = {entry.id: i for i, entry in enumerate((*found.matched, found.entry), start=1)}
         return {
@@ -58,6 +77,6 @@ def fleet(archive: Archive, progress: Callable[[str], None] = lambda _: None) ->
     for i, name in enumerate(names, start=1):
         progress(f"machine {i} of {len(names)}: {name}")
         entries = archive.entries(name)
-        found = compare(archive, filed_drop(archive, entries[-1].id))
-        members.append(Member(name, len(entries), found, verdict_of(found)))
+        judged = cache(partial(judge, archive))
+        members.append(Member(name, len(entries), judged(entries[-1].id), standing(entries, judged)))
     return sorted(members, key=lambda m: (_WORST.index(m.verdict.word), -m.furthest, m.machine))

@@ -4,26 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 
 from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.feature import KINDS
 from tdbmon.history.mixed_trend import mixed_trend
 from tdbmon.history.speed_class import speed_classes
-from tdbmon.history.verdict import Verdict, verdict_of
+from tdbmon.history.standing import Judged, judge, standing
 
 _MOST = 40  # of the latest drops are judged one by one
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A drop, against those before it."""
-
-    comparison: Comparison
-    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -57,6 +49,8 @@ class MachineHistory:
         Class of speed of each.
     judged : tuple of Judged
         The latest drops, each against those before it.
+    standing : tuple of Judged
+        The alarms that stand, of whatever drop, the worst first.
     courses : tuple of Course
     """
 
@@ -64,6 +58,7 @@ class MachineHistory:
     entries: tuple[Entry, ...]
     classes: tuple[int, ...]
     judged: tuple[Judged, ...]
+    standing: tuple[Judged, ...]
     courses: tuple[Course, ...]
 
     @property
@@ -88,11 +83,12 @@ def machine_history(archive: Archive, machine: str, progress: Callable[[str], No
     settings = archive.settings(machine)
     with catalogue.reading(archive.catalogue) as base:
         features = catalogue.features(base, [e.result for e in entries])
+    of_drop = cache(partial(judge, archive))
     judged = []
     for i, entry in enumerate(entries[-_MOST:], start=1):
         progress(f"comparing drop {i} of {min(len(entries), _MOST)}")
-        found = compare(archive, filed_drop(archive, entry.id))
-        judged.append(Judged(found, verdict_of(found)))
+        judged.append(of_drop(entry.id))
+    stand = standing(entries, of_drop)
     classes = speed_classes([e.speed for e in entries], settings.matching.speed)
     ends = sorted({f.end for e in entries for f in features[e.result]})
     courses = []
@@ -107,4 +103,4 @@ def machine_history(archive: Archive, machine: str, progress: Callable[[str], No
             missing = Estimate.missing(kind.unit, "not filed")
             slope = mixed_trend([s or missing for s in series], list(range(len(entries))), classes, kind.unit)
             courses.append(Course(name, end, tuple(known), slope))
-    return MachineHistory(machine, tuple(entries), tuple(classes), tuple(judged), tuple(courses))
+    return MachineHistory(machine, tuple(entries), tuple(classes), tuple(judged), stand, tuple(courses))

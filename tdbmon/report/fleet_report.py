@@ -11,7 +11,7 @@ from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.quantity import moment, words
-from tdbmon.report.sections.judgement import WORDS
+from tdbmon.report.sections.judgement import STANDING, WORDS
 
 
 def build_fleet_report(members: list[Member], note: str = "") -> Document:
@@ -20,45 +20,46 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
 
     if not note and any(m.comparison.entry.synthetic for m in members):
         note = synthetic_note(sum(m.drops for m in members))
-    alarms = [m for m in members if m.verdict.alarm]
-    if alarms:
-        first = Finding(f"{len(alarms)} of {len(members)} machines ask for attention.", "attention")
-    else:
-        first = Finding(f"None of {len(members)} machines asks for attention.", "good")
     rows = []
     for member in members:
-        entry = member.comparison.entry
+        latest = member.latest.comparison
         changed = member.comparison.flagged
         rows.append(
             Row(
                 (
                     member.machine,
                     member.verdict.word,
+                    member.judged.name,
                     f"{member.drops}",
-                    moment(entry.dropped) if entry.dropped else "–",
+                    moment(latest.entry.dropped) if latest.entry.dropped else "–",
                     "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
                     not_compared_count(member.comparison),
-                    words(member.comparison.life.margin) if member.comparison.life.margin.known else "–",
+                    words(latest.life.margin) if latest.life.margin.known else "–",
                 ),
                 WORDS[member.verdict.word][1],
             )
         )
-    header = ("Machine", "Verdict", "Drops", "Latest", "Changed", "Not compared", "Margin, drops")
-    reasons = [Paragraph(f"{m.machine}: {'; '.join(m.verdict.reasons[:3])}.") for m in alarms[:20]]
+    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared", "Margin, drops")
+    table = Table("Each machine by its alarm that stands, else by its latest drop", header, tuple(rows))
+    alarms = [(m.machine, each) for m in members for each in m.standing]
+    reasons = [
+        Paragraph(f"{machine}, {each.name}: {'; '.join(each.verdict.reasons[:3])}.") for machine, each in alarms[:20]
+    ]
     lost = [(m.machine, sentence) for m in members for sentence in not_compared_sentences(m.comparison)]
     reasons += [Paragraph(f"{machine}: {sentence}.") for machine, sentence in lost[:40]]
     return Document(
         "Fleet report",
         f"{len(members)} machines",
         (
-            Section("Machines, worst first", (first, Table("The latest drop of each", header, tuple(rows)), *reasons)),
+            Section("Machines, worst first", (_finding(members), Paragraph(STANDING), table, *reasons)),
             Section(
                 "Radius at rest over the drops",
                 (
                     Figure(
                         "fleet",
-                        "Radius at rest of each machine's drops at the speed of its latest one, less that of the first, with"
-                        " 95 % intervals of each drop's own estimate; worst machine first. All panels share the scale.",
+                        "Radius at rest of the drop by which each machine is judged and of those that match it, less that of the"
+                        " first, with 95 % intervals of each drop's own estimate; worst machine first. All panels share the"
+                        " scale.",
                         "A panel for each machine with the change of the radius at rest at each end against the drop.",
                         partial(fleet, members),
                     ),
@@ -68,3 +69,12 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
         note=note,
         made=f"tdbmon {__version__}",
     )
+
+
+def _finding(members: list[Member]) -> Finding:
+    """How many machines ask for attention, and of how many nothing is known yet: that is not "well"."""
+    alarms = sum(bool(m.standing) for m in members)
+    few = sum(m.verdict.word == "too few drops" for m in members)
+    asks = f"{alarms or 'None'} of {len(members)} machines {'asks' if alarms < 2 else 'ask'} for attention"
+    also = f"; {few} {'has' if few == 1 else 'have'} too few matching drops for a verdict" if few else ""
+    return Finding(f"{asks}{also}.", "attention" if alarms else "plain" if few else "good")

@@ -203,4 +203,4 @@ def test_a_fleet_lists_the_worst_first(empty, tmp_path):
         ("steady", "as before"),
     ]
     document = build_fleet_report(members)
-    assert "1 of 3 machines ask for attention" in render_html(document)
+    assert "1 of 3 machines asks for attention; 1 has too few matching drops for a verdict." in render_html(document)

@@ -20,6 +20,11 @@ WORDS: dict[str, tuple[str, Tone]] = {
     "too few drops": ("Too few matching drops for a verdict.", "plain"),
 }
 
+STANDING = (
+    "An alarm stands until a later drop of the same assembly at about the same speed has a verdict of its own, or the assembly"
+    " is given another word after an overhaul. Drops at another speed do not clear it."
+)
+
 
 def section(comparison: Comparison, verdict: Verdict) -> Section:
     """Return the verdict."""

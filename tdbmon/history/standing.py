@@ -1,0 +1,70 @@
+"""Alarms that still stand: a drop at another speed neither repeats an alarm nor clears it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from tdbmon.history.archive import Archive
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.compare import Comparison, compare, filed_drop
+from tdbmon.history.matching import doubts
+from tdbmon.history.verdict import Verdict, verdict_of
+from tdbmon.report.quantity import moment
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A drop, against those before it."""
+
+    comparison: Comparison
+    verdict: Verdict
+
+    @property
+    def name(self) -> str:
+        """The drop's record, with what tells it from others: time and speed."""
+        entry = self.comparison.entry
+        when = moment(entry.dropped) if entry.dropped else f"filed {moment(entry.filed)}"
+        speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
+        return f"{entry.raw_name} ({when}, {speed})"
+
+
+def judge(archive: Archive, drop: str) -> Judged:
+    """Compare a filed drop with those before it, and judge it."""
+    found = compare(archive, filed_drop(archive, drop))
+    return Judged(found, verdict_of(found))
+
+
+def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:
+    """Return the alarms of a machine that stand: "inspect" before "changed", the latest first.
+
+    An alarm stands until a later drop of the same assembly at about the same speed has a verdict, which counts instead.  "Too few
+    drops" is no verdict and clears nothing, nor does a drop whose record does not show its machine: that one is told while it
+    is the latest.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        All drops of the machine, in order.
+    judged : callable
+        Judges a drop, given its identifier.
+    """
+    clearing: list[Judged] = []
+    alarms: list[Judged] = []
+    for back, entry in enumerate(reversed(_since_assembled(entries))):
+        doubted = bool(doubts(entry.failed_checks))
+        if (doubted and back) or any(later.comparison.conditions.fits(entry) for later in clearing):
+            continue
+        found = judged(entry.id)
+        if not doubted and found.verdict.word != "too few drops":
+            clearing.append(found)
+        if found.verdict.alarm:
+            alarms.append(found)
+    return tuple(sorted(alarms, key=lambda each: each.verdict.word != "inspect"))
+
+
+def _since_assembled(entries: Sequence[Entry]) -> Sequence[Entry]:
+    """Return the drops of the assembly in service; where its word was left out later, that states no overhaul."""
+    word = next((entry.assembly for entry in reversed(entries) if entry.assembly), "")
+    first = next((i for i, entry in enumerate(entries) if entry.assembly == word), 0)
+    return [entry for entry in entries[first:] if entry.assembly in (word, "")]

@@ -1,0 +1,104 @@
+"""An alarm of a machine stands until a matching drop or a stated overhaul clears it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from tdbmon.history.fleet import fleet
+from tdbmon.history.machine_history import machine_history
+from tdbmon.history.standing import judge, standing
+from tdbmon.report.document import Verdict
+from tdbmon.report.fleet_report import build_fleet_report
+from tdbmon.report.html import render_html
+from tdbmon.report.machine_report import build_machine_report
+from tests.history.made import files, filing, fill
+
+WORN = {("gap_um", "DE"): 1.15}
+
+
+def add(archive, folder, seed, **changes):
+    """File one more drop, on a later day the greater its seed."""
+    raw, machine = files(folder, seed)
+    archive.add(filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}", **changes), raw, machine)
+
+
+def alarms(archive):
+    """The records of the alarms that stand, with the word."""
+    found = standing(archive.entries(), partial(judge, archive))
+    return [(each.comparison.entry.raw_name, each.verdict.word) for each in found]
+
+
+@pytest.fixture
+def worn(empty, tmp_path):
+    """Six drops that are alike, and one that changed."""
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 6, values=WORN)
+    assert alarms(empty) == [("drop_6.nc", "changed")]
+    return empty
+
+
+def test_a_drop_at_another_speed_does_not_hide_an_alarm(worn, tmp_path):
+    add(worn, tmp_path, 7, speed=160.0)
+    assert alarms(worn) == [("drop_6.nc", "changed")]
+    (member,) = fleet(worn)
+    assert member.verdict.word == "changed"
+    assert member.latest.verdict.word == "too few drops"
+    said = "drop_6.nc (2021-01-06 00:00:00, 100 Hz)"
+    document = build_fleet_report([member])
+    assert "1 of 1 machines asks for attention." in render_html(document)
+    assert said in render_html(document)
+    html = render_html(build_machine_report(machine_history(worn, worn.machines()[0])))
+    assert f"The alarm of {said} stands: changed" in html
+    assert "The latest drop: too few matching drops for a verdict." in html
+
+
+def test_a_matching_drop_that_is_as_before_clears_it(worn, tmp_path):
+    add(worn, tmp_path, 7, speed=160.0)
+    add(worn, tmp_path, 8, speed=102.0)
+    assert alarms(worn) == []
+
+
+def test_a_matching_drop_that_is_changed_too_takes_its_place(worn, tmp_path):
+    add(worn, tmp_path, 7, values=WORN)
+    assert alarms(worn) == [("drop_7.nc", "changed")]
+
+
+def test_a_stated_overhaul_clears_it_and_a_word_left_out_does_not(empty, tmp_path):
+    fill(empty, tmp_path, 6, assembly="a")
+    add(empty, tmp_path, 6, values=WORN, assembly="a")
+    add(empty, tmp_path, 7, speed=160.0)
+    assert alarms(empty) == [("drop_6.nc", "changed")]
+    add(empty, tmp_path, 8, assembly="b")
+    assert alarms(empty) == []
+    add(empty, tmp_path, 9)
+    assert alarms(empty) == []
+
+
+def test_too_few_drops_are_no_verdict_and_clear_nothing(empty, tmp_path):
+    fill(empty, tmp_path, 3)
+    add(empty, tmp_path, 4, values={("gap_um", "DE"): 4.0})
+    add(empty, tmp_path, 5)
+    assert alarms(empty) == [("drop_4.nc", "inspect")]
+    add(empty, tmp_path, 6)
+    assert alarms(empty) == []
+
+
+def test_a_drop_whose_probes_saw_another_thing_clears_nothing_and_is_over_with_the_next(worn, tmp_path):
+    add(worn, tmp_path, 7, failed_checks=("fall NDE",))
+    assert alarms(worn) == [("drop_7.nc", "inspect"), ("drop_6.nc", "changed")]
+    add(worn, tmp_path, 8, speed=160.0)
+    assert alarms(worn) == [("drop_6.nc", "changed")]
+
+
+def test_a_fleet_of_which_too_little_is_known_is_not_called_well(empty, tmp_path):
+    fill(empty, tmp_path / "a", 6, name="steady")
+    raw, machine = files(tmp_path / "b", 200)
+    empty.add(filing(raw, machine, name="new", seed=200, dropped="2020-01-01"), raw, machine)
+    (finding,) = [b for b in build_fleet_report(fleet(empty)).sections[0].blocks if isinstance(b, Verdict)]
+    assert finding.text == "None of 2 machines asks for attention; 1 has too few matching drops for a verdict."
+    assert finding.tone == "plain"
+    (steady,) = [m for m in fleet(empty) if m.machine == "steady"]
+    (finding,) = [b for b in build_fleet_report([steady]).sections[0].blocks if isinstance(b, Verdict)]
+    assert finding == Verdict("None of 1 machines asks for attention.", "good")
