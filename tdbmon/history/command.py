@@ -55,14 +55,14 @@ def add(
             sys.stderr.write("tdbmon: " + " ".join(outcome.why.split()) + "\n")
         else:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
-    strange = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
+    remarks = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
     for outcome in outcomes:
         failed_checks = () if outcome.failed else archive.entry(outcome.drop).failed_checks
         if outcome.state != "already filed" and failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
             sys.stderr.write(f"tdbmon: {outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}\n")
-    for drop, sentence in strange.items():
-        sys.stderr.write(f"tdbmon: drop {drop} {sentence}\n")
+    for drop, remark in remarks.items():
+        sys.stderr.write(f"tdbmon: drop {drop}: {remark}\n")
     failed = [o for o in outcomes if o.failed]
     typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
     rows = [
@@ -71,7 +71,7 @@ def add(
             "drop": o.drop or None,
             "state": o.state,
             "why": o.why,
-            "remark": strange.get(o.drop, ""),
+            "remark": remarks.get(o.drop, ""),
         }
         for o in outcomes
     ]
@@ -80,11 +80,19 @@ def add(
 
 
 def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
-    """Return what to tell of the drops that look like drops of another machine, by identifier."""
+    """Return what to tell of the drops that name another machine or look like drops of one, by identifier."""
     from tdbmon.history.another_machine import likeness
 
-    looked = {drop: likeness(archive, archive.entry(drop), archive.filing(drop).features) for drop in drops}
-    return {drop: found.sentence for drop, found in looked.items() if found.strange}
+    told = {}
+    for drop in drops:
+        filing = archive.filing(drop)
+        found = likeness(archive, archive.entry(drop), filing.features)
+        sentences = [filing.foreign] if filing.foreign else []
+        sentences += [found.sentence] if found.strange else []
+        if sentences:
+            cure = f"to take it out: tdbmon archive remove --archive {archive.folder} {drop}"
+            told[drop] = "; ".join([*sentences, cure])
+    return told
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:

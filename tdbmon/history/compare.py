@@ -18,7 +18,7 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, clock_remarks, conditions, doubts
+from tdbmon.history.matching import Conditions, clock_remarks, conditions, doubts, foreign
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
@@ -109,6 +109,8 @@ class Comparison:
     life : Life
     likeness : Likeness
         Whether it looks like a drop of this machine at all.
+    foreign : str
+        What to tell where its record names another machine; "" where it does not.
     remarks : tuple of str
         What to know when reading it.
     settings : Settings
@@ -122,6 +124,7 @@ class Comparison:
     stress: dict[str, tuple[tuple[str, StressBox], ...]]
     life: Life
     likeness: Likeness
+    foreign: str
     remarks: tuple[str, ...]
     settings: Settings
 
@@ -142,7 +145,8 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
         found = catalogue.features(base, [entry.result])[entry.result]
         boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
         version, machine = catalogue.maker(base, entry.result)
-    return Drop(entry, found, boxes, version, machine)
+    said = archive.filing(entry.id).foreign if foreign(entry) else ""
+    return Drop(entry, found, boxes, version, machine, said)
 
 
 def compare(archive: Archive, drop: Drop) -> Comparison:
@@ -176,7 +180,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     remarks = clock_remarks(drop.entry, of_machine)
     if doubted:
         names = ", ".join(f"{e.raw_name} ({', '.join(doubted[e.id])})" for e in fitting if e.id in doubted)
-        remarks.append(f"not compared with, since checks of their probes failed: {names}")
+        remarks.append(f"not compared with, since checks of their records failed: {names}")
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
@@ -200,6 +204,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         stress={end: tuple(rows) for end, rows in ends.items()},
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
+        foreign=drop.foreign,
         remarks=tuple(remarks),
         settings=settings,
     )

@@ -41,6 +41,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict) -> dict[str, Any]:
             "flag": comparison.likeness.strange,
             "far": list(comparison.likeness.far),
             "compared": list(comparison.likeness.compared),
+            "named": comparison.foreign,
         },
         "remarks": list(comparison.remarks),
     }

@@ -18,3 +18,4 @@ class Drop:
     stress: tuple[StressBox, ...]
     version: str
     machine_sha256: str
+    foreign: str = ""  # what to tell where the record names another machine

@@ -81,6 +81,12 @@ class Filing:
         return self.sha256[:ID_LENGTH]
 
     @property
+    def foreign(self) -> str:
+        """What to tell where the record names another machine; "" where it does not."""
+        checks = self.analysis.get("quality", ())
+        return next((str(c["detail"]) for c in checks if c["check"] == "machine" and not c["passed"]), "")
+
+    @property
     def name(self) -> str:
         """Name of the result file: one for each drop, version, machine file, and with or without forces."""
         return result_name(self.version, self.machine_sha256, self.forces)

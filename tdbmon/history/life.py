@@ -23,6 +23,7 @@ from tdbmon.history import settings as settings_of
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import Feature
+from tdbmon.history.matching import foreign
 
 _FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
 
@@ -79,7 +80,10 @@ def life_of(
     earlier = [
         e
         for e in of_machine
-        if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.moment < drop.entry.moment
+        if e.assembly == drop.entry.assembly
+        and e.id != drop.entry.id
+        and e.moment < drop.entry.moment
+        and not foreign(e)
     ]
     speeds = [*(e.speed for e in earlier), drop.entry.speed]
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed

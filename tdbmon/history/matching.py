@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.settings import Settings
 
-_DOUBTED = ("fall", "whirl", "identical")  # inverted, swapped, doubled probes
+_DOUBTED = ("fall", "whirl", "identical", "machine")  # inverted, swapped, doubled probes; another machine's record
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,11 @@ class Conditions:
         if self.speed is None or entry.speed is None:
             return self.speed is None and entry.speed is None
         return abs(entry.speed - self.speed) <= self.tolerance * self.speed
+
+
+def foreign(entry: Entry) -> bool:
+    """Return whether a drop's record names another machine: then it tells nothing of this one, nor of what it went through."""
+    return "machine" in entry.failed_checks
 
 
 def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:

@@ -106,4 +106,4 @@ def as_drop(filing: Filing) -> Drop:
         failed_checks=filing.failed_checks,
         result=0,
     )
-    return Drop(entry, filing.features, filing.stress, filing.version, filing.machine_sha256)
+    return Drop(entry, filing.features, filing.stress, filing.version, filing.machine_sha256, filing.foreign)

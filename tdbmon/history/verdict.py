@@ -114,13 +114,14 @@ def _blind(comparison: Comparison) -> list[str]:
 
 
 def _doubted(comparison: Comparison) -> list[str]:
-    """Say that the probes do not see this machine: what differs may be theirs."""
-    failed = doubts(comparison.entry.failed_checks)
-    if not failed:
-        return []
-    return [
-        f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables"
-    ]
+    """Say that the record or its probes do not show this machine: what differs may be theirs."""
+    failed = [each for each in doubts(comparison.entry.failed_checks) if each != "machine"]
+    found = [f"{comparison.foreign}; what differs may be that machine's"] if comparison.foreign else []
+    if failed:
+        found.append(
+            f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables"
+        )
+    return found
 
 
 def _life(comparison: Comparison) -> list[str]:

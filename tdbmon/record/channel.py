@@ -61,6 +61,7 @@ class Channel:
 class Content:
     """What a format's reader found in a file.
 
+    `machine` is the name of the machine that the file states, if any.
     `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
     """
 
@@ -68,6 +69,7 @@ class Content:
     title: str = ""
     drop_time: str = ""
     incomplete: str = ""
+    machine: str = ""
 
 
 def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
@@ -112,6 +114,8 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     }
     if content.incomplete:
         record.attrs["incomplete"] = content.incomplete
+    if content.machine:
+        record.attrs["machine"] = content.machine
     if left_out:
         record.attrs["left_out"] = left_out
     return record

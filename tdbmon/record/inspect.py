@@ -48,6 +48,7 @@ class Inspection:
     size: int
     title: str
     drop_time: str
+    machine: str
     incomplete: str
     left_out: dict[str, str]  # channels whose samples have no time, and why
     channels: tuple[ChannelInfo, ...]
@@ -61,7 +62,8 @@ class Inspection:
     def lines(self) -> list[str]:
         """Return a table for the terminal, displacements in um."""
         head = [f"{self.file}   {self.reader}, {self.size / 1e6:.3g} MB, SHA-256 {self.sha256[:16]}..."]
-        head += [f"{word}: {text}" for word, text in (("title", self.title), ("drop", self.drop_time)) if text]
+        words = (("title", self.title), ("machine", self.machine), ("drop", self.drop_time))
+        head += [f"{word}: {text}" for word, text in words if text]
         head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
         head += [f"left out: {name}: {why}" for name, why in list(self.left_out.items())[:_MOST]]
         head += [f"left out: {len(self.left_out) - _MOST} more"] if len(self.left_out) > _MOST else []
@@ -89,6 +91,7 @@ def inspect(path: str | Path) -> Inspection:
         size=path.stat().st_size,
         title=attributes["title"],
         drop_time=attributes["drop_time"],
+        machine=attributes.get("machine", ""),
         incomplete=attributes.get("incomplete", ""),
         left_out=dict(attributes.get("left_out", {})),
         channels=tuple(_channel(str(name), record) for name in record.data_vars),

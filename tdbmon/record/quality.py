@@ -40,6 +40,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found: list[Check] = []
     if ds.attrs.get("incomplete"):
         found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
+    found += _machine(str(ds.attrs.get("machine", "")), machine.name)
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     probes = [probe for probe in machine.probes if probe.name in ds]
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
@@ -112,6 +113,19 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
         if left := int(bad.sum() - fill.sum()):
             out[name].attrs["nan_left"] = left
     return out
+
+
+def _machine(stated: str, name: str) -> list[Check]:
+    """Hold the machine that the record names, if it does, against the machine file's; case and blanks make no other name."""
+    if not stated:
+        return []
+    if "".join(stated.split()).casefold() == "".join(name.split()).casefold():
+        return [Check("machine", "", True, "the record names this machine")]
+    detail = (
+        f"the record says that it is of '{stated}', the machine file is of '{name}': take the machine file of that"
+        " machine, or, if both are one, give the machine file the name that its records bear"
+    )
+    return [Check("machine", "", False, detail)]
 
 
 def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:

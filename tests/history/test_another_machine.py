@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
+from dataclasses import replace
 
 import pytest
 from tdbsim.machine import load_machine
 
 from tdbmon.cli import main
 from tdbmon.history.another_machine import likeness
+from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.study import study_record
@@ -93,6 +96,7 @@ def test_a_record_of_another_machine_under_this_name_is_told_and_not_refused(yea
     name = years.machines()[0]
     other = load_machine(shipped("coastdown/machine.toml")).model_copy(update={"name": name})
     record = read(shipped("coastdown/drop_100.nc"))
+    del record.attrs["machine"]  # it would say so itself
     drop = as_drop(study_record(record, other, "0" * 64, dropped="2021-12-01T00:00:00Z"))  # before the wear
     comparison = compare(years, drop)
     verdict = verdict_of(comparison)
@@ -127,3 +131,40 @@ def test_filed_and_unfiled_look_the_same(years):
     assert compare(years, filed_drop(years, entry.id)).likeness == likeness(
         years, entry, years.filing(entry.id).features
     )
+
+
+def test_a_record_that_names_another_machine_is_told_with_both_names_and_counts_for_nothing(years, tmp_path, capsys):
+    folder = tmp_path / "archive"
+    shutil.copytree(years.folder, folder)
+    own, other = str(YEARS / "machine.toml"), str(shipped("short/drop_210.nc"))
+    names = ("Compressor rotor with two wheels", "Generator rotor on two radial magnetic bearings")
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main([*arguments])
+        return stop.value.code, *capsys.readouterr()
+
+    code, out, _ = run("analyse", own, other)
+    assert code == 0
+    assert all(name in out for name in names)
+    code, out, _ = run("compare", "--archive", str(folder), "--machine", own, other, "--fail-on", "alarm")
+    assert code == 3
+    assert "verdict: inspect" in out
+    assert all(name in out for name in names)
+    dropped = ("--dropped", "2024-06-01T00:00:00Z", "--json", str(tmp_path / "f.json"))
+    code, out, err = run("archive", "add", "--archive", str(folder), own, other, *dropped)
+    assert code == 0
+    (line,) = [line for line in err.splitlines() if names[1] in line]
+    archive = open_archive(folder)
+    added = archive.entries()[-1]
+    assert names[0] in line and f"tdbmon archive remove --archive {folder} {added.id}" in line
+    assert names[1] in json.loads((tmp_path / "f.json").read_text())["records"][0]["remark"]
+    found = compare(archive, filed_drop(archive, added.id))
+    assert all(name in verdict_of(found).reasons[0] for name in names)
+    assert names[1] in comparison_json(found, verdict_of(found))["another_machine"]["named"]
+    later = filed_drop(archive, archive.entries()[-2].id)
+    later = replace(later, entry=replace(later.entry, id="later", moment=added.moment + 1, speed=added.speed))
+    found = compare(archive, later)
+    assert added.id not in [entry.id for entry in found.matched]
+    assert any("drop_210.nc (machine)" in remark for remark in found.remarks)
+    assert found.life.full_drops == 11  # the ten and itself

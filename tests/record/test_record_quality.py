@@ -58,6 +58,19 @@ def test_sound_records_pass(path: Path) -> None:
     assert usable(ds, machine(), found) == ("NDE_A", "NDE_B", "DE_A", "DE_B")
 
 
+def test_a_record_that_names_another_machine(sound: xr.Dataset) -> None:
+    name = machine().name
+    unnamed = sound.copy()
+    del unnamed.attrs["machine"]
+    assert "machine" not in {c.check for c in check(unnamed, machine())}
+    for same in (name, f" {name.upper()} ", name.replace(" ", "  ")):
+        assert Check("machine", "", True, "the record names this machine") in check(
+            sound.assign_attrs(machine=same), machine()
+        )
+    detail = _failed(sound.assign_attrs(machine="Pump 7"))["machine", ""]
+    assert "'Pump 7'" in detail and f"'{name}'" in detail
+
+
 def test_a_dead_probe(sound: xr.Dataset) -> None:
     still = 1e-7 * np.random.default_rng(1).standard_normal(sound["DE_A"].size)
     ds = _changed(sound, "DE_A", still)

@@ -37,7 +37,8 @@ class NetCDF:
             channels = tuple(_channels(file))
             title = str(getattr(file, "title", ""))
             dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
-            return Content(channels, title, next((str(date) for date in dates if date), ""))
+            date = next((str(date) for date in dates if date), "")
+            return Content(channels, title, date, machine=str(getattr(file, "machine", "")).strip())
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:

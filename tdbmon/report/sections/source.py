@@ -22,6 +22,7 @@ def section(analysis: Analysis) -> Section:
         Row(("File", str(attributes.get("source_file", "not known")))),
         Row(("SHA-256 of the file", str(attributes.get("sha256", "not known")))),
         Row(("Title in the file", str(attributes.get("title") or "none"))),
+        Row(("Machine in the file", str(attributes.get("machine") or "not stated"))),
         Row(("Time of the drop", str(attributes.get("drop_time") or "not stated"))),
         Row(("Reader", str(attributes.get("reader", "not known")))),
         Row(("Sampling", f"{rate:.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
