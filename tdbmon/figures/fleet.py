@@ -7,9 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from tdbmon.figures.style import BLUE, GREY, LIGHT, VERMILION, Margins, legend_below, new_figure, say, styled, subplots
+from tdbmon.figures.style import (
+    BLUE,
+    GREY,
+    LIGHT,
+    VERMILION,
+    Margins,
+    drop_axis,
+    legend_below,
+    new_figure,
+    say,
+    styled,
+    subplots,
+)
 
 if TYPE_CHECKING:
     from tdbmon.history.fleet import Member
@@ -52,7 +63,7 @@ def fleet(members: list[Member]) -> Figure:
                     ends = np.array([e.low, e.high]) * 1e6 - values[0]
                     ax.plot([x, x], ends, color=line, linewidth=0.5, alpha=0.6)
         ax.set_ylim(-reach, reach)
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
+        drop_axis(ax, len(member.comparison.matched) + 1, 5)
         if i % _COLUMNS:
             ax.set_yticklabels([])
         else:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from tdbmon.figures.style import (
     BLACK,
@@ -18,6 +17,7 @@ from tdbmon.figures.style import (
     SKY,
     VERMILION,
     Margins,
+    drop_axis,
     legend_below,
     new_figure,
     styled,
@@ -70,8 +70,7 @@ def machine_courses(history: MachineHistory) -> Figure:
                     ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
         ax.set_title(f"{KINDS[course.name].title}{', ' + course.end if course.end else ''}", fontsize=7)
         ax.set_ylabel(f"[{unit or 1}]")
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-        ax.set_xlim(0.4, len(place) + 0.6)
+        drop_axis(ax, len(place), 8)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
     for ax in axes[-1]:

@@ -14,6 +14,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
@@ -139,6 +140,13 @@ def subplots(
         },
     )
     return axes
+
+
+def drop_axis(ax: Axes, drops: int, most: int) -> None:
+    """Number the drops along x with `most` labels or one more, in whole numbers, a single drop too."""
+    # one tick will do: where two are asked for and there is one drop, the locator takes fractions
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=most, min_n_ticks=1))
+    ax.set_xlim(0.4, drops + 0.6)
 
 
 def power_ticks(axis: Axis) -> None:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from tdbmon.estimate import OUTSIDE
-from tdbmon.figures.style import BLUE, GREEN, GREY, ORANGE, SKY, Margins, new_figure, styled, subplots
+from tdbmon.figures.style import BLUE, GREEN, GREY, ORANGE, SKY, Margins, drop_axis, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.history.compare import Change, Comparison
@@ -62,8 +61,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
     ax.set_ylabel(f"[{unit or 1}]")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-    ax.set_xlim(0.4, len(place) + 0.6)
+    drop_axis(ax, len(place), 8)
 
 
 def scale_of(unit: str) -> tuple[float, str]:

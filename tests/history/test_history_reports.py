@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import itertools
 from dataclasses import replace
 
 import pypdf
 import pytest
 
 from tdbmon.estimate import Estimate
+from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
 from tdbmon.history.archive import Archive
@@ -25,7 +27,7 @@ from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.quantity import words
-from tests.figure_checks import assert_readable, faults, figures_of
+from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.made import files, filing, fill
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
@@ -184,6 +186,27 @@ def test_all_reports_are_whole_in_both_formats(years, comparison, stressed):
         text = "\n".join(page.extract_text() for page in pages)
         for section in document.sections:
             assert section.title in text
+
+
+@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1, 12)])
+def test_the_drops_of_a_fleet_are_whole_numbers_clear_of_the_neighbours(empty, tmp_path, counts):
+    for machine, count in enumerate(counts):
+        for i in range(count):
+            raw, plan = files(tmp_path, 100 * machine + i)
+            made = filing(raw, plan, name=f"machine {machine}", seed=100 * machine + i, dropped=f"2020-01-{i + 1:02d}")
+            empty.add(made, raw, plan)
+    drawing = rendered(fleet_figure(fleet(empty)))
+    labels = [
+        label
+        for ax in drawing.axes
+        if ax.get_visible()
+        for label, at in zip(ax.get_xticklabels(), ax.get_xticks(), strict=True)
+        if ax.get_xlim()[0] <= at <= ax.get_xlim()[1]
+    ]
+    assert len(labels) >= len(counts)
+    assert all(label.get_text().isdigit() for label in labels)
+    boxes = [label.get_window_extent() for label in labels]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
 def test_a_fleet_lists_the_worst_first(empty, tmp_path):
