@@ -44,6 +44,8 @@ class FeatureKind:
         `least` is a share of the value.
     meaning : str
         What a change of it may come from.
+    both_ends : bool
+        The impact at the other end feeds it or takes from it, so that a change may come from there.
     forces : bool
         It needs the fitted simulation (``--forces``).
     judged : bool
@@ -56,6 +58,7 @@ class FeatureKind:
     least: float
     meaning: str
     relative: bool = False
+    both_ends: bool = False
     forces: bool = False
     judged: bool = True
 
@@ -99,10 +102,26 @@ _KINDS = (
         "ms",
         2.7e-5,
         "stiffness of bearing and support",
+        both_ends=True,
     ),
-    FeatureKind("rebound_um", "Rebound after the first contact", "um", 2.7e-6, "damping of bearing and support"),
-    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "damping"),
-    FeatureKind("contacts", "Contacts before settling", "1", 0.15, "damping, gap or friction", relative=True),
+    FeatureKind(
+        "rebound_um",
+        "Rebound after the first contact",
+        "um",
+        2.7e-6,
+        "damping of bearing and support",
+        both_ends=True,
+    ),
+    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "damping", both_ends=True),
+    FeatureKind(
+        "contacts",
+        "Contacts before settling",
+        "1",
+        0.15,
+        "damping, gap or friction",
+        relative=True,
+        both_ends=True,
+    ),
     FeatureKind("deepest_um", "Deepest excursion", "um", 2.8e-6, "stiffness of bearing and support, whirl"),
     FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "friction between journal and ring"),
     FeatureKind("whirl_full_s", "Longest whirl right round", "s", 1e-3, "friction, unbalance"),

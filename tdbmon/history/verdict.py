@@ -151,5 +151,21 @@ def _sentence(change: Change, comparison: Comparison) -> str:
     began = f" {since}, where the change began" if since else ""
     return (
         f"{change.title}: {value} {way} {some} matching drops before{began}"
-        f" (p = {change.p_adjusted:.2g}, corrected); may come from: {change.kind.meaning}"
+        f" (p = {change.p_adjusted:.2g}, corrected); may come from: {_causes(change, comparison)}"
     )
+
+
+def _causes(change: Change, comparison: Comparison) -> str:
+    """Return what a change may come from; first from the other end where only that can have made a restitution above one."""
+    others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))
+    if not change.kind.both_ends or not others:
+        return change.kind.meaning
+    restitution = next(
+        (c.estimate.value for c in comparison.changes if (c.kind.name, c.end) == ("restitution", change.end)), None
+    )
+    if restitution is not None and restitution > 1:
+        return (
+            f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there feeds it (gap,"
+            f" wear of journal or inner ring); or {change.kind.meaning}"
+        )
+    return f"{change.kind.meaning}; or the other end, {others}, whose impact feeds it or takes from it"

@@ -157,6 +157,23 @@ def test_a_drop_that_was_off_the_other_way_is_no_beginning(empty, tmp_path):
     assert "6 of the 7 matching drops before (p =" in verdict.reasons[0]
 
 
+def test_a_change_of_the_rebound_may_come_from_the_other_end(years, empty, tmp_path):
+    """Above a restitution of one it comes first: the shipped years flag DE alone in the end, and the wear is at NDE."""
+    _, verdict = judged(years, years.entries()[-1].id)
+    for name in ("Rebound", "Restitution"):
+        (said,) = [reason for reason in verdict.reasons if reason.startswith(name)]
+        assert "may come from: the other end, NDE: the restitution here is 1.41" in said
+    fill(empty, tmp_path, 8)
+    values = {("rebound_um", "DE"): 1.3, ("restitution", "DE"): 0.6, ("stiffness_n_per_m", "NDE"): 1.3}
+    _, verdict = judged(empty, add(empty, tmp_path, 50, dropped="2021-01-01", values=values))
+    (said,) = [reason for reason in verdict.reasons if reason.startswith("Rebound")]
+    assert said.endswith(
+        "damping of bearing and support; or the other end, NDE, whose impact feeds it or takes from it"
+    )
+    (said,) = [reason for reason in verdict.reasons if reason.startswith("Single-mass")]
+    assert "the other end" not in said
+
+
 def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_path):
     fill(empty, tmp_path, 8)
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})
