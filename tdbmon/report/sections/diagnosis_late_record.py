@@ -53,4 +53,4 @@ def _departure(record: LateRecord, probe: str) -> float:
 
 
 def _signed(value: float) -> str:
-    return f"{value:+.1f}".replace("-", "−")
+    return f"{round(value, 1) + 0.0:+.1f}".replace("-", "−")  # no minus before nought
