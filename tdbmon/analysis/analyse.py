@@ -23,6 +23,7 @@ from tdbmon.analysis.phases import split_phases
 from tdbmon.analysis.release import Release, release_of
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rundown import RunDown, fit_rundown
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing, predicted_swing
@@ -80,9 +81,11 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     checks += check_free_fall(release, machine) if release is not None else []
-    checks += check_orientation(planes, *freed(record, machine), released, checks)
-    checks += check_exchanged(planes, *freed(record, machine), released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, checks)
+    sound = freed(record, machine)
+    back = {end: returned(planes, end, machine, released) for end in machine.ends}
+    checks += check_orientation(planes, *sound, released, back, checks)
+    checks += check_exchanged(planes, *sound, released)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks)
 
     progress("fitting the run-down")
     rundown = _rundown(speed, released, rotor, key, checks)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
@@ -12,7 +14,6 @@ from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.rest import RestTravel, rest_travel
 from tdbmon.analysis.result import EndResult
-from tdbmon.analysis.returned import returned
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing
 from tdbmon.estimate import Estimate
@@ -24,7 +25,12 @@ _NOT_LYING = "the shaft does not lie on its bearing when the record ends (see re
 
 
 def analyse_ends(
-    planes: xr.Dataset, machine: Machine, rotor: RotorModel, released: float | None, checks: list[Check]
+    planes: xr.Dataset,
+    machine: Machine,
+    rotor: RotorModel,
+    released: float | None,
+    back: Mapping[str, str],
+    checks: list[Check],
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -36,6 +42,8 @@ def analyse_ends(
     rotor : RotorModel
     released : float or None
         s; None where the record does not hold the release: then from its first sample on.
+    back : mapping
+        What `tdbmon.analysis.returned.returned` says of each end.
     checks : list of Check
         Gets whether the radius from the arc is that from the swing.
     """
@@ -49,7 +57,7 @@ def analyse_ends(
         swing = find_swing(planes, machine, rotor, max(times))
     unseen = NoCircle("no two usable probes in different directions see this end")
     settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
-    settled |= {end: NoCircle(_NOT_LYING) for end in seen if returned(planes, end, machine, released)}
+    settled |= {end: NoCircle(_NOT_LYING) for end in seen if back[end]}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:

@@ -11,6 +11,11 @@ from tdbmon.record.probe_checks import SHORT_GAP
 _HIDES_S = 1e-3  # of missing samples: as long as a short contact, which nobody then sees
 
 
+def too_long(steps: np.ndarray) -> np.ndarray:
+    """Return which steps (n,) of a time axis are too long to be bridged."""
+    return np.asarray(steps > (SHORT_GAP + 1.5) * np.median(steps))
+
+
 @dataclass(frozen=True)
 class MissingStretches:
     """Stretches without samples that are too long to be bridged: the last instant seen before and the next after.
@@ -25,7 +30,7 @@ class MissingStretches:
     def between(cls, t: np.ndarray, beyond: np.ndarray) -> MissingStretches:
         """Find them between instants, s, at which the shaft is so far beyond the touching radius, m."""
         steps = np.diff(t)
-        long = steps > (SHORT_GAP + 1.5) * np.median(steps)
+        long = too_long(steps)
         fastest = np.max(np.abs(np.diff(beyond))[~long] / np.maximum(steps[~long], 1e-9), initial=0.0)
         way = np.abs(beyond[:-1]) + np.abs(beyond[1:])
         hides = long & (steps > _HIDES_S) & (way < fastest * steps)

@@ -6,21 +6,26 @@ levitated orbit goes with the rotation is checked at the door, in `tdbmon.record
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.analysis.returned import BOUNCING_S, at_rest, returned
+from tdbmon.analysis.returned import BOUNCING_S, at_rest
 from tdbmon.record.finding import Check
 
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 
 
 def check_orientation(
-    planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None, checks: Sequence[Check] = ()
+    planes: xr.Dataset,
+    record: xr.Dataset,
+    machine: Machine,
+    release_s: float | None,
+    back: Mapping[str, str],
+    checks: Sequence[Check] = (),
 ) -> list[Check]:
     """Check the rest position of each end.
 
@@ -33,6 +38,8 @@ def check_orientation(
     machine : Machine
     release_s : float or None
         The release; the record's start where it is not known.
+    back : mapping
+        What `returned` says of each end.
     checks : sequence of Check
         Of the channels: an end with a probe out of its range or cut off is not accused, for that says where to look first.
 
@@ -50,8 +57,8 @@ def check_orientation(
         xy = planes.displacement.sel(end=end).to_numpy()
         if not np.isfinite(xy).any():
             continue
-        if back := returned(planes, end, machine, release_s):
-            rows.append(Check("rest at the bottom", end, False, back))
+        if back.get(end):
+            rows.append(Check("rest at the bottom", end, False, back[end]))
             continue
         tail = at_rest(time, xy)
         if not np.isfinite(tail).any():

@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from tdbmon.analysis.drag_law import Coast
-from tdbmon.record.probe_checks import SHORT_GAP
+from tdbmon.analysis.missing_stretches import too_long
 
 
 def stretches(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return where the stretches of a time axis (n,) without a hole of more than a few samples begin and end, s."""
-    steps = np.diff(time)
-    holes = np.flatnonzero(steps > (SHORT_GAP + 1.5) * np.median(steps))
+    holes = np.flatnonzero(too_long(np.diff(time)))
     return time[np.append(0, holes + 1)], time[np.append(holes, len(time) - 1)]
 
 

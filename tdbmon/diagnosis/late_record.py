@@ -140,7 +140,7 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     def averages(seen: Array, angle: Array) -> tuple[Array, Array]:
         return _averages(np.where(there, seen, np.nan)[probes], angle, windows)
 
-    whirl, place = averages(measured.reading[:, span], shaft_angle(measured, measured.time[span]))
+    whirl, place = averages(measured.reading[:, span], _shaft_angle(measured, measured.time[span]))
     each = [averages(readings(path, measured, machine, sensors), path.angle) for path, sensors in simulated]
     whirls, places = zip(*each, strict=True)
     names = tuple(probe.name for probe, used in zip(measured.probes, probes, strict=True) if used)
@@ -160,7 +160,7 @@ def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -
     return whirl, place
 
 
-def shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
+def _shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
     """Return the shaft's angle as the keyphasor tells it, rad, at instants between its pulses."""
     return np.interp(time, drop.pulse_times, drop.pulse_angles)
 
@@ -189,10 +189,14 @@ def _whirls_otherwise(records: Sequence[LateRecord]) -> str | None:
     return None
 
 
+def seen_in_all(records: Sequence[LateRecord]) -> list[str]:
+    """Return the probes that all drops have."""
+    return [name for name in records[0].probes if all(name in each.probes for each in records)]
+
+
 def _stays_elsewhere(records: Sequence[LateRecord]) -> str | None:
-    names = [name for name in records[0].probes if all(name in each.probes for each in records)]
     found = []
-    for name in names:
+    for name in seen_in_all(records):
         rows = [(each, each.probes.index(name)) for each in records]
         if abs(np.mean([each.place_departures[row] for each, row in rows])) > STAYS_ELSEWHERE:
             shift = float(np.mean([each.shifts[row] for each, row in rows]))

@@ -164,13 +164,13 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     rough = _speed_before(laid)
     bending = float(free_free(build_rotor(machine), 1).frequencies[2])
     found = release_of(laid, machine, to_planes(laid, machine, [p.name for p in probes]), rough, bending)
-    if found is not None and found.time.value is None:
-        raise InputError(f"{name}: {found.time.why}")
-    if found is None or found.time.value is None:
+    if found is None:
         raise InputError(
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
             " Record 50 ms of levitation or more"
         )
+    if found.time.value is None:
+        raise InputError(f"{name}: {found.time.why}")
     release = float(found.time.value)
     probes = _enough([p for p in probes if _tells(time, laid[p.name].values, release)], lost, name)
     remarks = [

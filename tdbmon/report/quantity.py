@@ -14,6 +14,11 @@ _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
+def signed(value: float, digits: int) -> str:
+    """Return a number with its sign, so many digits after the point; nought has no minus."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
+
+
 def words(estimate: Estimate, unit: str | None = None) -> str:
     """Return an estimate as text: ``282.1 µm (279.0 to 285.2)``.
 

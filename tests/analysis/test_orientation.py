@@ -19,7 +19,7 @@ def record(machine):
 
 
 def rows(record, machine):
-    return {row.channel: row for row in check_orientation(to_planes(record, machine), record, machine, 0.1)}
+    return {row.channel: row for row in check_orientation(to_planes(record, machine), record, machine, 0.1, {})}
 
 
 def test_a_sound_record_rests_at_the_bottom(record, machine):
@@ -51,7 +51,7 @@ def test_an_end_with_a_probe_out_of_range_is_not_accused(record, machine):
     faulty["NDE_A"] = record["NDE_A"] + 2e-3
     checks = check(faulty, machine)
     assert any(found.check == "range" and not found.passed for found in checks)
-    found = check_orientation(to_planes(faulty, machine), faulty, machine, 0.1, checks)
+    found = check_orientation(to_planes(faulty, machine), faulty, machine, 0.1, {}, checks)
     assert {row.channel for row in found} == {"DE"}
 
 

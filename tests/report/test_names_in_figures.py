@@ -9,9 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from tdbmon.analysis.result import Analysis
@@ -25,13 +23,9 @@ from tdbmon.figures.style import STYLE, new_figure, say, subplots
 from tdbmon.figures.style import Margins as Room
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
+from tests.figure_checks import rendered
 
 NAMED = {"waterfall": waterfall, "cascade": cascade, "full_spectrum": full_spectrum, "bode": bode}
-
-
-def _rendered(figure: Figure) -> Figure:
-    FigureCanvasAgg(figure).draw()
-    return figure
 
 
 def _names(ax: Axes) -> list[Text]:
@@ -41,7 +35,7 @@ def _names(ax: Axes) -> list[Text]:
 @pytest.mark.parametrize("which", ["short", "coastdown"])
 @pytest.mark.parametrize("name", NAMED)
 def test_no_name_covers_another_or_leaves_its_axes(name: str, which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(NAMED[name](request.getfixturevalue(which)))
+    figure = rendered(NAMED[name](request.getfixturevalue(which)))
     assert any(_names(ax) for ax in figure.axes)
     for ax in figure.axes:
         frame = ax.get_window_extent().padded(1.0)
@@ -72,16 +66,16 @@ def test_all_orders_of_a_slow_shaft_are_named_in_its_full_spectrum(coastdown: An
 
 @pytest.mark.parametrize("which", ["short", "coastdown"])
 def test_nothing_is_written_over_the_traces_of_the_time_history(which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(time_history(request.getfixturevalue(which)))
+    figure = rendered(time_history(request.getfixturevalue(which)))
     for ax in figure.axes:
         assert not any(ax.get_window_extent().overlaps(text.get_window_extent()) for text in _names(ax))
     assert "release" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, coastdown: Analysis) -> None:
-    without = _rendered(orbit_sequence(replace(short, angle=None), "NDE"))
+    without = rendered(orbit_sequence(replace(short, angle=None), "NDE"))
     assert "no keyphasor: no dots" in without.texts[0].get_text()
-    late = _rendered(orbit_sequence(coastdown, "NDE"))  # its last panel is after the keyphasor's last pulse
+    late = rendered(orbit_sequence(coastdown, "NDE"))  # its last panel is after the keyphasor's last pulse
     assert "no pulses" in late.axes[len(late.axes) - 1].get_title()
     for figure in (without, late):
         assert not any(_names(ax) for ax in figure.axes)
@@ -89,7 +83,7 @@ def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, c
 
 @pytest.mark.parametrize("which", ["short", "coastdown"])
 def test_every_95_percent_range_of_the_gap_is_drawn_whole(which: str, request: pytest.FixtureRequest) -> None:
-    figure = _rendered(gap_map(request.getfixturevalue(which)))
+    figure = rendered(gap_map(request.getfixturevalue(which)))
     bars = 0
     for ax in figure.axes:
         low, high = ax.get_ylim()
@@ -102,7 +96,7 @@ def test_every_95_percent_range_of_the_gap_is_drawn_whole(which: str, request: p
 
 
 def test_the_whole_band_and_the_greatest_circle_of_1x_are_drawn(coastdown: Analysis) -> None:
-    figure = _rendered(bode(coastdown))
+    figure = rendered(bode(coastdown))
     assert coastdown.tracks is not None
     first = coastdown.tracks.sel(order=1.0)
     for column, end in enumerate(("NDE", "DE")):
@@ -126,7 +120,7 @@ def test_words_in_narrow_axes_are_broken_and_empty_axes_have_no_scale() -> None:
         full.plot([1, 2], [3, 4])
         for ax in (empty, full):
             say(ax, "not estimated, for the reason that the record says nothing of it")
-        _rendered(figure)
+        rendered(figure)
         for ax in (empty, full):
             box, frame = ax.texts[0].get_window_extent(), ax.get_window_extent()
             assert frame.x0 < box.x0 and box.x1 < frame.x1
@@ -144,7 +138,7 @@ def _ticks(ax: Axes) -> list[Text]:
 
 
 def test_a_long_note_above_a_figure_is_broken() -> None:
-    figure = _rendered(new_figure(60, " · ".join(["Displacement of one end at the probe plane"] * 5)))
+    figure = rendered(new_figure(60, " · ".join(["Displacement of one end at the probe plane"] * 5)))
     assert figure.texts[0].get_window_extent().x1 < figure.bbox.width
 
 
@@ -156,7 +150,7 @@ def test_a_number_at_the_edge_is_not_struck_out_by_its_bar(side: int) -> None:
 
     values = [10.0 * side, 30.0 * side]  # of a bar that begins within the axes, and of one that does not
     comparison = SimpleNamespace(changes=[change(value) for value in values], matched=[None] * 9)
-    (ax,) = _rendered(differences(comparison)).axes  # type: ignore[arg-type]
+    (ax,) = rendered(differences(comparison)).axes  # type: ignore[arg-type]
     bars = [line for line in ax.lines if len(line.get_xdata()) == 2 and line.get_ydata()[0] in (0, 1)]
     for text, bar, value in zip(_names(ax), bars, values, strict=False):
         assert text.get_text() == f"{value:.0f}".replace("-", "−")

@@ -7,10 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
@@ -19,19 +16,11 @@ from tdbmon.figures.filtered_orbit import filtered_orbit, settled_stretch
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.report import document as report
 from tdbmon.report.sections import orbit
-
-
-def _rendered(figure: Figure) -> Figure:
-    FigureCanvasAgg(figure).draw()
-    return figure
-
-
-def _texts(part: Figure | Axes) -> str:
-    return "\n".join(text.get_text() for text in part.findobj(Text))
+from tests.figure_checks import rendered, texts
 
 
 def test_orbits_without_a_keyphasor_say_so(short: Analysis) -> None:
-    assert "no keyphasor: no dots" in _texts(_rendered(orbit_sequence(replace(short, angle=None), "DE")))
+    assert "no keyphasor: no dots" in texts(rendered(orbit_sequence(replace(short, angle=None), "DE")))
 
 
 def test_keyphasor_dots_lie_where_the_shaft_was_at_its_mark(short: Analysis) -> None:
@@ -118,7 +107,7 @@ def test_filtered_orbits_take_apart_a_known_path(rotation: str, short: Analysis)
 
 def test_filtered_orbits_say_filter_speed_and_span(short: Analysis) -> None:
     stretch = settled_stretch(short)
-    said = _texts(_rendered(filtered_orbit(short)))
+    said = texts(rendered(filtered_orbit(short)))
     assert f"not filtered / 1X filtered / averaged over {stretch.revolutions} revolutions" in said
     assert "runout not compensated" in said and "clearance circle" in said
     at, start, end = map(float, re.search(r"([\d.]+) Hz, ([\d.]+) to ([\d.]+) s", said).groups())  # type: ignore[union-attr]
@@ -161,8 +150,8 @@ def test_a_stretch_with_missing_samples_is_said_in_its_orbit(short: Analysis) ->
     planes = short.planes.copy(deep=True)
     at = settled_stretch(short).start + 0.05
     planes["displacement"].loc[{"end": "DE", "axis": "x", "time": slice(at, at + 0.001)}] = np.nan
-    figure = _rendered(filtered_orbit(replace(short, planes=planes)))
-    silent = [ax.get_title()[:2] for ax in figure.axes if "samples are missing" in _texts(ax)]
+    figure = rendered(filtered_orbit(replace(short, planes=planes)))
+    silent = [ax.get_title()[:2] for ax in figure.axes if "samples are missing" in texts(ax)]
     assert silent == ["DE", "DE", "DE"]
 
 

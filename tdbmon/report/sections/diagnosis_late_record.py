@@ -5,20 +5,21 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord
+from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, seen_in_all
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
+from tdbmon.report.quantity import signed
 
 
 def section(evidence: Evidence) -> Section | None:
     """Return whirl and places beside simulations; None where the drops do not tell, or no model is believed."""
     records = evidence.diagnosis.late
-    probes = [name for name in records[0].probes if all(name in each.probes for each in records)] if records else []
+    probes = seen_in_all(records) if records else []
     if not records or not probes:
         return None
     from tdbmon.figures.late_record import late_record
 
     rows = [
-        Row((each.name, _signed(each.whirl_departure), *(_signed(_departure(each, probe)) for probe in probes)))
+        Row((each.name, signed(each.whirl_departure, 1), *(signed(_departure(each, probe), 1) for probe in probes)))
         for each in records
     ]
     furthest = max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
@@ -50,7 +51,3 @@ def section(evidence: Evidence) -> Section | None:
 
 def _departure(record: LateRecord, probe: str) -> float:
     return float(record.place_departures[record.probes.index(probe)])
-
-
-def _signed(value: float) -> str:
-    return f"{round(value, 1) + 0.0:+.1f}".replace("-", "−")  # no minus before nought

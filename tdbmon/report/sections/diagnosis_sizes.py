@@ -10,7 +10,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.least_squares import information
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
+from tdbmon.report.quantity import signed, words
 
 _PARTNER = 0.5  # correlation from which another value is named
 _PARTNERS = 3
@@ -48,7 +48,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
             name = parameter.name.rpartition(".")[2]
             diagnosed = name in found
             estimate = found.get(name) or _bare(model, parameter.name, parameter.unit)
-            with_ = ", ".join(f"{other} ({_signed(r)})" for other, r in partners.get(parameter.name, ()))
+            with_ = ", ".join(f"{other} ({signed(r, 2)})" for other, r in partners.get(parameter.name, ()))
             value = words(estimate) + (f" ({estimate.why})" if estimate.why and diagnosed else "")
             rows.append(Row((f"{owner}: {name.replace('_', ' ')}", value, with_ or "–")))
         rows += [Row((f"{owner}: {name}", text, "not fitted")) for name, text in _stays(free)]
@@ -88,7 +88,3 @@ def correlated(model: Contender) -> dict[str, list[tuple[str, float]]]:
             order = [k for k in np.argsort(-np.abs(correlation[i, : len(names)])) if k != i][:_PARTNERS]
             out[name] = [(names[k], float(correlation[i, k])) for k in order if abs(correlation[i, k]) > _PARTNER]
     return out
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.2f}".replace("-", "−")
