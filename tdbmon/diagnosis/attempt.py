@@ -21,7 +21,7 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 _SMALLER = 0.3  # of the size that a score promises, where that is too much
-_BALLS = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
+_BALL_SIZES = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
 WAVE_PHASES = tuple(k * math.pi / 4 - math.pi for k in range(8))  # rad, tried of waves that stand still
 _ROUGH_SLOPES = 2  # taken at each horizon of a rough fit
 _ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
@@ -139,8 +139,8 @@ def _balls(contender: Contender) -> list[Contender]:
     cause, problem = contender.causes[-1], contender.problem
     size, _ = cause.sizes[0]
     way = math.copysign(1.0, contender.starts()[-1].shared[size.name])
-    points = [contender.fit.point.copy() for _ in _BALLS]
-    for point, share in zip(points, _BALLS, strict=True):
+    points = [contender.fit.point.copy() for _ in _BALL_SIZES]
+    for point, share in zip(points, _BALL_SIZES, strict=True):
         _set(problem, point, cause, size, sized(size, way * share))
     return [
         replace(contender, fit=replace(contender.fit, point=np.clip(point, problem.low, problem.high)))

@@ -55,7 +55,7 @@ from tdbmon.identify.stray import STRAYED_S
 # s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0.055, 0.065)
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
-_KEPT = 3  # contenders that go on to the next horizon
+_CONTENDERS = 3  # contenders that go on to the next horizon
 _EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
@@ -68,7 +68,7 @@ _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 _MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
-_NEARLY = 2.0  # misfit a residual, from which on a model that another halves is hopeless
+_HOPELESS = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
 def contest(
@@ -123,22 +123,13 @@ class _Contest:
         s, to which they were compared last.
     sound : tuple of Contender
         The other models, if one of them left noise alone there.
-    compared : list of Suspect
-        Waves and lobes whose neighbouring orders were tried, and those.
-    begun_anew : list of str
-        What was begun at other angles or sizes in which model.
-    reordered : list of tuple
-        Bearings at which all balls, waves and lobes were tried in each other's place, and whether that was early.
+    tried : set of tuple
+        Ways out of a wrong minimum that would come to the same again: each way, and the model, cause or bearing that it was
+        tried with.
     other_kinds : bool
-        Whether it may still help to try others in their place.
-    exchanged : list of str
-        Models in the place of whose last cause all others that act in contacts were begun in the fall.
+        Whether it may still help to try balls, waves and lobes in each other's place.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
-    asked : bool
-        Whether it was tried beside a plain model that leaves a little more than noise.
-    vain : list of str
-        Models that leading along the valley of the clearances did not help.
     decided : bool
         Whether one model has won and goes on alone, without the plain one even.
     lost : int
@@ -150,14 +141,9 @@ class _Contest:
     others: list[Contender] = field(default_factory=list)
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
-    compared: list[Suspect] = field(default_factory=list)
-    begun_anew: list[str] = field(default_factory=list)
-    reordered: list[tuple[str, bool]] = field(default_factory=list)
+    tried: set[tuple[object, ...]] = field(default_factory=set)
     other_kinds: bool = True
-    exchanged: list[str] = field(default_factory=list)
     freed: bool = False
-    asked: bool = False
-    vain: list[str] = field(default_factory=list)
     decided: bool = False
     lost: int = 0
 
@@ -222,7 +208,7 @@ class _Contest:
 
     def _refit(self) -> None:
         hopeless = self.decided or (
-            self.plain.ratio > _NEARLY and any(self.plain.ratio > 2 * each.ratio for each in self.others)
+            self.plain.ratio > _HOPELESS and any(self.plain.ratio > 2 * each.ratio for each in self.others)
         )
         if not hopeless:
             self.plain = settled(self.plain, self.horizon, SLOPES)
@@ -239,7 +225,7 @@ class _Contest:
         elif self._may_be_led(best) and _nearly_holds(best):
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
-                self.vain.append(best.name)
+                self.tried.add(("led along the valley", best.name))
             best = self._replaced(best, replace(best, fit=led))
         if horizon <= SOUND_S:
             best = self._replaced(best, self._at_other_sizes(best))
@@ -249,9 +235,9 @@ class _Contest:
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         deeper = self._at_other_sizes(self._at_other_angles(deeper))
         cause, early = deeper.causes[-1], horizon <= SOUND_S
-        if deeper.fails_beside(self.plain) and cause not in self.compared and not early:
+        if deeper.fails_beside(self.plain) and ("orders", cause) not in self.tried and not early:
             near = neighbours(cause, self.search.suspects)
-            self.compared += [cause, *near]
+            self.tried |= {("orders", each) for each in (cause, *near)}
             deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         if not early and ((bool(self.sound) and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP):
@@ -260,23 +246,20 @@ class _Contest:
 
     def _at_other_angles(self, best: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
-        name = f"angles of {best.name}"
-        if name in self.begun_anew or not best.causes[-1].lies or not best.fails_beside(self.plain):
+        way = "angles", best.name
+        if way in self.tried or not best.causes[-1].lies or not best.fails_beside(self.plain):
             return best
-        self.begun_anew.append(name)
+        self.tried.add(way)
         return at_other_angles(self.search.fallen, best, self.search.horizons)
 
     def _at_other_sizes(self, best: Contender) -> Contender:
         """Return a model, or the best with one of its causes that have several values begun at other sizes."""
         early = self.horizon <= SOUND_S  # what is left there is seldom a law that is a little off
         for cause in best.causes if self.horizon > TOUCHED_S else ():
-            name = f"sizes of {cause.name} in {best.name}"
-            if (
-                cause.many_valued
-                and (best.fails if early else best.fails_beside(self.plain))
-                and name not in self.begun_anew
-            ):
-                self.begun_anew.append(name)
+            way = "sizes", cause.name, best.name
+            fails = best.fails if early else best.fails_beside(self.plain)
+            if cause.many_valued and fails and way not in self.tried:
+                self.tried.add(way)
                 best = at_other_sizes(self.search.fallen, best, cause, self.search.horizons)
         return best
 
@@ -294,10 +277,10 @@ class _Contest:
     def _of_any_kind(self, best: Contender) -> Contender:
         """Return a model, or the best with other waves, lobes or balls of its bearing in the place of its last cause."""
         cause = best.causes[-1]
-        asked = (cause.where, best.horizon <= SOUND_S)
-        if self.search.began > SOUND_S or not self.other_kinds or asked in self.reordered:
+        way = "kinds", cause.where, best.horizon <= SOUND_S
+        if self.search.began > SOUND_S or not self.other_kinds or way in self.tried:
             return best
-        self.reordered.append(asked)
+        self.tried.add(way)
         anew = of_any_kind(self.search.fallen, best, self.search.suspects, self.search.horizons)
         # where none of them leaves noise alone, what is missing is of another kind
         self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
@@ -306,9 +289,10 @@ class _Contest:
     def _exchange(self) -> None:
         """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
         best = self.best
-        if not self._fails_with_causes(best) or not best.causes[-1].in_contacts or best.name in self.exchanged:
+        way = "exchanged", best.name
+        if not self._fails_with_causes(best) or not best.causes[-1].in_contacts or way in self.tried:
             return
-        self.exchanged.append(best.name)
+        self.tried.add(way)
         self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
         self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
 
@@ -318,7 +302,8 @@ class _Contest:
 
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""
-        return STRAYED_S <= self.horizon <= FOLLOWED_S and best.name not in self.vain and not self.decided
+        in_vain = ("led along the valley", best.name) in self.tried
+        return STRAYED_S <= self.horizon <= FOLLOWED_S and not in_vain and not self.decided
 
     def _replaced(self, old: Contender, new: Contender) -> Contender:
         self.plain, self.others, new = replaced(self.plain, self.others, old, new)
@@ -353,8 +338,10 @@ class _Contest:
             return False
         if self.horizon >= LATE_S:
             return True
-        mild = self.horizon >= SOUND_S and best.ratio < _MILD * best.floor and not self.asked
-        self.asked = self.asked or mild
+        way = ("stated values",)
+        mild = self.horizon >= SOUND_S and best.ratio < _MILD * best.floor and way not in self.tried
+        if mild:
+            self.tried.add(way)
         return mild
 
     def _earlier_witness(self) -> bool:
@@ -407,7 +394,7 @@ def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, li
         simpler = []
         for freed in without_each(best, best.horizon):
             # a model that is nowhere near without a cause needs it
-            near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _NEARLY * best.ratio else freed
+            near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _HOPELESS * best.ratio else freed
             # who leaves as much with a cause less is the better model, whether it fails or not
             needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
             if needless or only_accompanies(best, near, plain):
@@ -450,7 +437,7 @@ def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> boo
 
 def _kept(field: Sequence[Contender]) -> list[Contender]:
     """Return the contenders that go on: the best, and those not far behind."""
-    ranked = sorted(field, key=lambda each: each.bic)[:_KEPT]
+    ranked = sorted(field, key=lambda each: each.bic)[:_CONTENDERS]
     return [each for each in ranked if each.ratio < _BEHIND * ranked[0].ratio]
 
 

@@ -49,8 +49,8 @@ class Diagnosis:
     values : dict
         Of the machine, to which its file gives a tolerance, as the likeliest model was fitted with them.
     late : tuple of LateRecord or None
-        The rest of each drop's record, beside simulations of the likeliest model; None where the drops do not tell, or that
-        model is not believed.
+        The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
+        tell, or it believes none.
     next_test : str
         What would teach most.
     remarks : tuple of str
@@ -141,12 +141,12 @@ def diagnose(
         late, otherwise = None, None
         if judged.kind is not Kind.UNKNOWN and moved is None:
             progress("holding the rest of the record against simulations")
-            late = late_records(likeliest)
+            # a cause of the likeliest model may be none that was proved
+            believed = plain if judged.kind is Kind.NONE else likeliest
+            late = late_records(believed)
             otherwise = acts_later(late) if late is not None else None
         if otherwise is not None and judged.kind is Kind.NONE:
-            judged = outside(
-                judged, f"the plain model explains the first {likeliest.horizon * 1e3:g} ms, but {otherwise}"
-            )
+            judged = outside(judged, f"the plain model explains the first {plain.horizon * 1e3:g} ms, but {otherwise}")
             otherwise = None
         if moved is not None:
             judged = outside(judged, moved)

@@ -48,6 +48,8 @@ class LateRecord:
     ----------
     name : str
         The drop's.
+    begins : float
+        Where the model's horizon ends, s after the release.
     time : (w,) array
         Middle of each window, s after the release.
     probes : tuple of str
@@ -59,6 +61,7 @@ class LateRecord:
     """
 
     name: str
+    begins: float
     time: Array
     probes: tuple[str, ...]
     whirl: Array
@@ -145,7 +148,7 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     whirls, places = zip(*each, strict=True)
     names = tuple(probe.name for probe, used in zip(measured.probes, probes, strict=True) if used)
     middle = np.asarray(begins + length / 2, dtype=float)
-    return LateRecord(measured.name, middle, names, whirl, np.array(whirls), place, np.array(places))
+    return LateRecord(measured.name, horizon, middle, names, whirl, np.array(whirls), place, np.array(places))
 
 
 def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[Array, Array]:

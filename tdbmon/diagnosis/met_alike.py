@@ -20,9 +20,9 @@ from tdbmon.identify.clearances import TOUCHED_S
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _MET_S = 0.01  # s after the release; by then an end has met its bearing at least
-_KEPT = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
-_BALLS = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
-_SHARES = (1.0, 0.55, 0.3)  # of the usual size; of a spring the usual stiffness, three and ten times that
+_GO_ON = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
+_BALL_SIZES = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
+_SIZES = (1.0, 0.55, 0.3)  # of the usual size; of a spring the usual stiffness, three and ten times that
 _OF_EACH = 2  # of one wave among them, begun at other phases
 _PLAY = 1e-3  # of its scale, by which a value that is held may move all the same
 
@@ -83,7 +83,7 @@ def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons:
     horizons : sequence of float
         All; fits go along those up to the contender's own, but for the ones at the first contact.
     """
-    sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SHARES]
+    sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SIZES]
     begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
     on = [h for h in horizons if h == horizons[0] or h >= TOUCHED_S]
     return _in_place_of(best.causes.index(cause), fallen, best, begun, on)
@@ -171,7 +171,7 @@ def from_the_first_contact(
         if new is not None
     ]
     for step, horizon in enumerate([told[-1], *later]):
-        field = followed_on(_best_few(field)[: _KEPT[min(step, len(_KEPT) - 1)]], [horizon])
+        field = followed_on(_best_few(field)[: _GO_ON[min(step, len(_GO_ON) - 1)]], [horizon])
     return sorted(field, key=lambda each: each.misfit)
 
 
@@ -247,7 +247,7 @@ def met_alike(one: Suspect, other: Suspect) -> bool:
 def _of_many_sizes(ball: Score) -> list[Start]:
     """Return starts of a ball that is much too large or too small."""
     (size, _), *_ = ball.suspect.sizes
-    return [replace(ball.start, shared={**ball.start.shared, size.name: sized(size, share)}) for share in _BALLS]
+    return [replace(ball.start, shared={**ball.start.shared, size.name: sized(size, share)}) for share in _BALL_SIZES]
 
 
 def neighbours(cause: Suspect, suspects: Sequence[Suspect]) -> list[Suspect]:

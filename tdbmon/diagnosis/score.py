@@ -31,7 +31,7 @@ from tdbmon.identify.variants import Variant, changes
 
 Array = NDArray[np.float64]
 
-_SHARES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
+_SIZES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
 QUARTER = (0, 2)  # eighths of a period: angles at right angles, of which all others are made as long as sizes are small
 _LARGE = 2.5  # of the typical size
 FURTHEST = 4.0  # trial sizes, to which a trial is believed
@@ -167,9 +167,9 @@ def trial_keys(suspect: Suspect) -> list[Key]:
 def _shares(suspect: Suspect) -> tuple[float, ...]:
     """Return the shares of the typical size that are tried: which ball it is shows at its full size only."""
     if suspect.counted is not None:
-        return (*_SHARES, _LARGE)
+        return (*_SIZES, _LARGE)
     per_drop = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
-    return _SHARES[:1] if per_drop else _SHARES
+    return _SIZES[:1] if per_drop else _SIZES
 
 
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:

@@ -49,15 +49,16 @@ HARDLY = 1.3  # times the floor: a plain model that leads as far as all are foll
 PARTING = 1.5  # the same for one that holds up to where all are followed: more than its laws, paths part there
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
 # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
-_PART = 0.25
+_RIVAL_TAKES = 0.25
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
-_FURTHER = 2  # of them kept for further causes: what three did not find a first cause for has none in the catalogue
+# of them, kept for further causes: what three did not find a first cause for has none in the catalogue
+_KEPT_FOR_FURTHER = 2
 _SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
 _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
 _ASKED_ANYWAY = 3  # of the best scores, whatever they promise
-_SHARE = 0.5  # of what is left beyond noise, that a further cause must take away
-_NEARLY = 0.3  # the same before it is fitted from the fall on
+_FURTHER_TAKES = 0.5  # of what is left beyond noise, that a further cause must take away
+_FURTHER_TAKES_ROUGHLY = 0.3  # the same before it is fitted from the fall on
 
 
 @dataclass
@@ -96,7 +97,7 @@ class Search:
 
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
-        return self.rounds > (0 if best.causes else _FURTHER)
+        return self.rounds > (0 if best.causes else _KEPT_FOR_FURTHER)
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
@@ -188,7 +189,7 @@ class Search:
 
     def _more_than_half(self, best: Contender, found: Sequence[Contender]) -> list[Contender]:
         """Return of those found beside the best contender, or beside another, who explain enough of what it leaves."""
-        least = _SHARE * best.excess if best.causes else -math.inf
+        least = _FURTHER_TAKES * best.excess if best.causes else -math.inf
         return [weighed(each) for each in found if best.misfit - each.misfit > least]
 
     def _begun_in_the_fall(self, bases: Sequence[Contender], horizon: float) -> list[Contender]:
@@ -252,11 +253,11 @@ class Search:
         likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
         wavy = look_like_waves(best, fitted)
-        explained = any(best.misfit - each.misfit > _SHARE * best.excess for each in fitted)
+        explained = any(best.misfit - each.misfit > _FURTHER_TAKES * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
             fitted += with_own_slopes(others, horizon)
         if best.causes:
-            fitted = [each for each in fitted if best.misfit - each.misfit > _NEARLY * best.excess]
+            fitted = [each for each in fitted if best.misfit - each.misfit > _FURTHER_TAKES_ROUGHLY * best.excess]
         seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= TOUCHED_S else _SEATED_LATER
         ranked = siblings_first(best_of_each_name(fitted))[:seats]
         seated: list[Contender] = []
@@ -280,7 +281,7 @@ def _explained(best: Contender, found: Sequence[Contender]) -> bool:
 def look_like_waves(best: Contender, fitted: Sequence[Contender]) -> bool:
     """True where waves, lobes or a ball explain most of all and yet not much, as they do where values have made up for them."""
     won = min(fitted, key=lambda each: each.bic, default=best)
-    return won is not best and won.causes[-1].fits_much and best.misfit - won.misfit > _PART * best.excess
+    return won is not best and won.causes[-1].fits_much and best.misfit - won.misfit > _RIVAL_TAKES * best.excess
 
 
 def only_parts(best: Contender) -> bool:
@@ -334,7 +335,7 @@ def others_of_the_field(
         and each.horizon == horizon
         and len(each.causes) == len(best.causes)
         and each.name not in asked
-        and (plain.horizon < horizon or each.excess < (1 - _PART) * plain.excess)
+        and (plain.horizon < horizon or each.excess < (1 - _RIVAL_TAKES) * plain.excess)
     }
     return sorted(rivals.values(), key=lambda each: each.bic)
 

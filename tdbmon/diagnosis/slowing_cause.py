@@ -31,13 +31,13 @@ from tdbmon.diagnosis.suspects import Start, Suspect
 
 Array = NDArray[np.float64]
 
-_SHARES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
+_SIZES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
 # the same where the greatest of those is as good as any: a ring that is held stands still
 _GREATER = (10.0, 16.0, 25.0)
 _AS_GOOD = 4.0  # sum of squares beyond the least: two standard deviations
 _FINER = 8  # sizes tried between the neighbours of the best
 _NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
-_SHARE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
+_MAY_LEAVE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Slowed:
     @property
     def convincing(self) -> bool:
         """True where the cause takes away half of what its base leaves, and is seen on drops held out."""
-        return self.misfit < _SHARE * slowing_misfit(self.bare) and self.proof().seen
+        return self.misfit < _MAY_LEAVE * slowing_misfit(self.bare) and self.proof().seen
 
     def contender(self) -> Contender:
         """Return the model with the cause, its size known from how the rotor slows (raises InputError where impossible)."""
@@ -145,7 +145,7 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
         return []
     found = []
     for suspect in suspects:
-        sizes = suspect.sizes[0][0].typical * _SHARES
+        sizes = suspect.sizes[0][0].typical * _SIZES
         first = _tried(base, suspect, sizes)
         if not first:
             continue

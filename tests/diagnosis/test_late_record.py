@@ -35,7 +35,14 @@ def made(times=1.0, shift=0.0, name="a.nc", count=12, windows=5):
     places = -1e-4 + 5e-6 * rng.standard_normal((count, 2, windows))
     place = np.median(places, axis=0) + np.array([[0.0], [shift]])
     return LateRecord(
-        name, np.arange(windows) * 0.05, ("DE_A", "DE_B"), times * np.median(whirls, axis=0), whirls, place, places
+        name,
+        0.04,
+        np.arange(windows) * 0.05,
+        ("DE_A", "DE_B"),
+        times * np.median(whirls, axis=0),
+        whirls,
+        place,
+        places,
     )
 
 
@@ -96,6 +103,7 @@ def test_drops_of_the_model_are_among_their_simulations(settled_plain):
     found = late_records(settled_plain)
     assert all(len(each.time) >= 5 and each.whirls.shape == (32, len(each.time)) for each in found)
     assert all(each.probes == ("NDE_A", "NDE_B", "DE_A", "DE_B") for each in found)
+    assert {each.begins for each in found} == {settled_plain.horizon}
     assert max(abs(each.whirl_departure) for each in found) < WHIRLS_OTHERWISE
     assert acts_later(found) is None
 

@@ -64,7 +64,7 @@ def _late(name: str, times: float) -> LateRecord:
     whirls, places = rng.uniform(1e-5, 2e-5, (12, 4)), rng.uniform(-1e-4, -9e-5, (12, 2, 4))
     probes = ("DE_A", "DE_B")
     return LateRecord(
-        name, 0.04 + 0.05 * np.arange(4), probes, times * np.median(whirls, axis=0), whirls, places[0], places
+        name, 0.04, 0.04 + 0.05 * np.arange(4), probes, times * np.median(whirls, axis=0), whirls, places[0], places
     )
 
 

@@ -40,7 +40,7 @@ def section(evidence: Evidence) -> Section | None:
             ),
             Figure(
                 "late-record",
-                f"From {evidence.diagnosis.best.horizon * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
+                f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
                 f" mean reading of {furthest}, which departs most, measured and simulated." + evidence.selection,
                 "For some drops, whirl and place against time, measured, and the band of the simulations.",
                 partial(late_record, records, evidence.shown, furthest),
