@@ -143,6 +143,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
     from tdbmon.record.quality import check, repair_gaps, usable
+    from tdbmon.record.sensor_effects import freed
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
 
     name = str(record.attrs.get("source_file", "record"))
@@ -159,11 +160,14 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         raise InputError(wrong_speed[0])
     lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name in fit}
     probes = _enough([p for p in machine.probes if p.name in fit], lost, name)
-    planes = to_planes(_bridged(laid, probes), machine, [p.name for p in probes])
+    names = [p.name for p in probes]
+    # a fit goes through the sensors that the machine file tells of; what is told from readings alone is freed of them
+    seen, upright = freed(laid, machine)
+    planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
     rough = _speed_before(laid)
     bending = float(free_free(build_rotor(machine), 1).frequencies[2])
-    found = release_of(laid, machine, to_planes(laid, machine, [p.name for p in probes]), rough, bending)
+    found = release_of(seen, upright, to_planes(seen, upright, names), rough, bending)
     if found is None:
         raise InputError(
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 from tdbsim.errors import InputError
-from tdbsim.machine import load_machine
+from tdbsim.machine import EffectSetting, load_machine
 
 from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -28,3 +29,16 @@ def test_a_drop_given_twice_is_not_fitted_twice(tmp_path):
     records = [read(path) for path in (shipped("loose/drop_100.nc"), copy)]
     with pytest.raises(InputError, match=r"copy.nc is given twice, also as drop_100.nc"):
         fit_drops(load_machine(shipped("loose/machine.toml")), records)
+
+
+def test_what_the_machine_file_says_of_a_sensor_is_no_fault_of_the_record():
+    """A stated gain had the fall look too fast for gravity, and moved the release."""
+    machine, record = load_machine(shipped("loose/machine.toml")), read(shipped("loose/drop_100.nc"))
+    gain = EffectSetting(name="probe_gain", where="NDE_A", gain=1.4)
+    amplified = record.assign(NDE_A=record["NDE_A"] * 1.4).assign_attrs(sha256="")
+    sound = measured_drop(record, machine)
+    told = measured_drop(amplified, machine.model_copy(update={"effects": (gain,)}))
+    assert told.release == pytest.approx(sound.release, abs=1e-6)
+    assert told.remarks == sound.remarks
+
+    assert any("gravity" in each for each in measured_drop(amplified, machine).remarks)
