@@ -52,10 +52,11 @@ class FittedRelease:
     misread: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
 class ReleaseFit:
     """The laws before and after an instant, linear in all but that and the force's decay time.
 
-    Parameters
+    Attributes
     ----------
     t : (k,) array
         Time, s, from the levitated stretch into the fall.
@@ -65,58 +66,86 @@ class ReleaseFit:
         m/s^2.
     speed_hz, mains_hz, bending_hz : float or None
         Of the shaft, of the hum, and of the free rotor's first bending mode; None for what is not fitted.
+    variance : (2 n,) array or None
+        By which the squares of each row count, m^2; None for all alike.
     """
 
-    def __init__(
-        self,
-        t: Array,
-        data: Array,
-        gravity: float,
-        speed_hz: float | None,
-        mains_hz: float | None,
-        bending_hz: float | None,
-    ) -> None:
-        self.t, self.data = t, data
-        self.gravity = gravity
-        self.speed_hz, self.bending_hz = speed_hz, bending_hz
-        self.lasting = ([mains_hz] if mains_hz else []) + ([2 * speed_hz] if speed_hz else [])
-        self.vertical = np.arange(data.shape[0]) % 2 == 1
-        self.variance = np.ones(data.shape[0])
-        self.model = _MODEL_S if len(data) > 2 else _ALONE_S
+    t: Array
+    data: Array
+    gravity: float
+    speed_hz: float | None
+    mains_hz: float | None
+    bending_hz: float | None
+    variance: Array | None = None
+
+    @property
+    def vertical(self) -> NDArray[np.bool_]:
+        """Rows that gravity acts on."""
+        return np.arange(len(self.data)) % 2 == 1
+
+    @property
+    def lasting(self) -> list[float]:
+        """Frequencies that go on in the fall, Hz: hum, and the surface's second order."""
+        return ([self.mains_hz] if self.mains_hz else []) + ([2 * self.speed_hz] if self.speed_hz else [])
+
+    @property
+    def _variances(self) -> Array:
+        return np.ones(len(self.data)) if self.variance is None else self.variance
 
     def search(self, low: float, high: float) -> FittedRelease:
         """Find the release between two instants."""
-        best, _ = self._sudden(low, high)
-        low, high = best - _NEAR_S, best + _NEAR_S
-        self.variance = np.maximum(self.noise(best) ** 2, 1e-18)
-        best, alone = self._sudden(low, high)
-        white = self.variance = np.maximum(self.noise(best) ** 2, 1e-18)
-        t0, decay = self._soft(best)
-        if decay > _LEAST_DECAY_S and self.cost(best) - self.cost(t0, decay) > _DOUBT:
-            gentle = [self._soft(instant, end) for end, instant in enumerate(alone)]
-            self.variance = white * self._excess(gentle, white)
-            best, alone = self._sudden(low, high)
-            t0, decay = self._soft(best)
-            gain = self.cost(best) - self.cost(t0, decay)
-            each = np.array([self.costs(instant)[end] for end, instant in enumerate(alone)]) - self.costs(t0, decay)
-            if decay > _LEAST_DECAY_S and gain > _DOUBT and np.all(each > -_AGAINST):
-                soft = self._profile(t0, decay)
-                if gain <= _SURE:
-                    return self._either(best, soft)
-                soft, scaled = self._with_scale(soft), self._sudden_on_any_scale(best, t0)
-                if self._on_any_scale(scaled) - self.cost(t0, decay) < _SURE:
-                    return replace(self._either(scaled, soft), misread=decay)
+        rough, _ = self._sudden(low, high)
+        near = rough - _NEAR_S, rough + _NEAR_S
+        best, alone = self._by_noise(rough)._sudden(*near)
+        white = self._by_noise(best)
+        t0, decay = white._soft(best)
+        if decay > _LEAST_DECAY_S and white.cost(best) - white.cost(t0, decay) > _DOUBT:
+            gentle = [white._soft(instant, end) for end, instant in enumerate(alone)]
+            soft = white._by_what_is_left(gentle)._softly(near)
+            if soft is not None:
                 return soft
-        self.variance = white * self._excess([(instant, 0.0) for instant in alone], white)
-        best, alone = self._sudden(low, high)
+        return white._by_what_is_left([(instant, 0.0) for instant in alone])._suddenly(near)
+
+    def _by_noise(self, t0: float) -> ReleaseFit:
+        """Return it with each row counted by the noise that the levitated law leaves before an instant."""
+        return replace(self, variance=np.maximum(self.noise(t0) ** 2, 1e-18))
+
+    def _by_what_is_left(self, laws: Sequence[tuple[float, float]]) -> ReleaseFit:
+        """Return it with each end counted by what its own law (t0, T) leaves in the fall."""
+        return replace(self, variance=self._variances * self._excess(laws, self._variances))
+
+    def _softly(self, near: tuple[float, float]) -> FittedRelease | None:
+        """Return the release about some instants as one of a force that dies away; None where it is not plainly that."""
+        best, alone = self._sudden(*near)
+        t0, decay = self._soft(best)
+        gain = self.cost(best) - self.cost(t0, decay)
+        each = np.array([self.costs(instant)[end] for end, instant in enumerate(alone)]) - self.costs(t0, decay)
+        if decay <= _LEAST_DECAY_S or gain <= _DOUBT or np.any(each <= -_AGAINST):
+            return None
+        soft = self._profile(t0, decay)
+        if gain <= _SURE:
+            return self._either(best, soft)
+        soft, scaled = self._with_scale(soft), self._sudden_on_any_scale(best, t0)
+        if self._on_any_scale(scaled) - self.cost(t0, decay) < _SURE:
+            return replace(self._either(scaled, soft), misread=decay)
+        return soft
+
+    def _suddenly(self, near: tuple[float, float]) -> FittedRelease:
+        """Return the release about some instants as a sudden one."""
+        best, alone = self._sudden(*near)
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
-        half = 1.96 * float(np.hypot(self._sigma(best), self.model) * np.sqrt(max(1.0, scatter)))
+        half = 1.96 * float(np.hypot(self._sigma(best), self._model) * np.sqrt(max(1.0, scatter)))
         low, high = best - half, best + half
         scaled = self._sudden_on_any_scale(best)
         if self.cost(best) - self._on_any_scale(scaled) > _MISREAD:
             low, high = min(low, scaled - half), max(high, scaled + half)
         return FittedRelease(best, low, high, None)
+
+    @property
+    def _model(self) -> float:
+        """What higher bending modes leave, s."""
+        return _MODEL_S if len(self.data) > 2 else _ALONE_S
 
     def _with_scale(self, soft: FittedRelease) -> FittedRelease:
         """Widen the ranges of instant and decay time by what a scale at the limits of the probes' tolerance makes of them."""
@@ -132,7 +161,7 @@ class ReleaseFit:
 
     def _either(self, sudden: float, soft: FittedRelease) -> FittedRelease:
         """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
-        half = 1.96 * float(np.hypot(self._sigma(sudden), self.model))
+        half = 1.96 * float(np.hypot(self._sigma(sudden), self._model))
         decay = None
         if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
             decay = (soft.decay[0], 0.0, soft.decay[2])
@@ -141,7 +170,7 @@ class ReleaseFit:
     def costs(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> Array:
         """Sum of squares an end, in units of its variance; for readings on a `scale`."""
         _, residual, _ = self._solve(t0, decay, scale)
-        rows = np.sum(residual**2, axis=1) / self.variance
+        rows = np.sum(residual**2, axis=1) / self._variances
         return np.asarray(rows.reshape(-1, 2).sum(axis=1))
 
     def cost(self, t0: float, decay: float = 0.0) -> float:
@@ -230,7 +259,7 @@ class ReleaseFit:
         """Standard deviation of the instant of all ends together or of one alone, the linear part projected off."""
         h = 1e-5
         ahead, behind = self._solve(t0 + h)[1], self._solve(t0 - h)[1]
-        slope = (ahead - behind) / (2 * h) / np.sqrt(self.variance)[:, None]
+        slope = (ahead - behind) / (2 * h) / np.sqrt(self._variances)[:, None]
         rows = slice(None) if end is None else slice(2 * end, 2 * end + 2)
         return float(1 / np.sqrt(np.sum(slope[rows] ** 2)))
 
