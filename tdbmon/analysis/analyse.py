@@ -108,23 +108,23 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         standstill,
     )
     return Analysis(
-        machine,
-        rotor,
-        record,
-        planes,
-        tuple(checks),
-        release,
-        phases,
-        ends,
-        swing,
-        rundown,
-        speed.time,
-        speed.hz,
-        angle,
-        _spectra(seen),
-        lines,
-        _whirl(planes, machine, ends, released),
-        track(seen, angle, sense=machine.sense) if angle is not None else None,
+        machine=machine,
+        rotor=rotor,
+        record=record,
+        planes=planes,
+        checks=tuple(checks),
+        release=release,
+        phases=phases,
+        ends=ends,
+        swing=swing,
+        rundown=rundown,
+        speed_time=speed.time,
+        speed_hz=speed.hz,
+        angle=angle,
+        waterfall=_spectra(seen),
+        lines=lines,
+        whirl=_whirl(planes, machine, ends, released),
+        tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
 
 
@@ -214,8 +214,14 @@ def _speed_only(
 ) -> Analysis:
     rundown = _rundown(speed, None, rotor, key, checks)
     return Analysis(
-        machine, rotor, record, None, tuple(checks), None, (), {}, None, rundown, speed.time, speed.hz, None, None, (), {}, None
-    )  # fmt: skip
+        machine=machine,
+        rotor=rotor,
+        record=record,
+        rundown=rundown,
+        checks=tuple(checks),
+        speed_time=speed.time,
+        speed_hz=speed.hz,
+    )
 
 
 def _release(

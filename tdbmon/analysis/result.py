@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,7 +73,7 @@ class EndResult:
         return self.unsettled if self.contacts is None else self.contacts.why or "no first contact was found"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Analysis:
     """Everything that one record yields without a fitted model.
 
@@ -110,20 +110,20 @@ class Analysis:
     machine: Machine
     rotor: RotorModel
     record: xr.Dataset
-    planes: xr.Dataset | None
+    planes: xr.Dataset | None = None
     checks: tuple[Check, ...]
-    release: Release | None
-    phases: tuple[Phase, ...]
-    ends: dict[str, EndResult]
-    swing: Swing | None
+    release: Release | None = None
+    phases: tuple[Phase, ...] = ()
+    ends: dict[str, EndResult] = field(default_factory=dict)
+    swing: Swing | None = None
     rundown: RunDown | None
     speed_time: np.ndarray
     speed_hz: np.ndarray
-    angle: np.ndarray | None
-    waterfall: xr.Dataset | None
-    lines: tuple[Line, ...]
-    whirl: dict[str, Whirl]
-    tracks: xr.Dataset | None
+    angle: np.ndarray | None = None
+    waterfall: xr.Dataset | None = None
+    lines: tuple[Line, ...] = ()
+    whirl: dict[str, Whirl] = field(default_factory=dict)
+    tracks: xr.Dataset | None = None
 
     @property
     def has_speed(self) -> bool:
