@@ -70,7 +70,7 @@ class Judgement:
     place: bool
     ambiguous: bool
     sizes: tuple[Size, ...]
-    stated: tuple[tuple[float, bool], ...]  # probability of each cause, and whether it was hidden at all
+    stated: tuple[tuple[float, bool], ...]  # probability of each cause at its place, and whether it was hidden there
 
 
 def judge(answer: dict[str, Any], result: dict[str, Any]) -> Judgement:
@@ -95,7 +95,10 @@ def judge(answer: dict[str, Any], result: dict[str, Any]) -> Judgement:
             sizes += [size for cause in there[:1] if (size := _size(name, each["parameters"], cause)) is not None]
     said = tuple(sorted(named)) if verdict in ("named", "ambiguous") else (verdict,)
     stated = tuple(
-        (float(cause["probability"]), cause["effect"] in hidden)
+        (
+            float(cause["probability"]),
+            cause["effect"] in hidden and _same_place(hidden[cause["effect"]]["where"], cause),
+        )
         for cause in causes
         if cause.get("probability") is not None
     )
