@@ -260,7 +260,7 @@ def _rundown(
         hz,
         release_time=float(speed.time[0]) if released is None else released,
         polar_inertia=rotor.polar_inertia,
-        pulses=None if key is None else key.times,
+        pulses=key,
     )
 
 

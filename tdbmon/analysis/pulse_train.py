@@ -7,30 +7,8 @@ import numpy as np
 from tdbmon.analysis.drag_law import Coast
 from tdbmon.estimate import Estimate
 
-_LAST_TURNS = 3
 _COMPARED = 60  # pulses: few carry all that the comparison needs
 _FEWEST = 24  # block means
-
-
-def turns_between(pulses: np.ndarray) -> Coast:
-    """Mean speed between pulses of one a revolution, Hz.
-
-    Pulses that come within half a turn of the one before are left out as false; where one is missing, two turns count.
-    """
-    if len(pulses) < 2:
-        return Coast(np.empty(0), np.empty(0), np.empty(0), pulsed=True)
-    keep = np.append(True, np.diff(pulses) > 0.5 * _around(np.diff(pulses)))
-    pulses = pulses[keep]
-    gap = np.diff(pulses)
-    turns = np.maximum(np.rint(gap / _around(gap)), 1.0)
-    turns[-_LAST_TURNS:] = 1.0  # close to standstill turns do take much longer than those before
-    return Coast(pulses[:-1], pulses[1:], turns / gap, pulsed=True)
-
-
-def _around(gap: np.ndarray) -> np.ndarray:
-    """Median of five neighbouring gaps."""
-    padded = np.pad(gap, 2, mode="edge")
-    return np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
 
 
 def compare_with_pulses(
@@ -45,7 +23,7 @@ def compare_with_pulses(
     after : Coast
         Block means of the speed signal after the release.
     turns : Coast
-        From `turns_between`.
+        Mean speeds between pulses.
     step : float
         Sampling period, s.
     with_zero : bool

@@ -21,10 +21,11 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_law, noise_of
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
-from tdbmon.analysis.pulse_train import compare_with_pulses, turns_between
+from tdbmon.analysis.pulse_train import compare_with_pulses
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
+from tdbmon.record.keyphasor import Pulses
 
 _BLOCKS = 2000
 _LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
@@ -152,7 +153,7 @@ def fit_rundown(
     release_time: float,
     polar_inertia: float | None,
     sigma: float | None = None,
-    pulses: np.ndarray | None = None,
+    pulses: Pulses | None = None,
 ) -> RunDown:
     """Fit the run-down of a rotor from the release on.
 
@@ -169,8 +170,8 @@ def fit_rundown(
     sigma : float, optional
         Standard deviation of the speed signal's noise, Hz, where it is known to be white.  Otherwise an autoregression is
         estimated from the residuals.
-    pulses : ndarray (k,), optional
-        Times of one pulse a revolution, s.  They set the scale of the speed signal, or serve alone.
+    pulses : Pulses, optional
+        Of the keyphasor, with the turns counted.  They set the scale of the speed signal, or serve alone.
 
     Returns
     -------
@@ -185,7 +186,7 @@ def fit_rundown(
     time = np.asarray(time, dtype=float)
     signal = None if speed is None else np.asarray(speed)
     _check(time, signal, pulses, release_time, polar_inertia, sigma)
-    turns = None if pulses is None else without_holes(turns_between(np.asarray(pulses, dtype=float)), time)
+    turns = None if pulses is None else without_holes(_between(pulses), time)
     if signal is not None:
         observed = _from_signal(time, signal, turns, release_time, sigma)
     elif turns is not None:
@@ -205,6 +206,12 @@ class _Observed:
     source: str
     ratio: Estimate
     density: float | None = None
+
+
+def _between(pulses: Pulses) -> Coast:
+    """Mean speeds between neighbouring pulses: over two turns and more where some were missed."""
+    hz = np.diff(pulses.turns) / np.diff(pulses.times)
+    return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
 
 
 def _from_pulses(turns: Coast, time: np.ndarray, release: float) -> _Observed:
@@ -469,7 +476,7 @@ def _scale(ratio: Estimate) -> tuple[float, str, bool]:
 def _check(
     time: np.ndarray,
     speed: np.ndarray | None,
-    pulses: np.ndarray | None,
+    pulses: Pulses | None,
     release: float,
     polar_inertia: float | None,
     sigma: float | None,
@@ -478,7 +485,7 @@ def _check(
         raise InputError("the times of the speed signal do not rise from sample to sample; give them in s, in order")
     if speed is not None and speed.shape != time.shape:
         raise InputError(f"{speed.size} values of speed against {time.size} times; give one speed a sample")
-    if pulses is not None and not np.all(np.diff(pulses) > 0):
+    if pulses is not None and not np.all(np.diff(pulses.times) > 0):
         raise InputError("the pulse times do not rise from pulse to pulse; give them in s, in order")
     if not time[0] <= release < time[-1]:
         raise InputError(f"the release at {release:g} s lies outside the record ({time[0]:g} to {time[-1]:g} s)")

@@ -29,7 +29,7 @@ def _jumped(record: xr.Dataset) -> xr.Dataset:
 def _rundown(record: xr.Dataset, machine: Machine, signal: bool = True) -> RunDown:
     time = record.time.values
     speed = record.speed.values if signal else None
-    return fit_rundown(time, speed, release_time=0.1, polar_inertia=None, pulses=pulses(record, machine).times)
+    return fit_rundown(time, speed, release_time=0.1, polar_inertia=None, pulses=pulses(record, machine))
 
 
 @pytest.mark.parametrize("name", ["short/drop_100", "short/drop_210", "loose/drop_150"])

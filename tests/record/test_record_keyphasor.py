@@ -136,6 +136,27 @@ def test_surplus_pulses_are_dropped(added: list[tuple[int, float]]) -> None:
     np.testing.assert_array_equal(found.times, whole.times)
 
 
+def test_a_missed_and_a_surplus_pulse_do_not_lose_the_angle() -> None:
+    time = np.arange(int(5 * RATE)) / RATE
+    position = 50.0 * time + 0.3025
+    whole = pulses(_record((position % 1.0 < 0.05).astype(float), time), machine())
+    signal = np.where(np.floor(position) == 100, 0.0, position % 1.0 < 0.05)
+    found = pulses(_record(np.where(np.abs(position - 40.2) < 0.03, 1.0, signal), time), machine())
+    assert (found.missed, found.extra) == (1, 1)
+    assert found.turns[-1] == whole.turns[-1]
+    np.testing.assert_allclose(speed(found)[1], 50.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("lost", [{60, 62, 64}, {94}])
+def test_turns_are_counted_over_alternate_pulses_and_near_the_end(lost: set[int]) -> None:
+    time, signal = _digital(100.0, 1.0, 0.05)
+    whole = pulses(_record(signal, time), machine())
+    turn = np.floor(_turns(time, 100.0)).astype(int)
+    assert max(lost) < turn[-1] - 1  # what the last pulse ends may be one slow turn
+    found = pulses(_record(np.where(np.isin(turn, list(lost)), 0.0, signal), time), machine())
+    assert (found.missed, found.turns[-1]) == (len(lost), whole.turns[-1])
+
+
 def test_a_whole_coastdown_to_rest() -> None:
     there = machine()
     ds = assign(read(DATASETS / "coastdown" / "drop_100.nc"), there)
