@@ -70,8 +70,9 @@ def ball_travel(bearing: TouchdownBearing, load: float, diametral_clearance: flo
         deflection = np.maximum(travel[:, None] * cosine - diametral_clearance / 2, 0.0)
         return np.sum(stiffness * deflection**1.5 * cosine, axis=1)
 
-    low = np.full(_CAGE_ANGLES, diametral_clearance / 2)
-    high = low + 4 * (load / stiffness) ** (2 / 3) + diametral_clearance + 1e-9
+    play = max(diametral_clearance, 0.0)  # preloaded balls carry from the centre on, more than those without clearance
+    low = np.full(_CAGE_ANGLES, play / 2)
+    high = low + 4 * (load / stiffness) ** (2 / 3) + play + 1e-9
     for _ in range(60):
         middle = 0.5 * (low + high)
         less = carried(middle) < load
