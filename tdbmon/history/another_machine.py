@@ -95,7 +95,7 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
     names = {name for kind in _KINDS for name in kind.features}
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ? AND assembly = ?", (entry.machine, entry.assembly))
-        before = [e for e in of_machine if e.id != entry.id and e.moment < entry.moment and not foreign(e)][-_MOST:]
+        before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and not foreign(e)][-_MOST:]
         found = catalogue.features(base, [e.result for e in before])
     earlier = [(e, {(f.name, f.end): f.estimate for f in found[e.result] if f.name in names}) for e in before]
     mine = {(f.name, f.end): f.estimate for f in features if f.name in names}

@@ -95,6 +95,11 @@ class Entry:
     failed_checks: tuple[str, ...]
     result: int
 
+    @property
+    def order(self) -> tuple[float, str, str]:
+        """Its place among the drops: times that state the day alone are those of several drops."""
+        return self.moment, self.filed, self.id
+
 
 @contextmanager
 def writing(path: Path) -> Iterator[sqlite3.Connection]:
@@ -218,11 +223,8 @@ def forget_drop(base: sqlite3.Connection, drop: str) -> None:
 
 def entries(base: sqlite3.Connection, where: str = "1", values: Iterable[object] = ()) -> list[Entry]:
     """Return drops in the order of their fall; `where` is a condition of ours, `values` fill its placeholders."""
-    found = base.execute(
-        f"SELECT {_COLUMNS} FROM drops WHERE {where} ORDER BY moment, filed, id",
-        tuple(values),
-    )
-    return [_entry(row) for row in found]
+    found = base.execute(f"SELECT {_COLUMNS} FROM drops WHERE {where}", tuple(values))
+    return sorted((_entry(row) for row in found), key=lambda entry: entry.order)
 
 
 def features(base: sqlite3.Connection, results: list[int], name: str = "") -> dict[int, tuple[Feature, ...]]:

@@ -80,10 +80,7 @@ def life_of(
     earlier = [
         e
         for e in of_machine
-        if e.assembly == drop.entry.assembly
-        and e.id != drop.entry.id
-        and e.moment < drop.entry.moment
-        and not foreign(e)
+        if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.order < drop.entry.order and not foreign(e)
     ]
     speeds = [*(e.speed for e in earlier), drop.entry.speed]
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed

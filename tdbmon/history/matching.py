@@ -22,19 +22,19 @@ class Conditions:
         At the release, Hz.
     tolerance : float
         Relative difference of speed that counts as the same.
-    before : float
-        s since 1970.
+    before : tuple
+        `Entry.order` of the one that is compared.
     """
 
     machine: str
     assembly: str
     speed: float | None
     tolerance: float
-    before: float
+    before: tuple[float, str, str]
 
     def fits(self, entry: Entry) -> bool:
         """Return whether an entry is an earlier drop under these conditions."""
-        if entry.machine != self.machine or entry.assembly != self.assembly or entry.moment >= self.before:
+        if entry.machine != self.machine or entry.assembly != self.assembly or entry.order >= self.before:
             return False
         if self.speed is None or entry.speed is None:
             return self.speed is None and entry.speed is None
@@ -53,7 +53,7 @@ def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:
     """Return the conditions that earlier drops must meet to compare with this one."""
-    return Conditions(entry.machine, entry.assembly, entry.speed, settings.matching.speed, entry.moment)
+    return Conditions(entry.machine, entry.assembly, entry.speed, settings.matching.speed, entry.order)
 
 
 def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:

@@ -91,6 +91,20 @@ def test_only_matching_drops_count(empty, tmp_path):
     assert comparison.life.full_drops == 7  # of all speeds, this assembly, up to this drop
 
 
+def test_drops_of_one_day_come_in_the_order_of_their_filing(empty, tmp_path):
+    """Times that state the day alone are the same for all of them."""
+    for i in range(7):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped="2026-03-11T00:00:00")
+        empty.add(replace(made, filed=f"2026-03-12T08:0{i}:00+00:00"), raw, machine)
+    entries = empty.entries()
+    for place, entry in enumerate(entries):
+        found, _ = judged(empty, entry.id)
+        assert found.matched == tuple(entries[:place])
+        assert found.life.full_drops == place + 1
+    assert found.likeness.compared
+
+
 def test_drops_whose_probes_did_not_see_the_machine_are_not_compared_with(empty, tmp_path):
     before = [
         add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", failed_checks=("free fall DE",)) for i in range(6)
