@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.settings import Settings
 
-_DOUBTED = ("fall", "whirl", "identical", "machine")  # inverted, swapped, doubled probes; another machine's record
+_FOREIGN = "machine"  # whole: of the record, without a channel; "machine and record NDE" is another check
+_OF_PROBES = ("fall ", "whirl ", "identical ")  # inverted, swapped, doubled probes, each followed by its channel
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,12 @@ class Conditions:
 
 def foreign(entry: Entry) -> bool:
     """Return whether a drop's record names another machine: then it tells nothing of this one, nor of what it went through."""
-    return "machine" in entry.failed_checks
+    return _FOREIGN in entry.failed_checks
 
 
 def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
     """Return those of a record's failed checks (name and channel) by which its displacements are not those of its machine."""
-    return tuple(each for each in failed_checks if each.split(" ")[0] in _DOUBTED)
+    return tuple(each for each in failed_checks if each == _FOREIGN or each.startswith(_OF_PROBES))
 
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:
