@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -12,17 +13,20 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
 
+from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
+from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
 
 USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
 FLIGHT_S = 0.008  # of a fall through a usual gap
 _LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
+LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
 _COUNTED_S = 0.065  # after the release, in which a probe's samples are counted
 _THERE = 0.6  # of them, that must be there
-_HELD = 0.5  # of the levitated stretch, that must be there in one piece: it tells the noise
+_HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
 _TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
 
 
@@ -80,15 +84,21 @@ class MeasuredDrop:
     faults: tuple[str, ...] = ()
     divergence: float = USUAL_DIVERGENCE
 
-    @property
+    @cached_property
     def interval(self) -> float:
         """Sampling interval, s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+        return usual_interval(self.time)
+
+    @cached_property
+    def unbroken(self) -> int:
+        """Number of samples up to the first hole in the time axis after the release: beyond it none can be counted to."""
+        holes = np.flatnonzero(too_long(np.diff(self.time)) & (self.time[1:] > self.release)) + 1
+        return int(holes[0]) if holes.size else len(self.time)
 
     @property
     def seconds(self) -> float:
-        """Length of the record after the release, s."""
-        return float(self.time[-1]) - self.release
+        """Length of the record after the release, up to the first hole in its time axis, s."""
+        return float(self.time[self.unbroken - 1]) - self.release
 
     @property
     def speed(self) -> float:
@@ -130,8 +140,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     Raises
     ------
     InputError
-        If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, or ends
-        before the first contacts are over.
+        If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, ends
+        before the first contacts are over, or has a hole in its time axis before.
     """
     from tdbsim.modes import free_free
     from tdbsim.rotor import build_rotor
@@ -144,6 +154,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
     from tdbmon.record.quality import check, repair_gaps, usable
     from tdbmon.record.sensor_effects import freed
+    from tdbmon.record.skipped_samples import with_skipped_samples
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
 
     name = str(record.attrs.get("source_file", "record"))
@@ -153,7 +164,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if still:
         raise InputError(f"{name}: {still}")
     fit = usable(laid, machine, checks)
-    laid = without_refuted(repair_gaps(without_flat_tops(without_lost_samples(laid, machine), machine)), machine)
+    laid = without_flat_tops(without_lost_samples(with_skipped_samples(laid), machine), machine)
+    laid = without_refuted(repair_gaps(laid), machine)
     require_one_speed(laid, machine, name)
     wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
@@ -176,7 +188,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if found.time.value is None:
         raise InputError(f"{name}: {found.time.why}")
     release = float(found.time.value)
-    probes = _enough([p for p in probes if _tells(time, laid[p.name].values, release)], lost, name)
+    after_hole = np.append(False, too_long(np.diff(time)))
+    _check_unbroken(time, after_hole, release, name)
+    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release)], lost, name)
     remarks = [
         f"{name}: calibrated without probe '{p.name}'"
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
@@ -203,7 +217,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     since = before - release
     relative = turning.omega * since + 0.5 * turning.acceleration * since**2
     raw = np.stack([laid[p.name].values for p in probes])
-    whole = [_longest_piece(row[clear]) for row in raw]
+    whole = [_longest_piece(row[clear], after_hole[clear]) for row in raw]
     noise = tuple(
         levitated_noise(before[at], row[clear][at], relative[at], machine.mains, f"{name}: probe '{p.name}'")
         for p, row, at in zip(probes, raw, whole, strict=True)
@@ -262,22 +276,36 @@ def bridged(values: Array) -> Array:
     return values if there.all() else np.interp(index, index[there], values[there])
 
 
-def _tells(time: Array, values: Array, release: float) -> bool:
+def _tells(time: Array, after_hole: NDArray[np.bool_], values: Array, release: float) -> bool:
     """True where a probe has most of its samples while the drop is followed, and enough before it in one piece."""
     followed = (time >= release - _CLEAR_S) & (time < release + _COUNTED_S)
-    held = values[time < release - _CLEAR_S]
-    piece = _longest_piece(held)
-    return bool(np.isfinite(values[followed]).mean() >= _THERE and piece.stop - piece.start >= _HELD * len(held))
+    held = time < release - _CLEAR_S
+    piece = _longest_piece(values[held], after_hole[held])
+    most = _longest_piece(np.zeros(held.sum()), after_hole[held])
+    enough = piece.stop - piece.start >= _HELD * (most.stop - most.start)
+    return bool(np.isfinite(values[followed]).mean() >= _THERE and enough)
 
 
-def _longest_piece(values: Array) -> slice:
-    """Return the longest stretch without a missing sample."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], np.isfinite(values), [False]]).astype(np.int8)))
-    begin, end = edges[::2], edges[1::2]
+def _longest_piece(values: Array, after_hole: NDArray[np.bool_]) -> slice:
+    """Return the longest stretch without a missing sample and without a hole in time."""
+    there = np.isfinite(values)
+    begin = np.flatnonzero(there & np.append(True, ~there[:-1] | after_hole[1:]))
+    end = np.flatnonzero(there & np.append(~there[1:] | after_hole[1:], True)) + 1
     if not begin.size:
         return slice(0, 0)
     longest = int(np.argmax(end - begin))
     return slice(int(begin[longest]), int(end[longest]))
+
+
+def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, name: str) -> None:
+    """Raise InputError where the time axis has a hole while the release and the first contacts are followed."""
+    followed = after_hole & (time > release - LEAD_S) & (np.append(time[0], time[:-1]) < release + _LEAST_S)
+    if followed.any():
+        at = int(np.flatnonzero(followed)[0])
+        raise InputError(
+            f"{name}: {said((float(time[at - 1]), float(time[at])))}, and the shaft is released at {release:.5f} s: from"
+            f" {LEAD_S * 1e3:g} ms before to {_LEAST_S * 1e3:g} ms after that every sample is needed; record without pauses"
+        )
 
 
 def _speed_before(laid: xr.Dataset) -> float | None:

@@ -19,13 +19,12 @@ from tdbsim.modes import Modes
 from tdbsim.sensors import Runout, SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
-from tdbmon.identify.drop import FLIGHT_S, MeasuredDrop
+from tdbmon.identify.drop import FLIGHT_S, LEAD_S, MeasuredDrop
 from tdbmon.identify.noise import coloured
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
-LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
 _DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
 _COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
@@ -119,7 +118,7 @@ class Levitated:
 def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
     """Return the first sample of the record that is simulated to a horizon, and how many there are."""
     first = max(int(np.searchsorted(drop.time, drop.release - LEAD_S)), 0)
-    return first, min(round((LEAD_S + horizon) / drop.interval), len(drop.time) - first)
+    return first, min(round((LEAD_S + horizon) / drop.interval), drop.unbroken - first)
 
 
 def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int) -> DropPlan:

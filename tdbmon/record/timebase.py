@@ -23,6 +23,8 @@ _RATE_NAMES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplef
                "abtastfrequenz", "messrate"}  # fmt: skip
 _START_NAMES = {"t0", "tstart", "starttime", "timestart", "wfstartoffset", "xstart", "offsettime"}
 
+LONG = 1.5  # times the usual interval: above, the time axis skips a sample
+
 _PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
@@ -31,7 +33,8 @@ _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTA
 def usual_interval(time: np.ndarray) -> float:
     """Return the mean interval of sampled times of shape (n,), n > 1, s: gaps left out, free of the rounding of each."""
     intervals = np.diff(time)
-    return float(np.mean(intervals[intervals <= 1.5 * np.median(intervals)]))
+    gaps = intervals[intervals > LONG * np.median(intervals)]
+    return float((time[-1] - time[0] - gaps.sum()) / (len(intervals) - len(gaps)))
 
 
 def split_unit(label: str) -> tuple[str, str | None]:
