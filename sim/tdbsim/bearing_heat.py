@@ -87,6 +87,7 @@ class BearingHeat(Part):
             ball_count=bearing.balls.rows * bearing.balls.count,
             race=self.race.thermal,
             ball=self.ball.thermal,
+            contact_angle=bearing.balls.contact_angle,
         )
 
     def geometry(self, bearing: TouchdownBearing) -> BearingGeometry:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tdbsim.ball_motion import ball_motion
 from tdbsim.cache import inlined
 from tdbsim.errors import InputError
 from tdbsim.hertz import BearingGeometry
@@ -67,50 +68,6 @@ def speed_torque(speed, factor, viscosity, pitch_diameter):  # type: ignore[no-u
         return 0.0
     shape = 1e-7 * product ** (2 / 3) if product > 2000.0 else 160e-7
     return 1e-3 * factor * shape * (1e3 * pitch_diameter) ** 3
-
-
-@dataclass(frozen=True)
-class BallMotion:
-    """How balls move while the inner ring turns and the outer one stands; rates a rate of the inner ring.
-
-    Attributes
-    ----------
-    cage, roll : float
-        Of the cage, and of a ball about its own axis relative to the cage.
-    pitch : float
-        Angle between the ball's axis and the shaft, rad.
-    spin_inner, spin_outer : float
-        Of a ball against each race about the normal of the contact.
-    """
-
-    cage: float
-    roll: float
-    pitch: float
-    spin_inner: float
-    spin_outer: float
-
-
-def ball_motion(geometry: BearingGeometry) -> BallMotion:
-    """Return the motion of balls that roll on both races and do not spin on the outer one (outer-race control).
-
-    B. J. Hamrock, D. Dowson, Ball Bearing Lubrication (1981): tan(pitch) = sin(alpha)/(cos(alpha) + d/d_m).  The balls
-    then spin on the inner race with sin(alpha) times the ring's rate; at contact angle 0 nothing spins.
-    """
-    ratio = geometry.ball_diameter / geometry.pitch_diameter
-    angle = geometry.contact_angle
-    pitch = math.atan2(math.sin(angle), math.cos(angle) + ratio)
-    # rolling on both races fixes cage and ball: omega x r is the same on both sides of each contact
-    outer, inner = 1 + ratio * math.cos(angle), 1 - ratio * math.cos(angle)
-    cage = inner / (inner + outer)
-    roll = cage * outer / (ratio * math.cos(angle - pitch))
-    spun = roll * math.sin(angle - pitch)
-    return BallMotion(
-        cage=cage,
-        roll=roll,
-        pitch=pitch,
-        spin_inner=spun + (1 - cage) * math.sin(angle),
-        spin_outer=spun - cage * math.sin(angle),
-    )
 
 
 @inlined

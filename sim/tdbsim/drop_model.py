@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import hooks
+from tdbsim.ball_motion import ball_motion
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
@@ -309,7 +310,7 @@ def _end_row(bearing: TouchdownBearing, rotor_weight: float) -> Array:
     row[BALL_STIFFNESS] = bearing.ball_stiffness
     row[HALF_CLEARANCE] = bearing.balls.diametral_clearance.nominal / 2
     row[BALL_DAMPING] = bearing.ball_damping
-    row[CAGE_RATIO] = (1 - bearing.balls.diameter / bearing.balls.pitch_diameter) / 2
+    row[CAGE_RATIO] = ball_motion(bearing.geometry).cage
     row[SUPPORT_MASS] = bearing.support_mass
     row[SUPPORT_XX] = row[SUPPORT_YY] = bearing.support_stiffness.nominal
     row[SUPPORT_DAMPING] = bearing.support_damping.nominal

@@ -72,6 +72,8 @@ class BearingBody:
         Of all rows.
     race, ball : ThermalMaterial
         Shaft and housing are of the rings' material.
+    contact_angle : float
+        rad.
 
     Raises
     ------
@@ -93,6 +95,7 @@ class BearingBody:
     ball_count: int
     race: ThermalMaterial
     ball: ThermalMaterial
+    contact_angle: float = 0.0
 
     def __post_init__(self) -> None:
         radii = (
@@ -156,7 +159,8 @@ class BearingBody:
         diameter = 2 * self.shaft_radius
         reynolds = math.pi * diameter**2 / AIR_VISCOSITY  # at 1 Hz
         shaft = 0.133 * reynolds ** (2 / 3) * AIR_PRANDTL ** (1 / 3) * AIR_CONDUCTIVITY / diameter
-        cage = math.pi * (self.pitch_diameter - self.ball_diameter) / 2
+        # the balls' centres go at half the speed of the inner race where they touch it
+        cage = math.pi * (self.pitch_diameter - self.ball_diameter * math.cos(self.contact_angle)) / 2
         stream = 0.6 * math.sqrt(cage * self.ball_diameter / AIR_VISCOSITY) * AIR_PRANDTL ** (1 / 3)
         balls = AIR_CONDUCTIVITY / self.ball_diameter * math.pi * self.ball_diameter**2 * self.ball_count
         housing = FREE_CONVECTION * 2 * math.pi * self.housing_radius * self.housing_width

@@ -19,7 +19,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import elliprd
 
 from tdbsim.errors import InputError
 
@@ -78,6 +77,8 @@ def ellipticity(radius_ratio: ArrayLike) -> Array:
 
 def _elliptic_integrals(m1: ArrayLike) -> tuple[Array, Array]:
     """Return B and D of the complementary parameter m1."""
+    from scipy.special import elliprd  # slow to load, and a bearing of stated stiffness needs none
+
     m1 = np.asarray(m1, dtype=float)
     return m1 * elliprd(0.0, 1.0, m1) / 3, elliprd(0.0, m1, 1.0) / 3
 

@@ -1,8 +1,7 @@
 """Orders of rotation at which a touchdown bearing speaks, once its inner ring turns with the shaft.
 
-With balls of diameter d on a pitch circle D and no contact angle the cage turns at (1 - d/D)/2 of the ring's speed; the
-balls pass a point of the outer race N times as often, a point of the inner race N (1 + d/D)/2 times a revolution, and a
-ball turns (D/d)(1 - (d/D)^2)/2 times (T. A. Harris, Rolling Bearing Analysis, kinematics of pure rolling).
+Each of N balls passes a point of the outer race once a turn of the cage, a point of the inner race once a turn of the ring
+against the cage (T. A. Harris, Rolling Bearing Analysis); how cage and balls turn says `tdbsim.ball_motion`.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from tdbsim.ball_motion import ball_motion
 from tdbsim.machine import Machine, TouchdownBearing
 
 from tdbmon.analysis.lines import Line
@@ -19,13 +19,12 @@ _NEAR = 0.01  # relative: the ring runs a little slower than the shaft that roll
 
 def bearing_orders(bearing: TouchdownBearing) -> dict[str, float]:
     """Return the orders by name: "cage", "ball pass outer", "ball pass inner", "ball spin"."""
-    balls = bearing.balls
-    ratio = balls.diameter / balls.pitch_diameter
+    count, motion = bearing.balls.count, ball_motion(bearing.geometry)
     return {
-        "cage": (1 - ratio) / 2,
-        "ball pass outer": balls.count * (1 - ratio) / 2,
-        "ball pass inner": balls.count * (1 + ratio) / 2,
-        "ball spin": (1 / ratio - ratio) / 2,
+        "cage": motion.cage,
+        "ball pass outer": count * motion.cage,
+        "ball pass inner": count * motion.ring,
+        "ball spin": motion.roll,
     }
 
 

@@ -49,7 +49,9 @@ class PlainDrop:
         self.ball_damping = column(lambda b: b.ball_damping)
         self.ball_stiffness = column(lambda b: b.ball_stiffness)
         self.clearance = column(lambda b: b.balls.diametral_clearance.nominal)
-        self.cage_ratio = column(lambda b: (1 - b.balls.diameter / b.balls.pitch_diameter) / 2)
+        self.cage_ratio = column(
+            lambda b: (1 - b.balls.diameter / b.balls.pitch_diameter * np.cos(b.balls.contact_angle)) / 2
+        )
         self.support = [
             (b.support_mass, b.support_stiffness.nominal, b.support_damping.nominal) for b in machine.touchdown_bearings
         ]

@@ -90,9 +90,9 @@ def test_energy_of_the_drop_is_closed_with_the_work_of_growth(machine):
     assert np.abs(total - total[0]).max() < 1e-4 * fall
 
 
-def test_what_acts_is_what_the_record_says(machine, warm, record):
+def test_what_acts_is_what_the_record_says(warm, record):
     """From an exchange to the next a cold machine with that gap, clearance and drag goes the same way, and no other does."""
-    warmth, model = warm.warmth, build_model(machine)
+    warmth, model = warm.warmth, build_model(warm.model.machine)  # an `Integration` of it stays cold
     velocities = np.r_[state_layout.mode_rates_x(model.n), state_layout.mode_rates_y(model.n)]
 
     def onward(i, acting):

@@ -118,10 +118,12 @@ def test_speed_and_warmth_raise_convection():
 
 def test_convection_has_the_published_nusselt_numbers():
     """Becker: Nu = 0.133 Re^(2/3) Pr^(1/3) of the shaft; Ranz and Marshall: Nu = 2 + 0.6 Re^(1/2) Pr^(1/3) of a ball."""
-    shaft, balls, housing = air_conductance.py_func(BODY.to_air, 100.0, 100.0, 1.0)
+    body = replace(BODY, contact_angle=math.radians(25))
+    shaft, balls, housing = air_conductance.py_func(body.to_air, 100.0, 100.0, 1.0)
     surface, reynolds = math.pi * 69.5e-3 * 0.1, math.pi * 100 * 69.5e-3**2 / 1.5e-5
     assert shaft == pytest.approx(0.133 * reynolds ** (2 / 3) * 0.71 ** (1 / 3) * 0.026 / 69.5e-3 * surface)
-    reynolds = math.pi * 100 * (85e-3 - 9.525e-3) / 2 * 9.525e-3 / 1.5e-5
+    cage = 100 * (1 - 9.525 * math.cos(math.radians(25)) / 85) / 2  # Hz
+    reynolds = math.pi * 85e-3 * cage * 9.525e-3 / 1.5e-5
     nusselt = 2 + 0.6 * math.sqrt(reynolds) * 0.71 ** (1 / 3)
     assert balls == pytest.approx(nusselt * 0.026 / 9.525e-3 * math.pi * 9.525e-3**2 * 46)
     assert housing == pytest.approx(23 * 2 * math.pi * 0.06 * 0.05)
