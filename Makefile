@@ -24,6 +24,7 @@ reports: $(VENV)/.installed
 
 docs: $(VENV)/.installed-dev   # the pages that are made from runs
 	$(BIN)/python -m tdbmon.effects_page
+	$(BIN)/python -m tdbmon.machine_page
 	$(BIN)/python -m tdbmon.validation
 	$(BIN)/python -m benchmarks accuracy forces
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
 
 # the unit in which each value is written, by part; values that are not here are plain numbers in SI
-_UNITS: dict[type[BaseModel], dict[str, str]] = {
+UNITS: dict[type[BaseModel], dict[str, str]] = {
     Section: {"length": "mm", "outer_diameter": "mm", "inner_diameter": "mm"},
     Disk: {"position": "mm", "mass": "kg", "polar_inertia": "kg m^2", "diametral_inertia": "kg m^2"},
     Unbalance: {"position": "mm", "amount": "g mm", "phase": "deg"},
@@ -82,7 +82,7 @@ _UNITS: dict[type[BaseModel], dict[str, str]] = {
     Keyphasor: {"angle": "deg"},
     Machine: {"gravity": "m/s^2", "mains": "Hz"},
 }
-_SI = {
+SI = {
     "mm": "m",
     "um": "m",
     "GPa": "Pa",
@@ -124,7 +124,7 @@ def machine_text(machine: Machine, head: str = "") -> str:
             rows = [f"{_key(name)} = {_string(channel)}" for name, channel in value.items()]
             tables += ["\n".join([f"[{key}]", *rows])] if rows else []
         else:
-            plain.append(f"{key} = {_toml(value, _UNITS[Machine].get(key))}")
+            plain.append(f"{key} = {_toml(value, UNITS[Machine].get(key))}")
     comment = [f"# {_printable(line)}".rstrip() for line in head.splitlines()]
     return "\n\n".join(["\n".join([*comment, *plain]), *tables]) + "\n"
 
@@ -209,7 +209,7 @@ def _entries(part: BaseModel) -> Iterator[tuple[str, Any]]:
 
 
 def _lines(part: BaseModel) -> list[str]:
-    units = _UNITS.get(type(part), {})
+    units = UNITS.get(type(part), {})
     return [f"{_key(key)} = {_toml(value, units.get(key))}" for key, value in _entries(part)]
 
 
@@ -230,7 +230,7 @@ def _toml(value: Any, unit: str | None) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):
-        return _number(value) if unit is None else _string(_quantity(value, unit, _SI.get(unit, unit)))
+        return _number(value) if unit is None else _string(_quantity(value, unit, SI.get(unit, unit)))
     raise InputError(f"{value!r} cannot be written to a machine file; give a number or a text")
 
 
@@ -243,7 +243,7 @@ def _tolerant(value: Tolerant, unit: str | None) -> str:
 
 def _tolerance(value: Tolerant, unit: str) -> str:
     """Return the shortest tolerance that gives a value's limits exactly; else the one that is as wide as they are."""
-    si = _SI.get(unit, unit)
+    si = SI.get(unit, unit)
     nominal, half = abs(float(value.nominal)), (value.high - value.low) / 2
     for digits in range(3, 18):
         for width in (half, value.high - value.nominal, value.nominal - value.low):

@@ -97,6 +97,21 @@ def test_a_missing_value_is_named_with_its_place():
         parse_machine(data)
 
 
+def test_all_that_is_missing_is_named_at_once_table_by_table():
+    data = tomllib.loads(TEXT)
+    del data["rotor"], data["touchdown_bearing"][0]["journal_radius"], data["touchdown_bearing"][0]["balls"]["count"]
+    del data["touchdown_bearing"][0]["friction"], data["probe"][1]["angle"]
+    with pytest.raises(InputError) as error:
+        parse_machine(data, "machine.toml")
+    said = str(error.value)
+    assert said.startswith("machine.toml: 'rotor' (with sections, elastic_modulus, density) is missing; ")
+    assert "[touchdown_bearing] 'NDE': 'journal_radius', 'friction' are missing" in said
+    assert "[touchdown_bearing] 'NDE' [balls]: 'count' is missing" in said
+    assert "[probe] 'NDE_B': 'angle' is missing" in said
+    assert "docs/machine_file.md" in said and "template.toml" in said
+    assert "more" not in said and "\n" not in said
+
+
 def test_channels_map_only_what_the_machine_has():
     data = tomllib.loads(TEXT) | {"channels": {"NDE_X": "Ai0"}}
     with pytest.raises(InputError, match="did you mean 'NDE_"):

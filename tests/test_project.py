@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import tdbsim
 
-from tdbmon import effects_page
+from tdbmon import effects_page, machine_page
 from tdbmon.shipped import shipped
 
 
@@ -40,6 +40,11 @@ def test_shipped_files_are_those_of_the_manifest():
 def test_the_page_of_effects_says_what_they_declare():
     shown = effects_page.PAGE.read_text(encoding="utf-8")
     assert shown == effects_page.render(), "remake it: python -m tdbmon.effects_page"
+
+
+def test_the_page_of_machine_files_says_what_the_models_read():
+    shown = machine_page.PAGE.read_text(encoding="utf-8")
+    assert shown == machine_page.render(), "remake it: python -m tdbmon.machine_page"
 
 
 ROOT = Path(__file__).parents[1]

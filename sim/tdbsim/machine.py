@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+_TEMPLATE = "docs/machine_file.md explains every key, datasets/machines/template.toml is a file to fill in"
 
 
 class Section(Part):
@@ -420,7 +421,7 @@ def _explain(error: ValidationError, data: dict[str, Any]) -> str:
         name = str(finding["loc"][-1])
         return f"{place}unknown key '{name}'{did_you_mean(name, _known_keys(finding['loc'][:-1]))}{more}"
     if finding["type"] == "missing":
-        return f"{place}'{finding['loc'][-1]}' is missing{more}"
+        return _missing([each["loc"] for each in findings if each["type"] == "missing"], data, len(findings))
     if finding["type"] == "tuple_type" and isinstance(finding["input"], dict):
         name = str(finding["loc"][-1])
         return f"{place}[{name}] may come more than once: write [[{name}]], in two brackets{more}"
@@ -429,6 +430,29 @@ def _explain(error: ValidationError, data: dict[str, Any]) -> str:
     if finding["type"] != "value_error":
         message += f", not {finding['input']!r}"
     return f"{where}{message}{more}"
+
+
+def _missing(places: list[tuple[int | str, ...]], data: dict[str, Any], findings: int) -> str:
+    """Name all keys that are missing, table by table; of tables that are missing what they need."""
+    tables: dict[str, list[str]] = {}
+    for loc in places:
+        tables.setdefault(_place(loc, data), []).append(_missing_key(loc))
+    lacking = [
+        f"{table}{', '.join(keys)} {'is' if len(keys) == 1 else 'are'} missing" for table, keys in tables.items()
+    ]
+    more = f" (and {findings - len(places)} more to correct)" if findings > len(places) else ""
+    cure = "" if len(places) == 1 else f"; {_TEMPLATE}"
+    return f"{'; '.join(lacking)}{more}{cure}"
+
+
+def _missing_key(loc: tuple[int | str, ...]) -> str:
+    model: Any = Machine
+    for key in loc:
+        model = model if isinstance(key, int) else _model_in(_field(model, key).annotation)
+    if model in (None, Tolerant):
+        return f"'{loc[-1]}'"
+    needs = [field.alias or name for name, field in model.model_fields.items() if field.is_required()]
+    return f"'{loc[-1]}' (with {', '.join(needs)})"
 
 
 def _place(loc: tuple[int | str, ...], data: Any) -> str:
@@ -452,11 +476,12 @@ def _known_keys(loc: tuple[int | str, ...]) -> list[str]:
     for key in loc:
         if isinstance(key, int):
             continue
-        for name, field in model.model_fields.items():
-            if key in (name, field.alias):
-                model = _model_in(field.annotation)
-                break
+        model = _model_in(_field(model, key).annotation)
     return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _field(model: Any, key: str) -> Any:
+    return next(field for name, field in model.model_fields.items() if key in (name, field.alias))
 
 
 def _model_in(annotation: Any) -> Any:
