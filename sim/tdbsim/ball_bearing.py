@@ -9,7 +9,14 @@ from __future__ import annotations
 import math
 
 from tdbsim import hooks
-from tdbsim.cache import inlined
+from tdbsim.cache import inlined, shared
+from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+
+
+@shared
+def cage_angle(row, ring_angle):  # type: ignore[no-untyped-def]
+    """Return the angle of the cage, rad, where the inner ring stands at `ring_angle`; `row` : columns of the end."""
+    return row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring_angle - row[RING_ANGLE])
 
 
 @inlined

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from tdbsim import state_layout
-from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.ball_bearing import cage_angle
 from tdbsim.drop_model import Array
 from tdbsim.errors import InputError
 from tdbsim.observe import ENERGIES, FORCES, observed
@@ -76,8 +76,7 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     record["ball_load"] = (("end", "ball", "time"), loads, {"units": "N"})
     record["ring_speed"] = (("end", "time"), state[:, state_layout.ring_speeds(n)].T / (2 * math.pi), {"units": "Hz"})
     ring_angle = state[:, state_layout.ring_angles(n)]
-    turned = ring_angle - model.arrays.end[:, RING_ANGLE]
-    cage = model.arrays.end[:, CAGE_ANGLE] + model.arrays.end[:, CAGE_RATIO] * turned
+    cage = cage_angle(model.arrays.end.T, ring_angle)
     record["cage_angle"] = (("end", "time"), cage.T, {"units": "rad"})
     record["ring_angle"] = (("end", "time"), ring_angle.T, {"units": "rad"})
     record["shaft_angle"] = ("time", state[:, state_layout.shaft_angle(n)], {"units": "rad"})

@@ -12,20 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import hooks, state_layout
-from tdbsim.ball_bearing import ball_load
+from tdbsim.ball_bearing import ball_load, cage_angle
 from tdbsim.bearing_torque import race_shares, speed_torque
 from tdbsim.cache import compiled, inlined
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_STIFFNESS,
-    CAGE_ANGLE,
-    CAGE_RATIO,
     CONTACT_POWER,
     CONTACT_STIFFNESS,
     GAP,
     HALF_CLEARANCE,
     HAS_WAVES,
-    RING_ANGLE,
     RING_DRAG,
 )
 from tdbsim.contact import elastic_force
@@ -65,7 +62,7 @@ def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
     row = m.end[end]
     n = len(m.square)
     i, ring = state_layout.bodies(n, end), y[state_layout.ring_angle(n, end)]
-    cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring - row[RING_ANGLE])
+    cage = cage_angle(row, ring)
     cosine, sine = math.cos(cage), math.sin(cage)
     ex, ey = y[i] - y[i + 2], y[i + 1] - y[i + 3]
     u, v = ex * cosine + ey * sine, ey * cosine - ex * sine

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import state_layout
-from tdbsim.ball_bearing import ball_load
+from tdbsim.ball_bearing import ball_load, cage_angle
 from tdbsim.cache import compiled
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_STIFFNESS,
-    CAGE_ANGLE,
-    CAGE_RATIO,
     CONTACT_POWER,
     CONTACT_STIFFNESS,
     FOUNDATION_MOBILITY,
@@ -24,7 +22,6 @@ from tdbsim.columns import (
     HALF_CLEARANCE,
     HAS_WAVES,
     INERTIA,
-    RING_ANGLE,
     RING_INERTIA,
     RING_MASS,
     SUPPORT_MASS,
@@ -134,7 +131,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
             ex = y[i] - y[i + 2]
             ey = y[i + 1] - y[i + 3]
             count = int(row[BALL_COUNT])
-            cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (y[j] - row[RING_ANGLE])
+            cage = cage_angle(row, y[j])
             along = ex * np.cos(cage) + ey * np.sin(cage)
             across = ey * np.cos(cage) - ex * np.sin(cage)
             for b in range(count):

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 from tdbsim import hooks, state_layout
-from tdbsim.ball_bearing import ring_force, ring_force_wavy
+from tdbsim.ball_bearing import cage_angle, ring_force, ring_force_wavy
 from tdbsim.cache import compiled, inlined
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_DAMPING,
     BALL_STIFFNESS,
-    CAGE_ANGLE,
     CAGE_RATIO,
     CONTACT_DAMPING,
     CONTACT_POWER,
@@ -79,7 +78,7 @@ def touching(columns, effect, end, ex, ey, ring_angle, heat):  # type: ignore[no
 def balls_on_ring(m, end, ex, ey, ring_angle):  # type: ignore[no-untyped-def]
     """Return the force (x, y) of the balls on the inner ring, off by (ex, ey) in the outer ring, N."""
     row = m.end[end]
-    cage = row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring_angle - row[RING_ANGLE])
+    cage = cage_angle(row, ring_angle)
     count = int(row[BALL_COUNT])
     if row[HAS_WAVES] > 0.0:
         return ring_force_wavy(

@@ -24,12 +24,11 @@ import math
 import numpy as np
 
 from tdbsim import hooks, state_layout
-from tdbsim.ball_bearing import ball_load
+from tdbsim.ball_bearing import ball_load, cage_angle
 from tdbsim.cache import reassociated
 from tdbsim.columns import (
     BALL_COUNT,
     BALL_STIFFNESS,
-    CAGE_ANGLE,
     CAGE_RATIO,
     CONTACT_DAMPING,
     CONTACT_POWER,
@@ -288,9 +287,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         if wavy:
                             in_use = int(columns[end, BALL_COUNT])
                             spacing, turned = 2.0 * math.pi / in_use, angle[1 + end]
-                            cage = columns[end, CAGE_ANGLE] + columns[end, CAGE_RATIO] * (
-                                turned - columns[end, RING_ANGLE]
-                            )
+                            cage = cage_angle(columns[end], turned)
                             for j in range(in_use):
                                 press = along * balls[end, 0, j] + across * balls[end, 1, j] + balls[end, 2, j]
                                 press += hooks.ball(cage + j * spacing, turned, effect[end])

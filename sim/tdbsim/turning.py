@@ -11,8 +11,9 @@ import math
 import numpy as np
 
 from tdbsim import state_layout
+from tdbsim.ball_bearing import cage_angle
 from tdbsim.cache import inlined
-from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.columns import CAGE_RATIO
 from tdbsim.mode_rows import LANES
 
 ANGLE, SPIN, COSINES, SINES, RATIO, TURNING_STOP = range(0, 6 * LANES, LANES)
@@ -36,8 +37,7 @@ def set_directions(rows, columns):  # type: ignore[no-untyped-def]
     """Set cosines and sines from the angles."""
     rows[COSINES], rows[SINES] = math.cos(rows[ANGLE]), math.sin(rows[ANGLE])
     for end in range(2):
-        turned = rows[ANGLE + 1 + end] - columns[end, RING_ANGLE]
-        cage = columns[end, CAGE_ANGLE] + columns[end, CAGE_RATIO] * turned
+        cage = cage_angle(columns[end], rows[ANGLE + 1 + end])
         rows[COSINES + 1 + end], rows[SINES + 1 + end] = math.cos(cage), math.sin(cage)
 
 
