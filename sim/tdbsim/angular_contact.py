@@ -107,7 +107,7 @@ class AngularContactBearing:
         return tuple(self._row(i, where, np.asarray(cage_angle, dtype=float))[0] for i in range(len(self.rows)))
 
     def force(self, displacement: ArrayLike, cage_angle: ArrayLike = 0.0) -> Array:
-        """Return the load (..., 5) on the inner ring that holds a displacement: the gradient of `potential`."""
+        """Return the load (..., 5) on the inner ring that holds a displacement: the gradient of the balls' elastic energy."""
         where, cage = np.asarray(displacement, dtype=float), np.asarray(cage_angle, dtype=float)
         total = np.zeros(np.broadcast_shapes(where.shape, (*cage.shape, 5)))
         for i in range(len(self.rows)):
@@ -115,11 +115,6 @@ class AngularContactBearing:
             normal = np.cos(loads.contact_angle)[..., None] * radial + np.sin(loads.contact_angle)[..., None] * axial
             total = total + np.sum(loads.load[..., None] * normal, axis=-2)
         return total
-
-    def potential(self, displacement: ArrayLike, cage_angle: ArrayLike = 0.0) -> Array:
-        """Return the elastic energy (...) of the balls, J."""
-        rows = self.displaced(displacement, cage_angle)
-        return np.asarray(sum(0.4 * np.sum(row.load * np.maximum(row.press, 0), axis=-1) for row in rows))
 
     def _row(self, index: int, where: Array, cage: Array) -> tuple[RowLoads, Array, Array, Array]:
         """Return the loads of a row, how radial and axial approach depend on the displacement (..., n, 5), length."""

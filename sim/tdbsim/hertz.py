@@ -1,4 +1,4 @@
-"""Hertz contact, exact: balls on raceways as ellipses, the rotor on the ring as a line.
+"""Hertz contact, exact: balls on raceways as ellipses.
 
 The ellipse's integrals are taken in Carlson's form, which loses no digits where the ellipse is nearly a circle:
 with m = 1 - 1/kappa^2, m1 = 1/kappa^2 and B = E(m) - m1 K(m) over m, D = K(m) - E(m) over m, both positive,
@@ -151,14 +151,6 @@ class PointContact:
         unit = np.cbrt(6 * self.kappa**2 * second * self.radius / (math.pi * self.modulus))
         return np.asarray(1.5 * self.kappa / (math.pi * unit**2) * np.cbrt(load))
 
-    def approach(self, load: ArrayLike) -> Array:
-        """Return how far the bodies approach each other, m, for loads in N."""
-        return np.asarray((_positive_part(load) / self.stiffness) ** (2 / 3))
-
-    def load(self, approach: ArrayLike) -> Array:
-        """Return the load, N, for approaches in m (0 where the bodies are apart)."""
-        return np.asarray(self.stiffness * _positive_part(approach) ** 1.5)
-
 
 def point_contact(
     radii_first: tuple[float, float], radii_second: tuple[float, float], first: Material, second: Material
@@ -243,75 +235,6 @@ class BearingGeometry:
     def stiffness(self) -> float:
         """Stiffness of one ball between both races, N/m^1.5."""
         return series_stiffness(self.inner.stiffness, self.outer.stiffness)
-
-
-@dataclass(frozen=True)
-class LineContact:
-    """A cylinder inside a ring: the journal on the inner ring's bore.
-
-    Attributes
-    ----------
-    journal_radius, ring_radius : float
-        m, the ring's greater by the radial gap.
-    length : float
-        Of the contact along the shaft, m.
-    modulus : float
-        Effective modulus E', Pa.
-
-    Raises
-    ------
-    InputError
-        If the ring is not larger than the journal.
-    """
-
-    journal_radius: float
-    ring_radius: float
-    length: float
-    modulus: float
-
-    def __post_init__(self) -> None:
-        if not 0 < self.journal_radius < self.ring_radius:
-            raise InputError(
-                f"ring radius {self.ring_radius * 1e3:g} mm is not larger than the journal's"
-                f" {self.journal_radius * 1e3:g} mm; the radial gap lies between them"
-            )
-        if not self.length > 0:
-            raise InputError(f"contact length {self.length * 1e3:g} mm is not positive")
-
-    @property
-    def radius(self) -> float:
-        """Relative radius of curvature, m: 1/R = 1/R_journal - 1/R_ring."""
-        return 1 / (1 / self.journal_radius - 1 / self.ring_radius)
-
-    def half_width(self, load: ArrayLike) -> Array:
-        """Return half the width of the contact, m, for loads in N.
-
-        Hertz holds while it is small against the journal's radius (within a few per cent up to a quarter of it).
-        """
-        per_length = _positive_part(load) / self.length
-        return np.sqrt(8 * per_length * self.radius / (math.pi * self.modulus))
-
-    def peak_pressure(self, load: ArrayLike) -> Array:
-        """Return the greatest pressure, Pa, for loads in N."""
-        per_length = _positive_part(load) / self.length
-        return np.sqrt(per_length * self.modulus / (2 * math.pi * self.radius))
-
-
-def line_stiffness(length: float) -> float:
-    """Return K of Q = K approach^(10/9) of a steel line contact, N/m^(10/9).
-
-    Hertz's approach of cylinders has no closed form free of the bodies' size; A. Palmgren's fit to measured rollers,
-    approach = 3.84e-5 Q^0.9/length^0.8 in mm and N, needs none (Harris and Kotzalas, ch. 6).
-
-    Parameters
-    ----------
-    length : float
-        Of the contact, m.
-    """
-    if not length > 0:
-        raise InputError(f"contact length {length * 1e3:g} mm is not positive")
-    in_mm = (1e3 * length) ** (8 / 9) / 3.84e-5 ** (10 / 9)
-    return in_mm * 1e3 ** (10 / 9)
 
 
 def _positive_part(value: ArrayLike) -> Array:

@@ -243,19 +243,11 @@ def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 
     The eigenproblem is solved in n + 10 free-free modes plus the attachment modes of the springs (relative error of the
     frequencies 1e-6 to 2e-5, up to pinned ends).
     """
-    basis = _basis(model, [spring.position for spring in springs], n)
-    return _whirl_modes(basis, springs, speed_hz, n)
-
-
-def _basis(model: RotorModel, positions: Sequence[float], n: int) -> Modes:
     if n < 1:
         raise InputError(f"{n} modes asked for; ask for at least one")
-    attach = sorted(set(positions))
+    attach = sorted({spring.position for spring in springs})
     elastic = len(model.plane_mass) - _RIGID - len(attach)
-    return free_free(model, min(elastic, n + 10), attach)
-
-
-def _whirl_modes(basis: Modes, springs: Sequence[Spring], speed_hz: float, n: int) -> SupportedModes:
+    basis = free_free(model, min(elastic, n + 10), attach)
     omega = 2 * math.pi * speed_hz
     stiffness_x = np.diag((2 * math.pi * basis.frequencies) ** 2)
     stiffness_y = stiffness_x.copy()
@@ -305,109 +297,3 @@ def _state_modes(stiffness: NDArray, damping: NDArray) -> tuple[NDArray, NDArray
     values = values * unit
     swinging = np.abs(values.imag) > 1e-6 * np.abs(values)  # the overdamped ones have no frequency
     return values[swinging], vectors[:size, swinging]
-
-
-@dataclass(frozen=True, eq=False)
-class CriticalSpeedMap:
-    """Natural frequencies (k, n) in Hz of the rotor at standstill, against k support stiffnesses in N/m."""
-
-    stiffnesses: Array
-    frequencies: Array
-
-
-def critical_speed_map(
-    model: RotorModel, positions: Sequence[float], stiffnesses: ArrayLike, n: int = 4
-) -> CriticalSpeedMap:
-    """Return the natural frequencies of one plane on equal springs at the positions, for each stiffness.
-
-    Parameters
-    ----------
-    model : RotorModel
-        The rotor.
-    positions : sequence of float
-        Of the springs, m.
-    stiffnesses : (k,) array
-        N/m, of each spring.
-    n : int
-        Number of frequencies; each stands for a pair (x and y) at standstill.
-    """
-    values = np.atleast_1d(np.asarray(stiffnesses, dtype=float))
-    if not np.all(values > 0):
-        raise InputError(f"stiffness {values.min():g} N/m is not positive; the map's axis is logarithmic")
-    basis = _basis(model, positions, n)
-    shapes = basis.at(np.asarray(positions))
-    elastic, support = np.diag((2 * math.pi * basis.frequencies) ** 2), shapes.T @ shapes
-    squares = np.linalg.eigvalsh(elastic + values[:, None, None] * support)[:, :n]
-    return CriticalSpeedMap(values, np.sqrt(np.maximum(squares, 0.0)) / (2 * math.pi))
-
-
-@dataclass(frozen=True, eq=False)
-class Campbell:
-    """Natural frequencies, damping ratios and whirl senses (speeds, n) against speed; see `SupportedModes`."""
-
-    speeds_hz: Array
-    frequencies: Array
-    damping_ratio: Array
-    whirl: Array
-
-
-def campbell(
-    machine: Machine,
-    model: RotorModel,
-    stiffness: Mapping[str, float | tuple[float, float]],
-    speeds: ArrayLike,
-    n: int = 6,
-    damping: Mapping[str, float] | None = None,
-) -> Campbell:
-    """Return the whirl modes against speed (Hz), on springs as in `supported`; each row by rising frequency."""
-    values = np.atleast_1d(np.asarray(speeds, dtype=float))
-    springs = _springs(machine, stiffness, damping)
-    basis = _basis(model, [spring.position for spring in springs], n)
-    found = [_whirl_modes(basis, springs, machine.sense * float(speed), n) for speed in values]
-    return Campbell(
-        values,
-        np.array([modes.frequencies for modes in found]),
-        np.array([modes.damping_ratio for modes in found]),
-        np.array([modes.whirl for modes in found]),
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class TruncationError:
-    """What a reduced model loses against all modes, relative: of frequencies on the springs, of local compliance."""
-
-    frequencies: Array
-    compliance: Array
-
-
-def truncation_error(modes: Modes, springs: Sequence[Spring], n: int = 4) -> TruncationError:
-    """Measure a reduced basis against the whole model at standstill in the x plane.
-
-    Parameters
-    ----------
-    modes : Modes
-        The reduced basis.
-    springs : sequence of Spring
-        Supports (their `stiffness_x`); the stiffer, the more the discarded modes matter.
-    n : int
-        Number of natural frequencies compared.
-
-    Returns
-    -------
-    TruncationError
-        ``frequencies`` (n,): relative errors of the natural frequencies; never negative, since a reduced model is
-        stiffer.  ``compliance`` (springs,): the part of the elastic static compliance at each spring that is missing.
-    """
-    model = modes.model
-    positions = np.array([spring.position for spring in springs])
-    whole = free_free(model, len(model.plane_mass) - _RIGID)
-
-    def natural(basis: Modes) -> Array:
-        shapes = basis.at(positions)
-        stiffness = np.diag((2 * math.pi * basis.frequencies) ** 2)
-        stiffness += (shapes.T * [spring.stiffness_x for spring in springs]) @ shapes
-        return np.sqrt(np.linalg.eigvalsh(stiffness)[:n])
-
-    exact = natural(whole)
-    full = np.diag(whole.compliance(positions))
-    return TruncationError(natural(modes) / exact - 1, 1 - np.diag(modes.compliance(positions)) / full)

@@ -170,12 +170,6 @@ class RotorModel:
         return full
 
 
-def shape_at(model: RotorModel, position: float) -> Array:
-    """Return rows (2, 4m) that give x and y of the shaft at an axial position, by the elements' shape functions."""
-    deflection = model.plane_rows(position)
-    return np.vstack([model.in_plane_x(deflection), model.in_plane_y(deflection)])
-
-
 def build_rotor(machine: Machine, max_element: float | None = None) -> RotorModel:
     """Build the model of a machine's rotor.
 
@@ -252,33 +246,6 @@ def end_mass(machine: Machine, model: RotorModel) -> dict[str, float]:
             f" bearings at {first.position * 1e3:g} and {second.position * 1e3:g} mm; check sections, disks, positions"
         )
     return {first.name: model.total_mass * (1 - share), second.name: model.total_mass * share}
-
-
-def static_deflection(machine: Machine, model: RotorModel, stiffness: Mapping[str, float]) -> Array:
-    """Return the coordinates (4m,) of the rotor at rest under its weight on springs at the touchdown bearings.
-
-    Parameters
-    ----------
-    machine : Machine
-        Gives gravity and the bearings' positions.
-    model : RotorModel
-        Of the same machine.
-    stiffness : mapping
-        End to N/m, positive, one for each end.
-
-    Raises
-    ------
-    InputError
-        If an end's stiffness is missing, unknown or not positive.
-    """
-    springs = spring_positions(machine, stiffness)
-    held = model.plane_stiffness.copy()
-    for position, value in springs:
-        row = model.plane_rows(position)
-        held += value * row.T @ row
-    weight = -machine.gravity * model.plane_mass @ model._translation
-    deflection = np.asarray(np.linalg.solve(held, weight), dtype=float)
-    return model.in_plane_y(deflection)
 
 
 def spring_positions(machine: Machine, stiffness: Mapping[str, Any]) -> list[tuple[float, Any]]:

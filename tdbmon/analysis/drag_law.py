@@ -247,11 +247,6 @@ class LawFit:
         n = len(self.white)
         return float(n * np.log(max(self.white @ self.white, 1e-300) / n) + self.parameters * np.log(n))
 
-    @property
-    def physical(self) -> bool:
-        """True where every term slows the rotor."""
-        return all(getattr(self.law, term) > 0 for term in self.terms)
-
     def sigma(self, term: str) -> float:
         """Standard deviation of a term."""
         i = 1 + self.terms.index(term)

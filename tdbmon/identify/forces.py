@@ -2,8 +2,8 @@
 
 An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is
 a curve with a band.  Trajectories with impacts part exponentially: from where the members have parted, a curve would say
-nothing, and statistics over time and members take its place.  A peak force is the greatest of a member's whole drop, so
-that its interval holds both.
+nothing, and the history ends.  A peak force is the greatest of a member's whole drop, so that its interval holds what
+comes after.
 """
 
 from __future__ import annotations
@@ -55,8 +55,6 @@ class ForceHistory:
         Median and 95 % band, N.
     parted : float
         s after the release from which the members have parted; the end of the history where they never do.
-    mean_after, quantile_after : float or None
-        Mean and 95th percentile over time and members from there on, N.
     """
 
     time: Array
@@ -64,8 +62,6 @@ class ForceHistory:
     low: Array
     high: Array
     parted: float
-    mean_after: float | None
-    quantile_after: float | None
 
 
 @dataclass(frozen=True)
@@ -263,15 +259,12 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
     parted = float(time[beyond[0]]) if beyond.size else float(time[-1])
     together = time < parted if beyond.size else np.ones(len(time), dtype=bool)
     low, middle, high = np.quantile(normal[:, together], (BAND[0], 0.5, BAND[1]), axis=0)
-    later = normal[:, ~together]
     history = ForceHistory(
         time=time[together],
         force=middle,
         low=low,
         high=high,
         parted=parted,
-        mean_after=float(later.mean()) if later.size else None,
-        quantile_after=float(np.quantile(later, 0.95)) if later.size else None,
     )
     impulses = np.asarray(np.trapezoid(normal, time, axis=1))
     return EndForces(

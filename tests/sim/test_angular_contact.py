@@ -76,6 +76,12 @@ BEARINGS = {
 }
 
 
+def potential(bearing, where, cage_angle=0.0):
+    """Return the elastic energy of the balls, J: the work of each load K press^1.5."""
+    rows = bearing.displaced(where, cage_angle)
+    return sum(0.4 * np.sum(row.load * np.maximum(row.press, 0), axis=-1) for row in rows)
+
+
 @pytest.mark.parametrize("name", BEARINGS)
 def test_force_is_the_gradient_of_the_potential(name):
     bearing = BEARINGS[name]
@@ -84,7 +90,7 @@ def test_force_is_the_gradient_of_the_potential(name):
     where = rng.normal(size=(20, 5)) * scale
     steps = np.diag(scale) * 1e-4
     slope = np.stack(
-        [(bearing.potential(where + h, 0.2) - bearing.potential(where - h, 0.2)) / (2 * h.sum()) for h in steps],
+        [(potential(bearing, where + h, 0.2) - potential(bearing, where - h, 0.2)) / (2 * h.sum()) for h in steps],
         axis=-1,
     )
     force = bearing.force(where, 0.2)
@@ -156,8 +162,8 @@ def test_clamping_loads_both_rows_as_an_axial_force_would():
 
 
 def test_play_is_free():
-    assert float(BEARINGS["play"].potential([0, 0, 2.9e-6, 0, 0])) == 0
-    assert float(BEARINGS["play"].potential([0, 0, 3.1e-6, 0, 0])) > 0
+    assert potential(BEARINGS["play"], [0, 0, 2.9e-6, 0, 0]) == 0
+    assert potential(BEARINGS["play"], [0, 0, 3.1e-6, 0, 0]) > 0
 
 
 @pytest.mark.parametrize(
