@@ -118,15 +118,12 @@ class DropFatigue:
         Of each ball: `fatigue_sum` at the reference; sums of drops add.
     reference : float
         Pa.
-    greatest_pressure : (n,) array
-        Pa.
     beyond_static_limit : bool
         True where the balls came above `STATIC_LIMIT`: then they may be indented and the sum does not hold.
     """
 
     equivalent_cycles: Array
     reference: float
-    greatest_pressure: Array
     beyond_static_limit: bool
 
     @property
@@ -148,5 +145,4 @@ def drop_fatigue(pressure: ArrayLike, reference: float = 2000e6) -> DropFatigue:
     """
     histories = np.atleast_2d(np.asarray(pressure, dtype=float))
     sums = np.array([fatigue_sum(rainflow(history), reference) for history in histories])
-    greatest = histories.max(axis=1)
-    return DropFatigue(sums, reference, greatest, bool(np.any(greatest > STATIC_LIMIT)))
+    return DropFatigue(sums, reference, bool(np.any(histories > STATIC_LIMIT)))

@@ -11,7 +11,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from tdbsim.fatigue import EXPONENT, drop_fatigue
+from tdbsim.fatigue import EXPONENT, STATIC_LIMIT, DropFatigue, drop_fatigue
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.model_share import FATIGUE
@@ -53,26 +53,34 @@ def fatigue_of(
 
     ends, rng = calibration.machine.ends, np.random.default_rng(seed)
     points = draws(calibration.problem, calibration.point, calibration.covariance, members, rng)
-    worst = [found for point in points if (found := _worst(calibration, point, drop, seconds))]
-    if len(worst) < max(members // 2, 2):
-        why = f"only {len(worst)} of {members} draws from the calibration can be simulated"
+    found = [each for point in points if (each := _member(calibration, point, drop, seconds))]
+    if len(found) < max(members // 2, 2):
+        why = f"only {len(found)} of {members} draws from the calibration can be simulated"
         return {end: Estimate.missing("1", why) for end in ends}
     rule = (
         f"rainflow (ASTM E1049), Palmgren-Miner with exponent {EXPONENT:g}, cycles of {REFERENCE * 1e-6:.0f} MPa,"
-        f" {len(worst)} simulations drawn from the calibration"
+        f" {len(found)} simulations drawn from the calibration"
     )
-    return {end: _estimate(np.array([each[i] for each in worst]), rule, end) for i, end in enumerate(ends)}
+    return {end: _estimate([each[i] for each in found], rule, end) for i, end in enumerate(ends)}
 
 
-def _estimate(sums: NDArray[np.float64], rule: str, end: str) -> Estimate:
+def _estimate(members: list[DropFatigue], rule: str, end: str) -> Estimate:
+    sums = np.array([each.worst for each in members])
     if np.any(sums <= 0):
         return Estimate.missing("1", f"no ball at {end} is loaded and unloaded in every simulation of the drop")
     middle, half = float(np.median(sums)), 1.96 * math.hypot(float(np.std(np.log(sums), ddof=1)), FATIGUE)
-    return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule)
+    beyond = sum(each.beyond_static_limit for each in members)
+    why = (
+        f"in {beyond} of {len(members)} simulations balls come above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented,"
+        " and there the sum does not hold"
+    )
+    return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule, why if beyond else "")
 
 
-def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seconds: float) -> list[float] | None:
-    """Return the sum of the ball that suffers most, an end; None where the values cannot be simulated."""
+def _member(
+    calibration: Calibration, point: NDArray[np.float64], drop: int, seconds: float
+) -> list[DropFatigue] | None:
+    """Return what the balls of each end suffer in one simulation; None where the values cannot be simulated."""
     from tdbsim.observe import observed
 
     from tdbmon.identify.forces import simulated
@@ -83,4 +91,4 @@ def _worst(calibration: Calibration, point: NDArray[np.float64], drop: int, seco
         return None
     loads = observed(motion).loads
     bearings = enumerate(calibration.problem.model.machine.touchdown_bearings)
-    return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE).worst for e, b in bearings]
+    return [drop_fatigue(ball_stress(b, loads[e, : b.balls.count]), REFERENCE) for e, b in bearings]

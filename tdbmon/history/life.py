@@ -14,9 +14,9 @@ static limits, where that law was not measured.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tdbsim.fatigue import EXPONENT
+from tdbsim.fatigue import EXPONENT, STATIC_LIMIT
 
 from tdbmon.estimate import Estimate
 from tdbmon.history import settings as settings_of
@@ -87,10 +87,10 @@ def life_of(
     full = sum(limit is None or speed is None or speed >= limit for speed in speeds)
     results = [e.result for e in earlier]
     own = {name: tuple(f for f in drop.features if f.name == name) for name in ("fatigue_cycles", "stress_max_mpa")}
-    damage = _damage(
-        [_wear(found) for found in (*(fatigue.get(each, ()) for each in results), own["fatigue_cycles"])],
-        [_wear(found, EXPONENT) for found in (*(greatest.get(each, ()) for each in results), own["stress_max_mpa"])],
-    )
+    cycles = [*(fatigue.get(each, ()) for each in results), own["fatigue_cycles"]]
+    stresses = [*(greatest.get(each, ()) for each in results), own["stress_max_mpa"]]
+    damage = _damage([_wear(found) for found in cycles], [_wear(found, EXPONENT) for found in stresses])
+    damage = _with_indented(damage, stresses)
     return Life(full, len(speeds) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
 
 
@@ -134,6 +134,18 @@ def _worst(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> Estimate:
         factor = math.exp(1.96 * math.hypot(own, first.error))
         worst = Estimate(total, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
     return worst
+
+
+def _with_indented(damage: Estimate, stresses: list[tuple[Feature, ...]]) -> Estimate:
+    """Say of a damage in how many drops the balls came above the static limit, where it is no sum of fatigue alone."""
+    beyond = sum(any((f.estimate.value or 0.0) > STATIC_LIMIT for f in found) for found in stresses)
+    if damage.value is None or not beyond:
+        return damage
+    told = (
+        f"in {beyond} of {len(stresses)} drops balls came above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and"
+        " there the sum does not hold"
+    )
+    return replace(damage, why="; ".join(part for part in (damage.why, told) if part))
 
 
 def _margin(agreed: int | None, full: int, damage: Estimate) -> Estimate:

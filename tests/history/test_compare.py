@@ -243,6 +243,15 @@ def test_damage_counts_a_harder_drop_as_many(empty, tmp_path):
     assert life.margin.high > 0 > life.margin.low
 
 
+def test_damage_says_where_the_sum_does_not_hold(empty, tmp_path):
+    for i, stress in enumerate((4.1e9, 4.3e9, 4.1e9)):
+        drop = add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", stress=stress)
+        damage = compare(empty, filed_drop(empty, drop)).life.damage
+        assert damage.value is not None
+        told = f"in 1 of {i + 1} drops balls came above 4200 MPa: they may be indented, and there the sum does not hold"
+        assert damage.why == (told if i else "")
+
+
 def test_damage_adds_up_the_cycles_of_each_drop(empty, tmp_path):
     """The same greatest stress, but twice and five times the cycles of the first drop."""
     (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 10\n")

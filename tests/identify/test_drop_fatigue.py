@@ -56,6 +56,21 @@ def test_it_does_not_depend_on_how_often_the_record_was_sampled(calibration, sam
             assert estimate.value == pytest.approx(each[end].value, rel=0.01)
 
 
+def test_above_the_static_limit_the_sum_is_said_not_to_hold(calibration, found):
+    """Small balls in flat grooves press the same loads into smaller ellipses."""
+    assert not any(estimate.why for each in found for estimate in each.values())
+    model = calibration.problem.model
+    small = {"inner_conformity": 0.95, "outer_conformity": 0.95, "diameter": 6e-3}
+    bearings = tuple(
+        b.model_copy(update={"balls": b.balls.model_copy(update=small)}) for b in model.machine.touchdown_bearings
+    )
+    pressed = replace(model, machine=model.machine.model_copy(update={"touchdown_bearings": bearings}))
+    hard = replace(calibration, problem=replace(calibration.problem, model=pressed))
+    for estimate in fatigue_of(hard, 1, SECONDS, members=4).values():
+        assert estimate.known
+        assert estimate.why.startswith("in 4 of 4 simulations balls come above 4200 MPa: they may be indented")
+
+
 def test_a_calibration_that_cannot_be_simulated_is_told(calibration):
     apart = replace(calibration, point=np.full_like(calibration.point, 1e9), covariance=0 * calibration.covariance)
     for each in fatigue_of(apart, members=4).values():
