@@ -272,10 +272,9 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
         for field, (column, *_) in _STATED.items():
             row[column] = values.get(f"{bearing.name}.{field}", row[column])
         row[FRICTION_POWER] = values.get(f"{bearing.name}.friction_load_exponent", row[FRICTION_POWER])
-        if f"{bearing.name}.contact_exponent" in values:
-            exponent = values[f"{bearing.name}.contact_exponent"]
-            stiffness = values.get(f"{bearing.name}.contact_stiffness", bearing.contact_stiffness)
-            row[CONTACT_STIFFNESS], row[CONTACT_POWER] = scaled_stiffness(stiffness, exponent), exponent - 1
+        exponent = values.get(f"{bearing.name}.contact_exponent", bearing.contact_exponent)
+        stiffness = values.get(f"{bearing.name}.contact_stiffness", bearing.contact_stiffness)
+        row[CONTACT_STIFFNESS], row[CONTACT_POWER] = scaled_stiffness(stiffness, exponent), exponent - 1
     for row, held in zip(arrays.magnet, machine.magnetic_bearings, strict=True):
         for field, (column, _) in _MAGNET.items():
             row[column] = values.get(f"magnet {held.name}.{field}", row[column])

@@ -60,6 +60,18 @@ def test_fast_path_is_the_machine_built_anew(full, model, data):
         assert a == pytest.approx(b, rel=1e-9, abs=1e-15), name
 
 
+@pytest.mark.parametrize("given", [(), ("contact_stiffness",), ("contact_exponent",)])
+def test_fast_path_of_a_contact_that_is_no_line_is_the_machine_built_anew(full, given):
+    point = 1.3
+    bearings = tuple(b.model_copy(update={"contact_exponent": point}) for b in full.touchdown_bearings)
+    other = full.model_copy(update={"touchdown_bearings": bearings})
+    moved = {"contact_stiffness": 1.65e9, "contact_exponent": 1.25}
+    values = {f"{b.name}.{field}": moved[field] for b in bearings for field in given}
+    quick, anew = with_values(build_model(other), values), build_model(calibrated_machine(other, values))
+    for name, a, b in zip(quick.arrays._fields, quick.arrays, anew.arrays, strict=True):
+        assert a == pytest.approx(b, rel=1e-9, abs=1e-15), name
+
+
 def test_fast_path_of_stated_values_is_the_machine_built_anew(full, model):
     """The elastic modulus too, though it makes the modes anew."""
     values = {
