@@ -17,6 +17,7 @@ from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.lines import Line, find_lines
+from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import split_phases
@@ -265,7 +266,7 @@ def _rundown(
 
 
 def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[tuple[str, float, float]]:
-    """Bands in which lines have a name: both swings, and bending on the touchdown bearings loaded by the weight."""
+    """Bands in which lines have a name: both swings, and the modes on the touchdown bearings loaded by the weight."""
     bands = []
     for i, predicted in enumerate(predicted_swing(machine, rotor)):
         measured = swing.frequencies[i].value if swing is not None and i < len(swing.frequencies) else None
@@ -274,12 +275,12 @@ def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[
         bands.append((f"swing {i + 1}", low * centre, high * centre))
     loads = static_loads(machine, rotor)
     stiffness = {b.name: loads[b.name] / rest_travel(b, loads[b.name]).per_load for b in machine.touchdown_bearings}
-    soft, stiff = (
-        supported(machine, rotor, {end: share * k for end, k in stiffness.items()}).frequencies[::2]
-        for share in (0.7, 1.5)
+    soft, nominal, stiff = (
+        supported(machine, rotor, {end: share * k for end, k in stiffness.items()}) for share in (0.7, 1.0, 1.5)
     )
-    bands += [(f"bending {i + 1}", float(a), float(b)) for i, (a, b) in enumerate(zip(soft, stiff, strict=True))]
-    return bands
+    names = mode_names(nominal, [b.position for b in machine.touchdown_bearings])
+    lowest, highest = (modes.frequencies[::2].tolist() for modes in (soft, stiff))
+    return bands + list(zip(names, lowest, highest, strict=True))
 
 
 def _whirl(

@@ -68,7 +68,7 @@ class Line:
     first_s, last_s : float
         Middle of the first and of the last window in which it stands out, s.
     name : str
-        "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name of `expected`, or its frequency.
+        "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name of `expected` ("bounce"), or its frequency.
     """
 
     kind: Kind

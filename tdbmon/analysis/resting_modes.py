@@ -6,7 +6,7 @@ load over radius of the path, with the ring that turns along.  Gyroscopics coupl
 percent it shifts no frequency that is told here.
 
 With m the support's mass the chain is softer than its springs in series: a support that is nearly as heavy as the rotor's
-share lowers even the first bending mode.
+share lowers even the bounce.
 """
 
 from __future__ import annotations

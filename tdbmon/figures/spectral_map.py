@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 RANGE_DB = 100.0
 FLOOR_M = 1e-12
-LEAST_HZ = 200.0  # both swings and the first bending on touchdown bearings lie below
+LEAST_HZ = 200.0  # both swings and the bounce on touchdown bearings lie below
 _INK: dict[str, Any] = {"color": "white", "linewidth": 0.6, "alpha": 0.9}
 _SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the height, below which a name may begin
 # names stand before the lines on a patch of the map's darkest colour

@@ -51,7 +51,7 @@ def test_names_in_a_map_stand_before_its_lines_on_a_patch(name: str, coastdown: 
     figure = NAMED[name](coastdown)
     for ax in figure.axes[:4]:
         said = [text.get_text() for text in _names(ax)]
-        assert {"0.5X", "1X", "2X", "3X", "4X", "swing 1", "swing 2", "mains", "bending 1"} <= set(said)
+        assert {"0.5X", "1X", "2X", "3X", "4X", "swing 1", "swing 2", "mains", "bounce"} <= set(said)
         for text in _names(ax):
             assert text.get_bbox_patch() is not None
             assert all(text.get_zorder() > line.get_zorder() for line in ax.lines)

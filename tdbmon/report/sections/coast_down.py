@@ -61,7 +61,7 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
         Figure(
             "coast-down-waterfalls",
             "Waterfalls of the measured and of the simulated record with one scale of colours. What stands upright is a swing"
-            " or bending of the resting rotor and their combinations; what bends follows the speed. The mains and whatever"
+            " or another mode of the resting rotor and their combinations; what bends follows the speed. The mains and whatever"
             " else only the record has is missing on the right.",
             "Maps of amplitude over frequency and time, measured on the left and simulated on the right.",
             partial(coast_down_waterfalls, whole),

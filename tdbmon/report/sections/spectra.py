@@ -45,7 +45,7 @@ def section(analysis: Analysis) -> Section | None:
         Figure(
             "waterfall",
             f"Waterfall, vertical and horizontal at each end. {reading} {turning}"
-            " upright is a swing or a bending of the rotor on its touchdown bearings, or the mains.",
+            " upright is a swing, a bounce, a conical or a bending mode of the rotor on its touchdown bearings, or the mains.",
             "Maps of amplitude over frequency and time for each end and direction.",
             partial(waterfall, analysis),
         )
