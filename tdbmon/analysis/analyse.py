@@ -36,6 +36,7 @@ from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import Check, check, repair_gaps, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
+from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.speed_checks import without_refuted
 
 _LEAST_HZ = 500.0  # sampling rate of probes, below which no contact is more than a sample
@@ -67,7 +68,8 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     record = assign(record, machine)
     checks = list(check(record, machine))
     checks += _effects(machine)
-    record = _bridged(without_lost_samples(without_refuted(record, machine), machine), machine)
+    record = with_skipped_samples(without_refuted(record, machine))
+    record = _bridged(without_lost_samples(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)
@@ -194,9 +196,13 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
     fit = usable(record, machine, tuple(checks))
     try:
         planes = to_planes(*freed(record, machine), fit)
-        if planes.attrs["sampling_hz"] < _LEAST_HZ:
+        time = planes.time.to_numpy()
+        rate = (len(time) - 1) / (
+            time[-1] - time[0]
+        )  # with its holes: one of a hundred times the rest is a damaged clock
+        if rate < _LEAST_HZ:
             raise InputError(
-                f"the probes are sampled at {planes.attrs['sampling_hz']:.3g} Hz, where a contact lasts some 2 ms; record at"
+                f"the probes are sampled at {rate:.3g} Hz, where a contact lasts some 2 ms; record at"
                 " 2 kHz or more, or mend the sampling interval or the times in the file"
             )
     except InputError as error:

@@ -9,6 +9,8 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.record.timebase import usual_rate
+
 AXES = ("x", "y")
 
 
@@ -32,7 +34,8 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
     Dataset
         ``displacement(end, axis, time)`` in m at the bearing planes and ``weights(end, axis, probe)``, the linear map
         from readings to it (it carries noise too).  ``plane(end)`` says "bearing", "probe" or "none".  An end that
-        cannot be resolved is NaN.  Attribute ``sampling_hz``.
+        cannot be resolved is NaN.  Attribute ``sampling_hz``, the rate between holes
+        in the time axis.
 
     Raises
     ------
@@ -60,7 +63,6 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
         if plane == "none":
             displacement[i] = np.nan
     time = record[dim].to_numpy()
-    sampling = (len(time) - 1) / (time[-1] - time[0])
     return xr.Dataset(
         {
             "displacement": (("end", "axis", "time"), displacement, {"units": "m", "long_name": "shaft displacement"}),
@@ -68,7 +70,7 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
             "plane": (("end",), planes),
         },
         coords={"end": list(machine.ends), "axis": list(AXES), "time": ("time", time, {"units": "s"}), "probe": names},
-        attrs={"sampling_hz": float(sampling)},
+        attrs={"sampling_hz": usual_rate(time)},
     )
 
 

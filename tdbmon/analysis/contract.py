@@ -13,6 +13,7 @@ from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
+from tdbmon.record.timebase import usual_rate
 
 _NO_MODEL = "needs the simulation fitted to the record (tdbmon analyse --forces); displacements alone do not give it"
 
@@ -60,11 +61,10 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
 def _record(analysis: Analysis) -> dict[str, Any]:
     attributes = analysis.record.attrs
     time = analysis.planes.time.to_numpy() if analysis.planes is not None else analysis.speed_time
-    rate = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else None
     return {
         "file": str(attributes.get("source_file", "")),
         "sha256": str(attributes.get("sha256", "")),
-        "sampling_hz": None if rate is None else float(rate),
+        "sampling_hz": usual_rate(time) if len(time) > 1 else None,
         "duration_s": float(time[-1] - time[0]) if len(time) else None,
         "drop_time": attributes.get("drop_time"),
         "missing": [str(name) for name in np.atleast_1d(attributes.get("missing", []))],

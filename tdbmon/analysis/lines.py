@@ -22,7 +22,7 @@ from tdbmon.analysis import cfar
 from tdbmon.analysis.line_names import name_constants, order_name
 from tdbmon.analysis.order import PER_TURN, resample
 from tdbmon.analysis.ridge import WINDOW, Ridge, Spectra, find_ridges
-from tdbmon.analysis.spectrum import forward_backward, mean_over, short_time_spectra, window_gain
+from tdbmon.analysis.spectrum import forward_backward, mean_over, short_time_spectra, window_gain, window_starts
 from tdbmon.estimate import Estimate
 
 Kind = Literal["order", "constant", "mains"]
@@ -126,7 +126,7 @@ def find_lines(
     Parameters
     ----------
     planes : Dataset
-        ``displacement(end, axis, time)``, m, uniformly sampled; attribute ``sampling_hz``.
+        ``displacement(end, axis, time)``, m, uniformly sampled but for holes; attribute ``sampling_hz``.
     speed_time, speed_hz : ndarray, shape (n,)
         Speed, Hz, on its own samples, s.
     sense : int
@@ -168,7 +168,8 @@ def _against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarr
     cells = min(length // 2, int(_TOP_HZ * length / rate) + cfar.LAST) + 1
     if cells <= cfar.FIRST + cfar.LAST:
         return _none(planes, 0)
-    c = _half_overlapping(planes.displacement.transpose("end", "axis", "time").to_numpy(), length, cells)
+    starts = window_starts(planes.time.to_numpy(), length, length // 2)
+    c = _spectra_of(planes.displacement.transpose("end", "axis", "time").to_numpy(), starts, length, cells)
     time = float(planes.time[0]) + (np.arange(c.shape[2]) * (length // 2) + length / 2) / rate
     speed = mean_over(speed_time, speed_hz, time, length / rate)
     speed[(time < speed_time[0]) | (time > speed_time[-1])] = np.nan
@@ -190,8 +191,8 @@ def _over_angle(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray
     cells = min(length // 2, int(_TOP_ORDER * revolutions) + cfar.LAST) + 1
     if cells <= cfar.FIRST + cfar.LAST:
         return _none(planes, 1)
-    c = _half_overlapping(turns.values, length, cells)
-    first = np.arange(c.shape[2]) * (length // 2)
+    first = np.arange(0, turns.values.shape[-1] - length + 1, length // 2)
+    c = _spectra_of(turns.values, first, length, cells)
     mean = turns.speed(first, length)
     gain = turns.gain(np.arange(cells) / revolutions, mean[:, None])
     return Spectra(1, c, 1 / revolutions, turns.edges[first + length // 2], mean, gain)
@@ -202,8 +203,8 @@ def _none(planes: xr.Dataset, law: int) -> Spectra:
     return Spectra(law, np.empty((planes.sizes["end"], 2, 0, 0)), 1.0, np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
-def _half_overlapping(signals: np.ndarray, length: int, cells: int) -> np.ndarray:
-    return np.array([[short_time_spectra(s, length, length // 2, cells, WINDOW) for s in end] for end in signals])
+def _spectra_of(signals: np.ndarray, starts: np.ndarray, length: int, cells: int) -> np.ndarray:
+    return np.array([[short_time_spectra(s, starts, length, cells, WINDOW) for s in end] for end in signals])
 
 
 def _traces(spectra: Spectra, ends: Sequence[str], sense: int, constants: Sequence[Trace]) -> list[Trace]:

@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.order import turned_through
+from tdbmon.analysis.unbroken import pieces
 
 OrbitKind = Literal["raw", "1X", "averaged"]
 
@@ -97,7 +98,7 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
     -------
     Dataset
         ``position`` and ``deviation`` (standard deviation of the samples) ``(end, axis, time)``, m; ``time`` is the
-        middle of each window, s.  A window that holds NaN gives NaN.
+        middle of each window, s.  A window that holds NaN gives NaN; none spans a hole in the time axis.
 
     Raises
     ------
@@ -110,10 +111,11 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
         raise InputError(
             f"a window of {window_s:g} s holds {length} of the record's {samples} samples at {rate:g} Hz; give another"
         )
-    count = samples // length
-    signals = planes.displacement.transpose("end", "axis", "time").to_numpy()[..., : count * length]
-    blocks = signals.reshape(*signals.shape[:2], count, length)
-    middle = planes.time.to_numpy()[: count * length].reshape(count, length).mean(axis=1)
+    time = planes.time.to_numpy()
+    whole = [slice(p.start, p.start + (p.stop - p.start) // length * length) for p in pieces(time)]
+    signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
+    blocks = np.concatenate([signals[..., p] for p in whole], axis=-1).reshape(*signals.shape[:2], -1, length)
+    middle = np.concatenate([time[p] for p in whole]).reshape(-1, length).mean(axis=1)
     dims = ("end", "axis", "time")
     return xr.Dataset(
         {

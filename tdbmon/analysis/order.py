@@ -15,7 +15,9 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.missing_stretches import too_long
 from tdbmon.analysis.spectrum import cosine_window, window_gain
+from tdbmon.record.timebase import usual_interval
 
 PER_TURN = 128  # steps of angle a revolution: below 1 Hz the rotor's lines still fold to no order that is looked at
 _REVOLUTIONS = 32  # a window: an order is told from lines 4/32 of an order away
@@ -32,7 +34,7 @@ class Turns:
     Attributes
     ----------
     values : ndarray, shape (..., n * PER_TURN)
-        NaN where the angle or the signal is not known.
+        NaN where the angle or the signal is not known, and over a hole in the time axis.
     edges : ndarray, shape (n * PER_TURN + 1,)
         Times at which the steps begin and end, s.
     start : float
@@ -66,7 +68,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     ----------
     signals : ndarray, shape (..., samples)
     time : ndarray, shape (samples,)
-        Uniform, s.
+        Uniform but for holes, s.
     turned : ndarray, shape (samples,)
         Angle turned through, rad, never falling; NaN where unknown.
 
@@ -76,7 +78,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
         Whole revolutions; none where less than one is known.
     """
     known = np.flatnonzero(np.isfinite(turned))
-    step = (time[-1] - time[0]) / max(1, len(time) - 1)
+    step = usual_interval(time) if len(time) > 1 else 0.0
     empty = Turns(np.empty((*signals.shape[:-1], 0)), np.zeros(1), 0.0, 1 / step if step else 0.0)
     if known.size < 2:
         return empty
@@ -96,6 +98,9 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     if known.size <= known[-1] - known[0]:  # the angle is not known throughout
         unknown = np.interp(edges, time, _integral(np.isnan(turned).astype(float), step))
         values[..., np.diff(unknown) > 0] = np.nan
+    holes = np.append(0, np.cumsum(too_long(np.diff(time))))
+    if holes[-1]:
+        values[..., np.diff(np.interp(edges, time, holes)) > 0] = np.nan
     return Turns(values, edges, float(angle[0]), 1 / step)
 
 

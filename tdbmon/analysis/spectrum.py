@@ -16,6 +16,9 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.unbroken import pieces
+from tdbmon.record.timebase import usual_interval
+
 Scale = Literal["0-pk", "pk-pk", "rms"]
 
 _FACTOR = {"0-pk": 1.0, "pk-pk": 2.0, "rms": 1 / np.sqrt(2)}
@@ -44,14 +47,32 @@ def window_gain(name: str, offset: np.ndarray) -> np.ndarray:
     return np.asarray(total / terms[0])
 
 
-def short_time_spectra(signal: np.ndarray, length: int, step: int, bins: int, window: str) -> np.ndarray:
+def window_starts(time: np.ndarray, length: int, step: int) -> np.ndarray:
+    """Return the first samples of windows `step` samples apart on a time axis (n,), which may have holes.
+
+    Windows follow each other in time, so that their spectra stand where they belong; -1 for one that spans a hole.
+    """
+    whole = pieces(time)
+    number = np.arange(len(time))  # of samples on an axis without holes
+    for piece in whole[1:]:
+        number[piece] += round((time[piece.start] - time[0]) / usual_interval(time)) - piece.start
+    wanted = np.arange(0, number[-1] + 2 - length, step)
+    starts = np.searchsorted(number, wanted)
+    lasts = np.minimum(starts + length, len(time)) - 1
+    unbroken = (number[starts] == wanted) & (number[lasts] == wanted + length - 1)
+    return np.where(unbroken, starts, -1)
+
+
+def short_time_spectra(signal: np.ndarray, starts: np.ndarray, length: int, bins: int, window: str) -> np.ndarray:
     """Fourier coefficients of overlapping windowed stretches, each freed of its mean.
 
     Parameters
     ----------
     signal : ndarray, shape (samples,)
-    length, step : int
-        Samples of a window and from one to the next.
+    starts : ndarray of int, shape (frames,)
+        First sample of each window; -1 for a window that is none (`window_starts`).
+    length : int
+        Samples of a window.
     bins : int
         Coefficients kept, from 0 Hz on.
     window : str
@@ -60,14 +81,16 @@ def short_time_spectra(signal: np.ndarray, length: int, step: int, bins: int, wi
     Returns
     -------
     ndarray of complex, shape (frames, bins)
-        Scaled so that a tone on a bin has the modulus of its 0-pk amplitude; NaN where a stretch holds NaN.
+        Scaled so that a tone on a bin has the modulus of its 0-pk amplitude; NaN where a stretch holds NaN or is none.
     """
     weight = cosine_window(window, length)
-    frames = np.lib.stride_tricks.sliding_window_view(signal, length)[::step]
-    out = np.empty((len(frames), bins), dtype=complex)
-    for first in range(0, len(frames), _CHUNK):
-        some = frames[first : first + _CHUNK]
-        out[first : first + _CHUNK] = np.fft.rfft((some - some.mean(axis=1, keepdims=True)) * weight, axis=1)[:, :bins]
+    frames = np.lib.stride_tricks.sliding_window_view(signal, length)
+    out = np.full((len(starts), bins), np.nan, dtype=complex)
+    there = np.flatnonzero(starts >= 0)
+    for first in range(0, len(there), _CHUNK):
+        at = there[first : first + _CHUNK]
+        some = frames[starts[at]]
+        out[at] = np.fft.rfft((some - some.mean(axis=1, keepdims=True)) * weight, axis=1)[:, :bins]
     out *= 2 / weight.sum()
     return out
 
@@ -106,7 +129,7 @@ def waterfall(
     Parameters
     ----------
     planes : Dataset
-        ``displacement(end, axis, time)``, m, uniformly sampled; attribute ``sampling_hz``.
+        ``displacement(end, axis, time)``, m, uniformly sampled but for holes; attribute ``sampling_hz``.
     window_s : float, optional
         Length of a window, s; by default 1 s, or an eighth of a record shorter than 8 s.
     step_s : float, optional
@@ -121,7 +144,8 @@ def waterfall(
     Dataset
         ``amplitude(end, axis, time, frequency)`` in m, ``time`` the middle of each window, s.  Attributes: ``window``,
         ``window_s``, ``step_s``, ``overlap``, ``coherent_gain`` (mean of the window, already divided out),
-        ``noise_bandwidth_bins``, ``noise_bandwidth_hz``, ``scale``.  A window that holds NaN gives NaN.
+        ``noise_bandwidth_bins``, ``noise_bandwidth_hz``, ``scale``.  A window that holds NaN or spans a hole in
+        the time axis gives NaN.
 
     Raises
     ------
@@ -268,8 +292,9 @@ class _Frame:
     def transform(self, planes: xr.Dataset) -> np.ndarray:
         """Coefficients, shape (end, axis, frames, bins)."""
         signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
+        starts = window_starts(planes.time.to_numpy(), self.length, self.step)
         return np.array(
-            [[short_time_spectra(s, self.length, self.step, self.bins, "hann") for s in end] for end in signals]
+            [[short_time_spectra(s, starts, self.length, self.bins, "hann") for s in end] for end in signals]
         )
 
     def dataset(self, planes: xr.Dataset, variables: dict[str, tuple], scale: str) -> xr.Dataset:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,10 +11,18 @@ from tdbmon.analysis.drag_law import Coast
 from tdbmon.analysis.missing_stretches import too_long
 
 
+def pieces(time: np.ndarray) -> list[slice]:
+    """Return the samples of the stretches of a time axis (n,) without a hole of more than a few samples."""
+    if len(time) < 2:
+        return [slice(0, len(time))]
+    edges = [0, *(np.flatnonzero(too_long(np.diff(time))) + 1).tolist(), len(time)]
+    return [slice(begin, end) for begin, end in pairwise(edges)]
+
+
 def stretches(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the stretches of a time axis (n,) without a hole of more than a few samples begin and end, s."""
-    holes = np.flatnonzero(too_long(np.diff(time)))
-    return time[np.append(0, holes + 1)], time[np.append(holes, len(time) - 1)]
+    """Return where the `pieces` of a time axis begin and end, s."""
+    found = pieces(time)
+    return time[[each.start for each in found]], time[[each.stop - 1 for each in found]]
 
 
 def longest_stretch(time: np.ndarray, since: float) -> tuple[float, float]:

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 WINDOW_S = 1.0
 SPEED_APART = 0.01  # of the measured speed
 MOTION_APART = 1.5  # times, or one over it
+_THERE = 0.5  # of a window's samples, that must be there
 _SLOWEST = 0.02  # of the speed at the release: below, a share of the speed says nothing
 _STANDS_OUT = 2.0  # times the median about it: a peak
 _SAME = 0.01  # relative, of places of lines without a common name
@@ -37,7 +38,7 @@ class Course:
     measured_speed, simulated_speed : (k,) arrays
         Mean, Hz; NaN where there is none.
     measured_rms, simulated_rms : dict
-        By the end's name, rms of x and y about their means (2, k), m.
+        By the end's name, rms of x and y about their means (2, k), m; NaN where samples are missing.
     speed_parts, motion_parts : float or None
         s after the release from which the speeds are more than `SPEED_APART` apart, and the rms of the motion (both
         ends and directions together) more than a factor of `MOTION_APART`; None where they never are.
@@ -170,16 +171,20 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
         return np.empty(0), np.empty(0), {}
     time = planes.time.to_numpy()
     release = analysis.release.time.value if analysis.release is not None else None
-    first = int(np.searchsorted(time, time[0] if release is None else release))
-    length = round(WINDOW_S * float(planes.attrs["sampling_hz"]))
-    count = (len(time) - first) // length
+    begin = float(time[np.searchsorted(time, time[0] if release is None else release)])
+    step = 1 / float(planes.attrs["sampling_hz"])
+    count = int((time[-1] + 1.5 * step - begin) / WINDOW_S)
+    edges = begin + WINDOW_S * np.arange(count + 1)
     middle = WINDOW_S * (np.arange(count) + 0.5)
+    samples = list(itertools.pairwise(np.searchsorted(time, edges - step / 2)))
     rms: dict[str, Array] = {}
     for end in planes.end.values:
-        xy = planes.displacement.sel(end=end).to_numpy()[:, first : first + count * length]
+        xy = planes.displacement.sel(end=end).to_numpy()
         if np.isfinite(xy).any():
-            rms[str(end)] = xy.reshape(2, count, length).std(axis=2)
-    edges = time[first] + WINDOW_S * np.arange(count + 1)
+            rms[str(end)] = np.full((2, count), np.nan)
+            for k, (low, high) in enumerate(samples):
+                if (high - low) * step > _THERE * WINDOW_S:  # or a hole in the time axis took most of the window
+                    rms[str(end)][:, k] = xy[:, low:high].std(axis=1)
     inside = np.searchsorted(analysis.speed_time, edges)
     speed = [
         float(np.mean(analysis.speed_hz[low:high])) if high > low else np.nan

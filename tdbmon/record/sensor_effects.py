@@ -14,6 +14,8 @@ from tdbsim.effect import from_setting
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain, delayed
 
+from tdbmon.record.timebase import usual_rate
+
 
 def sensor_chain(machine: Machine, sampling: float) -> tuple[SensorChain, tuple[str, ...]]:
     """Return what a machine file's effects do to its sensors, and those (name at place) that readings can be freed of."""
@@ -47,8 +49,7 @@ def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
     if not present:
         return record, machine
     time = record[record[present[0]].dims[0]].to_numpy()
-    sampling = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
-    chain, names = sensor_chain(machine, float(sampling))
+    chain, names = sensor_chain(machine, usual_rate(time) if len(time) > 1 else 1.0)
     if not names:
         return record, machine
     out = record.copy()

@@ -32,9 +32,21 @@ _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTA
 
 def usual_interval(time: np.ndarray) -> float:
     """Return the mean interval of sampled times of shape (n,), n > 1, s: gaps left out, free of the rounding of each."""
+    count, seconds = _without_gaps(time)
+    return seconds / count
+
+
+def usual_rate(time: np.ndarray) -> float:
+    """Return the sampling rate of times of shape (n,), n > 1, Hz, as `usual_interval` has it."""
+    count, seconds = _without_gaps(time)
+    return count / seconds
+
+
+def _without_gaps(time: np.ndarray) -> tuple[int, float]:
+    """Return the number of intervals that are no gaps, and how long they are together, s."""
     intervals = np.diff(time)
     gaps = intervals[intervals > LONG * np.median(intervals)]
-    return float((time[-1] - time[0] - gaps.sum()) / (len(intervals) - len(gaps)))
+    return len(intervals) - len(gaps), float(time[-1] - time[0] - gaps.sum())
 
 
 def split_unit(label: str) -> tuple[str, str | None]:

@@ -71,3 +71,8 @@ def test_probes_on_two_time_bases_are_refused(machine):
     other = record[["DE_A"]].rename(time="time_2")
     with pytest.raises(InputError, match="one rate"):
         to_planes(xr.merge([record.drop_vars("DE_A"), other]), machine)
+
+
+def test_a_hole_in_time_does_not_change_the_sampling_rate(machine):
+    record = readings(machine, (1e-4, 0), (0, 0)).isel(time=np.r_[:10, 30:50])
+    assert to_planes(record, machine).attrs["sampling_hz"] == pytest.approx(1e4, rel=1e-9)

@@ -85,3 +85,10 @@ def test_centreline_is_the_mean_over_each_window():
     np.testing.assert_allclose(found.deviation.sel(axis="y"), 5e-5 / np.sqrt(2), rtol=1e-6)
     with pytest.raises(InputError, match="give another"):
         centreline(_planes(z), 10.0)
+
+
+def test_no_window_of_the_centreline_spans_a_hole_in_time():
+    z = np.where(TIME < 1.0, 0.0, 1e-4) + 0j
+    found = centreline(_planes(z).isel(time=(TIME < 0.7) | (TIME >= 1.1)), 0.2).sel(end="NDE")
+    np.testing.assert_allclose(found.time[:5], [0.1, 0.3, 0.5, 1.2, 1.4], atol=1 / RATE)
+    np.testing.assert_allclose(found.position.sel(axis="x")[:5], [0, 0, 0, 1e-4, 1e-4], atol=1e-12)

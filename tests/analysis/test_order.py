@@ -97,6 +97,15 @@ def test_angle_that_is_unknown_for_a_while_leaves_a_gap():
     np.testing.assert_allclose(found.forward[known], 1e-6, rtol=2e-3)
 
 
+def test_a_hole_in_time_leaves_a_gap():
+    cut = np.r_[:30_000, 32_000 : len(TIME)]
+    found = track(_planes(1e-6 * np.exp(1j * TURNED)).isel(time=cut), TURNED[cut]).sel(order=1.0, end="NDE")
+    known = np.isfinite(found.forward)
+    lost = found.time.to_numpy()[~known.to_numpy()]
+    assert lost.size and lost.min() < TIME[32_000] and lost.max() > TIME[30_000]
+    np.testing.assert_allclose(found.forward[known], 1e-6, rtol=2e-3)
+
+
 def test_mean_over_a_step_of_angle_keeps_fast_signals_off_low_orders():
     speed = np.full_like(TIME, 5.0)
     turned = 2 * np.pi * 5.0 * TIME

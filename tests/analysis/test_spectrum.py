@@ -87,6 +87,19 @@ def test_the_first_second_gets_short_windows_by_itself():
     assert waterfall(long).attrs["window_s"] == pytest.approx(1.0)
 
 
+def test_a_hole_in_time_takes_its_own_windows_and_moves_none():
+    """0.3 s of 5 s: at the mean rate 200 Hz would read as 188 Hz, and the burst at 3.5 s would stand at 3.3 s."""
+    burst = np.where(np.abs(TIME - 3.5) < 0.05, _tone(5e-6, 300.0), 0.0)
+    planes = _planes(_tone(1e-6, 200.0) + burst, _tone(1e-6, 200.0))
+    whole = waterfall(planes, window_s=0.2, step_s=0.05).amplitude
+    paused = planes.isel(time=(TIME < 1.2) | (TIME >= 1.5))
+    found = waterfall(paused, window_s=0.2, step_s=0.05).amplitude
+    np.testing.assert_allclose(found.time, whole.time, atol=1e-9)
+    clear = (whole.time < 1.1 + 1e-9) | (whole.time > 1.6 - 1e-9)
+    assert np.isnan(found.where(~clear, drop=True)).all()
+    np.testing.assert_allclose(found.where(clear, drop=True), whole.where(clear, drop=True), atol=1e-15)
+
+
 def test_an_end_that_is_not_known_stays_unknown():
     planes = _planes(_tone(1e-6, 120.0), _tone(1e-6, 120.0))
     planes.displacement.loc[{"end": "DE"}] = np.nan

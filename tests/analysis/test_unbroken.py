@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.rundown import RunDown, fit_rundown
 from tdbmon.analysis.unbroken import longest_stretch, stretches
 from tdbmon.record.assign import assign
@@ -67,3 +68,18 @@ def test_stretches_end_at_holes_of_more_than_a_few_samples():
     assert begin == pytest.approx([0.0, 0.06])
     assert end == pytest.approx([0.049, 0.099])
     assert longest_stretch(time, 0.02) == (pytest.approx(0.06), pytest.approx(0.099))
+
+
+def test_a_pause_in_a_coast_down_falsifies_neither_swing_nor_radius_nor_lines(machine, coastdown_record, coastdown):
+    """0.45 s of 85 s: at the mean rate the swing was 0.5 % slow, the radius 3 um too great at both ends, and both agreed."""
+    time = coastdown_record.time.values
+    found = analyse(coastdown_record.isel(time=(time < 5.0) | (time >= 5.45)), machine)
+    for each, whole in zip(found.swing.frequencies, coastdown.swing.frequencies, strict=True):
+        assert each.value == pytest.approx(whole.value, rel=1e-3)
+    for end, whole in coastdown.ends.items():
+        assert found.ends[end].gap.radius.value == pytest.approx(whole.gap.radius.value, abs=0.3e-6)
+        assert found.ends[end].gap.agrees
+    places = [{line.name: line.frequency.value for line in each.lines} for each in (found, coastdown)]
+    assert places[0]["mains"] == pytest.approx(50.0, abs=0.03)
+    assert places[0]["swing 1"] == pytest.approx(places[1]["swing 1"], abs=0.02)
+    assert places[0]["bending 1"] == pytest.approx(places[1]["bending 1"], abs=0.2)

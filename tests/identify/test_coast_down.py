@@ -129,6 +129,20 @@ def test_course_tells_from_when_speed_and_motion_part(long_drop):
     assert "from 7 s on" in section.parting(found) and "12 s after the release" in section.parting(found)
 
 
+def test_a_pause_takes_from_its_own_window_only(long_drop):
+    one = coasting(
+        long_drop[0], lambda t: 90 - 2 * t, lambda t: np.where(t < 10, 1e-4, 2e-4) * np.sin(2 * np.pi * 30 * t)
+    )
+    time = one.planes.time.to_numpy()
+    paused = replace(one, planes=one.planes.isel(time=(time < 3.1) | (time >= 5.2)))
+    found = course(CoastDown(one, paused, 0.0))
+    rms = found.simulated_rms["DE"][0]
+    assert len(found.time) == 20
+    assert np.flatnonzero(np.isnan(rms)).tolist() == [3, 4]
+    assert np.delete(rms, [3, 4]) == pytest.approx(np.delete(found.measured_rms["DE"][0], [3, 4]), rel=0.01)
+    assert found.motion_parts is None
+
+
 def tracks(ends, peaks):
     """1X and 2X over speed: a floor of 0.1 um and a resonance of each order at a speed, of a height, 3 % wide."""
     speed = np.linspace(90, 5, 400)
