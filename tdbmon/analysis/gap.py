@@ -20,6 +20,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.rest import RestTravel
+from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
 _LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the swing's harmonics
@@ -109,12 +110,13 @@ def fit_gap(
     """
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
-    steady, slow = _averaged(xy[time >= settled_s], rate)
-    if not np.isfinite(steady).all(axis=1).any():
+    after = time >= settled_s
+    steady = _Steady.of(time[after], xy[after], rate)
+    if not len(steady.xy):
         return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
-    circle = np.array([0.0, 0.0, float(np.nanmedian(np.hypot(*steady.T)))])
+    circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
-        cells = _Cells.of(steady, slow, machine.gravity, circle)
+        cells = _Cells.of(steady, machine.gravity, circle)
         arc = cells.arc()
         if len(arc.angle) < _FEWEST:
             return NoCircle(
@@ -135,7 +137,7 @@ def fit_gap(
         agrees = _overlap(from_arc, from_swing)
         if agrees:
             solution, sigma = _circle(cells.centre, arc, parts, travel.per_load, from_swing)
-    return _gap(steady, cells, solution, sigma, settled_s, from_arc, agrees)
+    return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees)
 
 
 def settled_from(
@@ -179,11 +181,45 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
     )
 
 
-def _averaged(xy: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
-    """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing."""
-    count = max(1, int(rate / _RATE_HZ))
+@dataclass(frozen=True)
+class _Steady:
+    """Where the settled shaft is seen (n, 2), m, how fast it moves there (n, 2), m/s, and in which block of time."""
+
+    xy: np.ndarray
+    velocity: np.ndarray
+    block: np.ndarray
+
+    @classmethod
+    def of(cls, time: np.ndarray, xy: np.ndarray, rate: float) -> _Steady:
+        """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing.
+
+        A stretch without samples, missing ones or a hole in the time axis, parts pieces: no velocity reaches across it.
+        """
+        count = max(1, int(rate / _RATE_HZ))
+        rate /= count
+        averaged = [_averaged(time[piece], xy[piece], count) for piece in pieces(time)]
+        time, xy = (np.concatenate(column) for column in zip(*averaged, strict=True))
+        seen = np.isfinite(xy).all(axis=1)
+        time, xy = time[seen], xy[seen]
+        number = np.round((time - time[:1]) * rate).astype(int)
+        velocity = np.full(xy.shape, np.nan)
+        for piece in pieces(time):
+            if piece.stop - piece.start >= max(2.0, rate / _LOWPASS_HZ):  # or too short for a velocity
+                velocity[piece] = _velocity(xy[piece], number[piece] - number[piece.start], rate)
+        kept = np.isfinite(velocity).all(axis=1)
+        return cls(xy[kept], velocity[kept], number[kept] // max(int(_BLOCK_S * rate), 1))
+
+
+def _averaged(time: np.ndarray, xy: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     whole = len(xy) // count * count
-    return xy[:whole].reshape(-1, count, 2).mean(axis=1), rate / count
+    return time[:whole].reshape(-1, count).mean(axis=1), xy[:whole].reshape(-1, count, 2).mean(axis=1)
+
+
+def _velocity(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray:
+    """Return the smoothed velocity at samples so numbered, straight lines over the few that are missing between them."""
+    every = np.arange(number[-1] + 1)
+    line = xy if len(every) == len(xy) else np.column_stack([np.interp(every, number, row) for row in xy.T])
+    return np.asarray(np.gradient(_lowpass(line, rate), axis=0) * rate)[number]
 
 
 def _overlap(a: Estimate, b: Estimate) -> bool:
@@ -211,17 +247,15 @@ class _Cells:
     means: np.ndarray  # (cell, 3): angle from the bottom, radius, load
 
     @classmethod
-    def of(cls, xy: np.ndarray, rate: float, gravity: float, circle: np.ndarray) -> _Cells:
-        xy = xy[np.isfinite(xy).all(axis=1)]
-        velocity = np.gradient(_lowpass(xy, rate), axis=0) * rate
-        d = xy - circle[:2]
+    def of(cls, steady: _Steady, gravity: float, circle: np.ndarray) -> _Cells:
+        velocity, block = steady.velocity, steady.block
+        d = steady.xy - circle[:2]
         r = np.hypot(d[:, 0], d[:, 1])
         angle = np.arctan2(d[:, 0], -d[:, 1])
         along = (velocity[:, 0] * d[:, 1] - velocity[:, 1] * d[:, 0]) / r
         load = np.cos(angle) + along**2 / (gravity * circle[2]) if gravity > 0 else np.ones_like(r)
         bins = np.round(np.rad2deg(angle) / _BIN_DEG).astype(int)
         bins -= bins.min()
-        block = np.arange(len(r)) // max(int(_BLOCK_S * rate), 1)
         blocks = int(block.max()) + 1
         cell, inverse = np.unique(bins * blocks + block, return_inverse=True)
         count = np.bincount(inverse)
@@ -320,7 +354,6 @@ def _gap(
     how = "settled arc and swing frequency" if agrees else "settled arc"
     names = (f"centre: {how}", f"centre: {how}", f"radius: {how}")
     made = [Estimate.from_sigma(float(v), float(s), "um", m) for v, s, m in zip(p, sigma, names, strict=False)]
-    xy = xy[np.isfinite(xy).all(axis=1)]
     low, high = np.quantile(np.hypot(*(xy - p[:2]).T), [0.025, 0.975])
     rule = "2.5 % and 97.5 % quantile of the settled radius about the fitted centre"
     return Gap(

@@ -14,6 +14,7 @@ the other (the pendulum's second-order terms).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +24,13 @@ from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.rest import rest_travel
+from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
 _CYCLES = 30  # of the slower swing in a window
 _BENDING = 6  # free-free bending modes in the receptance
 _MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
+_THERE = 0.9  # of a window's samples, that must be there
 _WIDEST = 0.5  # amplitude over radius, beyond which the second-order term is not enough
 
 
@@ -65,7 +68,8 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     Returns
     -------
     Swing or None
-        None where the settled stretch is shorter than five windows or no swing stands out of the noise.
+        None where the settled stretch holds no five windows (none spans a hole in the time axis) or no swing stands out
+        of the noise.
     """
     ends = machine.ends
     loads = np.array([static_loads(machine, rotor)[end] for end in ends])
@@ -76,11 +80,13 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     inside = time >= settled_s
     x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
-    x = x[:, np.isfinite(x).all(axis=0)]
     window = int(_CYCLES / predicted[0] * rate)
     if x.shape[1] < 5 * window:
         return None
-    table = _track(x, rate, window, predicted, np.array(nominal))
+    whole = [x[:, piece] for piece in pieces(time[inside])]
+    if sum(each.shape[1] // window for each in whole) < 5:
+        return None
+    table = _track(whole, rate, window, predicted, np.array(nominal))
     if table is None:
         return None
     frequencies, phi, radii = [], [], []
@@ -146,21 +152,22 @@ def _modes(mass: np.ndarray, loads: np.ndarray, radii: np.ndarray) -> tuple[np.n
 
 
 def _track(
-    x: np.ndarray, rate: float, window: int, predicted: np.ndarray, nominal: np.ndarray
+    whole: list[np.ndarray], rate: float, window: int, predicted: np.ndarray, nominal: np.ndarray
 ) -> list[np.ndarray] | None:
-    """Frequency and complex amplitude of both swings, window by window.
+    """Frequency and complex amplitude of both swings, window by window of the stretches (end, samples) without a hole.
 
     Returns for each mode an array (windows, 2 + 4): frequency corrected for both amplitudes, its weight, and the complex
     amplitude of both ends as real and imaginary parts.
     """
     thin = max(1, int(rate / (20 * predicted[1])))
-    length = x.shape[1] // thin * thin
-    x = x[:, :length].reshape(2, -1, thin).mean(axis=2)
     rate, window = rate / thin, window // thin
-    taper = np.hanning(window)
     rows: list[list[np.ndarray]] = [[], []]
-    for k in range(x.shape[1] // window):
-        fit = _fit_window(x[:, k * window : (k + 1) * window], taper, rate, predicted)
+    for part in _windows(whole, thin, window):
+        there = np.isfinite(part).all(axis=0)
+        if there.mean() < _THERE:
+            continue
+        taper = np.hanning(window) * there
+        fit = _fit_window(np.where(there, part, 0.0), there, taper, rate, predicted)
         if fit is None:
             continue
         wide = np.abs(fit.amplitude) / nominal  # (mode, end)
@@ -181,6 +188,15 @@ def _track(
     return [np.array(r).reshape(-1, 6) for r in rows]
 
 
+def _windows(whole: list[np.ndarray], thin: int, window: int) -> Iterator[np.ndarray]:
+    """Cut stretches, averaged over `thin` samples, into windows that follow each other; none spans two of them."""
+    for x in whole:
+        length = x.shape[1] // thin * thin
+        thinned = x[:, :length].reshape(2, -1, thin).mean(axis=2)
+        for k in range(thinned.shape[1] // window):
+            yield thinned[:, k * window : (k + 1) * window]
+
+
 @dataclass(frozen=True)
 class _WindowFit:
     """Both swings in one window; a mode that does not stand out has frequency NaN and amplitude 0."""
@@ -191,9 +207,14 @@ class _WindowFit:
     noise: float  # variance of what is left, m^2
 
 
-def _fit_window(part: np.ndarray, taper: np.ndarray, rate: float, predicted: np.ndarray) -> _WindowFit | None:
-    """Fit one sinusoid a mode to both ends: Gauss-Newton on the frequencies, amplitudes eliminated."""
-    part = part - part.mean(axis=1, keepdims=True)
+def _fit_window(
+    part: np.ndarray, there: np.ndarray, taper: np.ndarray, rate: float, predicted: np.ndarray
+) -> _WindowFit | None:
+    """Fit one sinusoid a mode to both ends: Gauss-Newton on the frequencies, amplitudes eliminated.
+
+    What is not `there` is zero in `part` and in `taper`, and weighs nothing.
+    """
+    part = (part - part.sum(axis=1, keepdims=True) / there.sum()) * there
     found = [_peak(part * taper, rate, f) for f in predicted]
     if found[0] is None:
         return None
@@ -202,10 +223,12 @@ def _fit_window(part: np.ndarray, taper: np.ndarray, rate: float, predicted: np.
     t = np.arange(part.shape[1]) / rate
     weighted = (part * taper).T
     m = len(seen)
+    # where the peaks of one side are missing, the mean of the rest is no longer that of the swing
+    missing = taper[:, None] if not there.all() else np.empty((len(t), 0))
     for _ in range(4):
         phase = np.outer(t, 2 * np.pi * frequency[seen])
         cosine, sine = np.cos(phase) * taper[:, None], np.sin(phase) * taper[:, None]
-        basis = np.concatenate([cosine, sine], axis=1)
+        basis = np.concatenate([cosine, sine, missing], axis=1)
         q, triangle = np.linalg.qr(basis)
         amplitude = np.linalg.solve(triangle, q.T @ weighted)
         rest = weighted - basis @ amplitude
@@ -219,11 +242,11 @@ def _fit_window(part: np.ndarray, taper: np.ndarray, rate: float, predicted: np.
         slope = (slope - np.einsum("tk,mke->mte", q, np.einsum("tk,mte->mke", q, slope))).reshape(m, -1)
         normal = slope @ slope.T
         frequency[seen] += np.linalg.solve(normal, slope @ rest.ravel()) / (2 * np.pi)
-    noise = float(np.sum(rest**2)) / rest.size
+    noise = float(np.sum(rest**2)) / (len(part) * int(there.sum()))
     sigma = np.full(2, np.nan)
     sigma[seen] = np.sqrt(noise * np.diag(np.linalg.inv(normal))) / (2 * np.pi)
     complex_amplitude = np.zeros((2, 2), complex)
-    complex_amplitude[seen] = amplitude[:m] - 1j * amplitude[m:]
+    complex_amplitude[seen] = amplitude[:m] - 1j * amplitude[m : 2 * m]
     return _WindowFit(frequency, sigma, complex_amplitude, noise)
 
 

@@ -229,3 +229,64 @@ def test_a_hum_makes_no_ellipse_of_a_round_clearance(machine):
     oval = analyse(record, machine).ends["NDE"].gap.oval
     assert oval.low == 0.0
     assert oval.high > oval.value
+
+
+def lacking(planes, lost):
+    """The same with some samples missing at both ends."""
+    found = planes.copy(deep=True)
+    found.displacement.values[:, :, lost] = np.nan
+    return found
+
+
+@pytest.fixture(scope="module")
+def steady(stiff):
+    """Twelve seconds of a swing that does not die down."""
+    return swing(stiff, (290e-6, 310e-6), 12.0, (0.25, 0.18), damping=0.0)
+
+
+def test_a_pause_does_not_slow_the_swing(stiff, steady):
+    """0.45 s of 12 s: at the mean rate over all it would swing at 27.5 instead of 28.5 Hz, on a radius of 313 um."""
+    machine, rotor = stiff
+    time = steady.time.to_numpy()
+    whole = find_swing(steady, machine, rotor, 0.0)
+    found = find_swing(steady.isel(time=(time < 3.0) | (time >= 3.45)), machine, rotor, 0.0)
+    assert found.frequencies[0].value == pytest.approx(whole.frequencies[0].value, rel=1e-4)
+    assert found.gap["NDE"].value == pytest.approx(290e-6, rel=0.004)
+
+
+@pytest.mark.parametrize("share", [0.005, 0.019, 0.05])
+def test_peaks_cut_off_do_not_quicken_the_swing(stiff, steady, share):
+    """What is left must not be joined: with 1.9 % cut off it would swing 1.9 % faster, on a radius of 279 um."""
+    machine, rotor = stiff
+    x = np.abs(steady.displacement.sel(end="NDE", axis="x").to_numpy())
+    whole = find_swing(steady, machine, rotor, 0.0)
+    found = find_swing(lacking(steady, x > np.quantile(x, 1 - share)), machine, rotor, 0.0)
+    assert found.frequencies[0].value == pytest.approx(whole.frequencies[0].value, rel=2e-4)
+    assert found.gap["NDE"].value == pytest.approx(290e-6, rel=0.004)
+
+
+def test_dropouts_do_not_quicken_the_swing(stiff, steady):
+    machine, rotor = stiff
+    whole = find_swing(steady, machine, rotor, 0.0)
+    found = find_swing(lacking(steady, (10 * steady.time.to_numpy()) % 1 < 0.02), machine, rotor, 0.0)
+    assert found.frequencies[0].value == pytest.approx(whole.frequencies[0].value, rel=2e-4)
+    assert found.gap["NDE"].value == pytest.approx(290e-6, rel=0.004)
+
+
+def test_windows_that_lack_a_tenth_of_their_samples_tell_no_swing(stiff, steady):
+    machine, rotor = stiff
+    assert find_swing(lacking(steady, (2 * steady.time.to_numpy()) % 1 < 0.12), machine, rotor, 0.0) is None
+
+
+@pytest.mark.parametrize("missing", ["pause", "dropouts"])
+def test_no_velocity_reaches_across_what_is_missing(stiff, missing):
+    """A jump over half a swing would be a load of several weights, which shifts the centre."""
+    machine, _ = stiff
+    planes = swing(stiff, (300e-6, 290e-6), 2.0, (0.5, 0.4), compliance=9e-6, damping=0.5)
+    time = planes.time.to_numpy()
+    lost = (10 * time) % 1 < 0.2  # 20 ms ten times a second
+    cut = planes.isel(time=~lost) if missing == "pause" else lacking(planes, lost)
+    whole, found = (fit_gap(each, "NDE", machine, TRAVEL, 0.0) for each in (planes, cut))
+    assert found.radius.low <= 300e-6 <= found.radius.high
+    assert found.from_arc.value == pytest.approx(whole.from_arc.value, abs=3e-6)
+    assert found.centre[1].value == pytest.approx(whole.centre[1].value, abs=3e-6)
