@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,11 +75,12 @@ def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> C
     InputError
         If the simulation does not converge.
     """
-    if calibration.problem.drops[drop].seconds < LEAST_S or measured.planes is None:
+    fitted = calibration.problem.drops[drop]
+    if fitted.time[-1] - fitted.release < LEAST_S or measured.planes is None:
         return None
     machine = calibration.machine
     record, took = simulated_record(calibration, drop, _speed_noise(measured))
-    used = {probe.name for probe in calibration.problem.drops[drop].probes}
+    used = {probe.name for probe in fitted.probes}
     lost = [probe.name for probe in machine.probes if probe.name not in used]
     lost += [name for name in ("speed", "keyphasor") if name not in measured.record]
     record = record.drop_vars([machine.channel_in_file(name) for name in lost], errors="ignore")
@@ -93,7 +95,8 @@ def _speed_noise(measured: Analysis) -> float:
 def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: float = 0.0) -> tuple[xr.Dataset, float]:
     """Return what the sensors would have recorded of a calibrated drop, and the processor time that it took, s.
 
-    With the probes' noise and the surface's runout as they were found, white, and without hum.
+    Evenly sampled from the record's first sample to its last, whatever its clock wrote meanwhile; with the probes' zeros and
+    noise and the surface's runout as they were found, the noise white, and without hum.
 
     Raises
     ------
@@ -104,11 +107,10 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     measured = problem.drops[drop]
     shared, own = problem.values(calibration.point, drop)
     model, effects = problem.setting(shared, own, drop)
-    plan = drop_plan(measured, own, 0, len(measured.time))
+    since = measured.interval * np.arange(round((measured.time[-1] - measured.time[0]) / measured.interval) + 1)
+    plan = drop_plan(measured, own, 0, len(since))
     began = clock.thread_time()
-    places, angle, omega = _simulate(
-        model.copy(), plan, _LONGER * usual_step(machine), measured.time - measured.time[0]
-    )
+    places, angle, omega = _simulate(model.copy(), plan, _LONGER * usual_step(machine), since)
     took = clock.thread_time() - began
     offset = centre(machine, shared, [probe.position for probe in machine.probes])
     noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
@@ -119,8 +121,9 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     )
     for effect in effects:
         chain = effect.sense(chain, machine, 1 / measured.interval)
+    chain = _with_zeros(chain, {p.name: own[f"zero_{p.name}"] for p in machine.probes})
     motion = Motion(
-        time=measured.time,
+        time=since,
         x=places[0] + offset.real[:, None],
         y=places[1] + offset.imag[:, None],
         angle=angle,
@@ -129,6 +132,13 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     record = measure(motion, chain, machine, np.random.default_rng(0), f"simulation of {measured.name}")
     record.attrs["source_file"] = f"simulation of {measured.name}"
     return record, took
+
+
+def _with_zeros(chain: SensorChain, zeros: Mapping[str, float]) -> SensorChain:
+    """Return a chain whose probes read their fitted zeros, m, of a shaft in the middle; what leaks into one is part of it."""
+    leaking = {name: part * zeros[source] for name, (source, part) in chain.leaks.items()}
+    links = {name: replace(chain.of(name), offset=zero - leaking.get(name, 0.0)) for name, zero in zeros.items()}
+    return replace(chain, probes=links)
 
 
 def _runout(own: Values, end: str) -> tuple[Runout, ...]:
