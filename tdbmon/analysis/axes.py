@@ -12,6 +12,7 @@ from tdbsim.machine import Machine
 from tdbmon.record.timebase import usual_rate
 
 AXES = ("x", "y")
+_ROUNDING = 1e-9  # of the greatest weight
 
 
 def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = None) -> xr.Dataset:
@@ -99,4 +100,6 @@ def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[s
             planes.append("probe")
         else:
             planes.append("none")
+    # a probe in the plane of the one bearing tells nothing of the other, but for rounding, and must not blank it
+    weights[np.abs(weights) < _ROUNDING * np.abs(weights).max(axis=2, keepdims=True)] = 0.0
     return weights, planes

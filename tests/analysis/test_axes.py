@@ -61,6 +61,19 @@ def test_missing_samples_stay_missing_and_only_there(machine):
     assert np.isfinite(displacement.sel(end="NDE")[:, 8:]).all()
 
 
+def test_of_probes_in_the_bearing_planes_one_end_does_not_blank_the_other(machine):
+    at = {p.name: machine.bearing(p.end).position for p in machine.probes}
+    probes = tuple(p.model_copy(update={"position": at[p.name]}) for p in machine.probes)
+    beside = machine.model_copy(update={"probes": probes})
+    record = readings(beside, (1e-4, -5e-5), (1e-5, 2e-5))
+    whole = to_planes(record, beside).displacement
+    record["NDE_A"][7:20] = np.nan
+    found = to_planes(record, beside)
+    assert list(found.plane.values) == ["bearing", "bearing"]
+    assert np.isnan(found.displacement.sel(end="NDE")[:, 7:20]).all()
+    np.testing.assert_allclose(found.displacement.sel(end="DE"), whole.sel(end="DE"), atol=1e-15)
+
+
 def test_one_probe_alone_is_refused(machine):
     with pytest.raises(InputError, match="two usable probes"):
         to_planes(readings(machine, (0, 0), (0, 0))[["NDE_A"]], machine)
