@@ -3,8 +3,9 @@
 import tdbmon.accessor
 from tdbmon.record.read import read
 
-record = read("drop.nc")
+record = read("drop.nc")                              # or a Dataset of one's own: channels with units along time
 record.tdb.analyse("machine.toml")                    # shows itself as a table
+record.tdb.analyse("machine.toml", forces=True)       # and how hard the bearings were hit
 record.tdb.compare("archive", machine="machine.toml")
 """
 
@@ -13,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 from tdbsim.errors import InputError
@@ -22,34 +23,57 @@ from tdbsim.machine import Machine, load_machine
 from tdbmon.analysis.result import Analysis
 from tdbmon.history.compare import Comparison
 from tdbmon.history.verdict import Verdict
+from tdbmon.progress import silent
 from tdbmon.report.document import Document
 from tdbmon.report.quantity import words
+
+if TYPE_CHECKING:
+    from tdbmon.identify.fitted import FittedDrop
 
 
 @dataclass(frozen=True)
 class AnalysisView:
-    """An analysis that a notebook shows as a table; `result` is the analysis itself."""
+    """An analysis that a notebook shows as a table.
+
+    Attributes
+    ----------
+    result : Analysis
+        The analysis itself.
+    fitted : FittedDrop or None
+        The simulation fitted to the drop, with forces and stresses, where they were asked for.
+    """
 
     result: Analysis
+    fitted: FittedDrop | None = None
 
     @property
     def json(self) -> dict[str, Any]:
         """What `tdbmon analyse --json` writes."""
         from tdbmon.analysis.contract import analysis_json
 
-        return analysis_json(self.result)
+        content = analysis_json(self.result)
+        if self.fitted is None:
+            return content
+        from tdbmon.identify.contract import with_fitted
+
+        return with_fitted(content, self.fitted)
 
     @property
     def report(self) -> Document:
         """The report; `tdbmon.report.html.write_html` and `tdbmon.report.pdf.write_pdf` write it."""
         from tdbmon.report.drop_report import build_report
 
-        return build_report(self.result)
+        return build_report(self.result, fitted=self.fitted)
 
     def __repr__(self) -> str:
         from tdbmon.analysis.summary import summary_lines
 
-        return "\n".join(summary_lines(self.result))
+        lines = summary_lines(self.result)
+        if self.fitted is not None:
+            from tdbmon.identify.contract import force_lines
+
+            lines = [*lines, *force_lines(self.fitted.calibration, self.fitted.forces)]
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         from tdbmon.report.sections.findings import end_findings, rotor_findings
@@ -109,13 +133,25 @@ class TouchdownAccessor:
     def __init__(self, record: xr.Dataset) -> None:
         self._record = record
 
-    def analyse(self, machine: Machine | str | Path) -> AnalysisView:
+    def analyse(
+        self, machine: Machine | str | Path, forces: bool = False, also: Sequence[xr.Dataset] = (), workers: int = 1
+    ) -> AnalysisView:
         """Return what `tdbmon analyse` finds.
+
+        The dataset is as `tdbmon.record.read.read` gives it, or one of your own: a numeric variable along time a channel, its
+        unit in the attribute ``units``, the time in s or as dates.
 
         Parameters
         ----------
         machine : Machine, str or Path
             The machine or its file.
+        forces : bool
+            Fit the simulation too, as ``--forces`` does, and simulate it to the end of the record.
+        also : sequence of Dataset
+            Other drops of the machine in the same condition, fitted at once (implies `forces`).
+        workers : int
+            Processes that take part in the fit; a script that asks for more than one needs the usual
+            ``if __name__ == "__main__":``.
 
         Raises
         ------
@@ -125,7 +161,13 @@ class TouchdownAccessor:
         from tdbmon.analysis.analyse import analyse
 
         plan = machine if isinstance(machine, Machine) else load_machine(machine)
-        return AnalysisView(analyse(self._record, plan))
+        result = analyse(self._record, plan)
+        if not (forces or also):
+            return AnalysisView(result)
+        from tdbmon.identify.fitted import fit_drop
+
+        fitted = fit_drop(plan, self._record, silent, also, workers)
+        return AnalysisView(result, fitted.with_coast_down(result))
 
     def compare(self, archive: str | Path, machine: str | Path | None = None, forces: bool = False) -> ComparisonView:
         """Return what `tdbmon compare` says of this record, which is not filed by it.

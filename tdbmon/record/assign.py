@@ -8,6 +8,7 @@ from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import Machine, Probe
 from tdbsim.units import is_unit, scale
 
+from tdbmon.record.dataset import as_record
 from tdbmon.record.one_time import Series, on_one_time
 
 _PAUSE = 0.5  # s
@@ -24,7 +25,7 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     Parameters
     ----------
     ds : xarray.Dataset
-        A record as `tdbmon.record.read.read` returns it.
+        A record as `tdbmon.record.read.read` returns it, or any Dataset of channels along time with ``units``.
     machine : tdbsim.machine.Machine
         Its probes, ``speed``, ``keyphasor`` and ``[channels]`` say which channel is which.
 
@@ -46,6 +47,7 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     if not found:
         raise InputError(_nothing_found(source, ds, wanted))
     _once(source, found)
+    held, ds = ds, as_record(ds[list(found.values())])
     for dimension in dict.fromkeys(ds[channel].dims[0] for channel in found.values()):
         _without_pause(ds[dimension].values, source)
     probes = {probe.name: probe for probe in machine.probes}
@@ -64,7 +66,7 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]
     used = {wanted[name] for name in data}
-    out.attrs["unused"] = [str(name) for name in ds.data_vars if name not in used]
+    out.attrs["unused"] = [str(name) for name in held.data_vars if name not in used]
     if remarks:
         out.attrs["time_remarks"] = remarks
     return out

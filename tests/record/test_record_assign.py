@@ -127,7 +127,7 @@ def test_a_probe_s_unit_is_a_length_or_a_voltage(unit: str) -> None:
         ("Hz", r"is a speed or frequency \(Hz\)"),
         ("m/s^2", "is an acceleration"),
         ("um pp", "is a pk-pk amplitude"),
-        ("furlongs", "in 'furlongs', where a displacement"),
+        ("spans", "in 'spans', where a displacement"),
     ],
 )
 def test_a_displacement_in_a_wrong_unit_is_refused(unit: str, message: str) -> None:
