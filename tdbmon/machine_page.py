@@ -360,8 +360,9 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
 _TAIL = """
 ## `[channels]`
 
-Where the file's names differ: `name in the machine file = "name in the record"`, for probes, `speed` and `keyphasor`. Names
-with a group are written as `tdbmon inspect` shows them.
+Where the file's names differ: `name in the machine file = "name in the record"`, for probes, `speed` and `keyphasor`, as
+`tdbmon inspect` shows it. The group of a channel (TDMS, MDF4, HDF5, MAT) may stand before its name, and must where the name
+occurs in several.
 
     [channels]
     NDE_A = "Ai0/Vib_X"

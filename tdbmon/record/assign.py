@@ -43,7 +43,8 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """
     source = str(ds.attrs.get("source_file", "record"))
     wanted = {name: machine.channel_in_file(name) for name in machine.channel_names()}
-    found = {name: channel for name, channel in wanted.items() if channel in ds.data_vars}
+    located = {name: _variable_of(channel, ds) for name, channel in wanted.items()}
+    found = {name: variable for name, variable in located.items() if variable is not None}
     if not found:
         raise InputError(_nothing_found(source, ds, wanted))
     _once(source, found)
@@ -65,11 +66,19 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     out = _collect(data, times)
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]
-    used = {wanted[name] for name in data}
+    used = {found[name] for name in data}
     out.attrs["unused"] = [str(name) for name in held.data_vars if name not in used]
     if remarks:
         out.attrs["time_remarks"] = remarks
     return out
+
+
+def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
+    """Return a record's variable of a channel, which may be given with its group (``Ai0/Vib_X``) where its name alone will do."""
+    if channel in ds.data_vars:
+        return channel
+    group, _, bare = channel.rpartition("/")
+    return bare if group and bare in ds.data_vars and ds[bare].attrs.get("group") == group else None
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:

@@ -40,6 +40,8 @@ class Channel:
         What the file says about the channel.
     full_scale : tuple of float, optional
         Smallest and largest value that the instrument can tell, in `unit`; from packed integers without being given.
+    group : str
+        The group of the file that it is in; "" where the file has none.
     fault : str
         Why nobody can say when the samples were taken, in words; such a channel is told of and not read.
     """
@@ -54,6 +56,7 @@ class Channel:
     offset: float = 0.0
     long_name: str = ""
     full_scale: tuple[float, float] | None = None
+    group: str = ""
     fault: str = ""
 
 
@@ -166,6 +169,8 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
             physical += offset
     array = xr.DataArray(physical, dims=(dimension,))
     array.attrs = {"units": units, "source_units": channel.unit, "long_name": channel.long_name}
+    if channel.group:
+        array.attrs["group"] = channel.group
     if channel.full_scale is not None:
         array.attrs["full_scale"] = [float(limit) * factor for limit in channel.full_scale]
     elif packed:

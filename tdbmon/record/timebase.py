@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from tdbsim.errors import InputError
-from tdbsim.units import is_bare, scale, si_unit_of, to_si
+from tdbsim.units import is_bare, is_unit, scale, si_unit_of, to_si
 
 _TIME_NAMES = {"time", "t", "zeit", "temps", "tiempo", "tempo", "timestamp", "timestamps", "times", "zeitstempel",
                "abszeit", "elapsed", "elapsedtime", "relativetime", "timestep", "timevector", "timevec", "tvec",
@@ -27,7 +27,7 @@ LONG = 1.5  # times the usual interval: above, the time axis skips a sample
 
 _PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
-_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
+_BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
 def usual_interval(time: np.ndarray) -> float:
@@ -50,11 +50,25 @@ def _without_gaps(time: np.ndarray) -> tuple[int, float]:
 
 
 def split_unit(label: str) -> tuple[str, str | None]:
-    """Split ``"NDE_A [um]"`` or ``"NDE_A (um)"`` into name and unit; the unit is None where there are no brackets."""
-    found = _UNIT_IN_NAME.match(label.strip())
+    """Split ``"NDE_A [um]"`` or ``"NDE_A (um)"`` into name and unit; the unit is None where the last brackets hold none.
+
+    ``"Probe 1 (X)"`` and ``"NDE (45°)"`` are names.
+    """
+    name, held = _split_bracket(label)
+    return (name, held) if held is not None and _is_unit(held) else (label.strip(), None)
+
+
+def _split_bracket(label: str) -> tuple[str, str | None]:
+    found = _BRACKET.match(label.strip())
     if not found or not found.group(1):
         return label.strip(), None
     return found.group(1), (found.group(2) if found.group(2) is not None else found.group(3)).strip()
+
+
+def _is_unit(text: str) -> bool:
+    """Tell whether brackets hold a unit: not a value with one (``45°``), which a unit library takes for a multiple."""
+    number = re.match(r"[-+]?[\d.]", text) is not None and re.match(r"1(?:$|\s*/)", text) is None
+    return not number and (is_unit(text) or _PER_SECOND.fullmatch(text) is not None)
 
 
 def _plain(name: str) -> str:
@@ -63,7 +77,7 @@ def _plain(name: str) -> str:
 
 def is_time_name(name: str) -> bool:
     """Tell whether a channel's name says that it is the time; ``time_2`` and ``Time - NDE`` do too."""
-    bare = split_unit(name)[0]
+    bare = _split_bracket(name)[0]
     return (
         _plain(bare) in _TIME_NAMES
         or re.fullmatch(r"(?i)(time|zeit|temps)[\s_\-.:/]*(\d+|axis|.*-\s*\S.*)?", bare) is not None
@@ -91,7 +105,7 @@ def interval_of(entries: Mapping[str, Any]) -> float | None:
     """
     for names, si, inverse in ((_INTERVAL_NAMES, "s", False), (_RATE_NAMES, "Hz", True)):
         for key, entry in entries.items():
-            bare, unit = split_unit(str(key))
+            bare, unit = _split_bracket(str(key))
             if _plain(bare) not in names:
                 continue
             number = _number(entry, si, unit)
@@ -103,8 +117,9 @@ def interval_of(entries: Mapping[str, Any]) -> float | None:
 def start_of(entries: Mapping[str, Any]) -> float:
     """Return the time of the first sample in s that scalars or attributes state; 0 without."""
     for key, entry in entries.items():
-        if _plain(split_unit(str(key))[0]) in _START_NAMES:
-            number = _number(entry, "s", split_unit(str(key))[1])
+        bare, unit = _split_bracket(str(key))
+        if _plain(bare) in _START_NAMES:
+            number = _number(entry, "s", unit)
             if number is not None:
                 return number
     return 0.0

@@ -63,7 +63,9 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
         )
     count = Counter(channel.name for _, channel in (*found, *timeless))
     return tuple(
-        replace(channel, name=f"{place}/{channel.name}") if place and count[channel.name] > 1 else channel
+        replace(
+            channel, name=f"{place}/{channel.name}" if place and count[channel.name] > 1 else channel.name, group=place
+        )
         for place, channel in (*found, *timeless)
     )
 
@@ -217,7 +219,9 @@ def _label(leaf: Leaf, branch: Branch, alone: bool) -> tuple[str, str]:
     if alone and bare.lower() in _PLAIN_VALUES and branch.name:
         name = name or first_text(branch.entries, _NAME_KEYS) or branch.name
         unit = unit if unit is not None else first_text(branch.entries, _UNIT_KEYS)
-    return name or (bare if bracket is not None else leaf.name), unit if unit is not None else (bracket or "")
+    if bracket is None or (unit is not None and si_unit_of(unit) != si_unit_of(bracket)):
+        bare = leaf.name  # its brackets hold something else than its unit
+    return name or bare, unit if unit is not None else (bracket or "")
 
 
 def _without_padding(channel: Channel, time: np.ndarray) -> Channel:

@@ -120,6 +120,18 @@ def test_units_that_nobody_knows_are_no_part_of_the_names(unit: str, tmp_path: P
     assert record["A"].attrs["units"] == unit
 
 
+def test_only_a_unit_in_the_last_brackets_leaves_the_name(tmp_path: Path) -> None:
+    names = ["Bently 1 (X)", "Bently 1 (Y)", "Vib NDE X (45°)", "Probe (A)"]
+    header = ",".join(["Time [s]", *(f"{name} [mil]" for name in names), "Ring (outer)", "Ring (45°)", "Speed (1/min)"])
+    record = _read(tmp_path, f"{header}\n0,1,2,3,4,5,6,60\n0.001,1,2,3,4,5,6,60\n")
+    assert list(record.data_vars) == [*names, "Ring (outer)", "Ring (45°)", "Speed"]
+    for k, name in enumerate(names, start=1):
+        assert record[name].attrs["units"] == "m"
+        np.testing.assert_allclose(record[name], k * 25.4e-6)
+    assert record["Ring (45°)"].attrs["units"] == record["Ring (outer)"].attrs["units"] == ""
+    np.testing.assert_allclose(record["Speed"], 1.0)
+
+
 def test_a_first_row_that_counts_is_measured_where_time_goes_on_from_it(tmp_path: Path) -> None:
     record = _read(tmp_path, "time;A;B;C\n1;2;3;4\n2;3;4;5\n")
     np.testing.assert_array_equal(record["A"].values, [2, 3])

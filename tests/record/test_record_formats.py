@@ -14,9 +14,12 @@ import pytest
 import record_samples as samples
 import xarray as xr
 from tdbsim.errors import InputError
+from tdbsim.machine import load_machine
 
+from tdbmon.record.assign import assign
 from tdbmon.record.inspect import inspect
 from tdbmon.record.read import read, write
+from tdbmon.shipped import shipped
 
 DATASETS = Path(__file__).parents[2] / "datasets"
 
@@ -242,6 +245,22 @@ def test_tdms_keeps_rates_start_times_groups_and_time_channels(tmp_path: Path) -
     assert record["fast/A"].attrs["units"] == "V"
     assert record["T1"].attrs["units"] == "degC"
     np.testing.assert_allclose(record["time_3"].values, [0.0, 0.1, 0.3])
+
+
+@pytest.mark.parametrize("name", ["Vib_X", "Ai0/Vib_X"])
+def test_a_channel_is_found_with_its_group_and_without(name: str, tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    machine = load_machine(shipped("short/machine.toml")).model_copy(update={"channels": {"NDE_A": name}})
+    drop = read(shipped("short/drop_100.nc"))
+    shown = ChannelObject("Ai0", "Vib_X", drop.NDE_A.values * 1e6, {"wf_increment": 5e-5, "unit_string": "um"})
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([shown])
+    laid = assign(read(tmp_path / "a.tdms"), machine)
+    np.testing.assert_allclose(laid.NDE_A, drop.NDE_A, atol=1e-12)
+    assert laid.attrs["unused"] == []
+    with pytest.raises(InputError, match="none of the machine's channels"):
+        assign(read(tmp_path / "a.tdms"), machine.model_copy(update={"channels": {"NDE_A": "Ai1/Vib_X"}}))
 
 
 def test_mdf_groups_keep_their_rates(tmp_path: Path) -> None:

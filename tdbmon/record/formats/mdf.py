@@ -68,7 +68,7 @@ def _content(asammdf: Any, path: Path) -> Content:
         title = str(getattr(file.header, "subject", "") or "")
     count = Counter(channel.name for _, channel in found)
     channels = tuple(
-        replace(channel, name=f"{place}/{channel.name}") if count[channel.name] > 1 else channel
+        replace(channel, name=f"{place}/{channel.name}" if count[channel.name] > 1 else channel.name, group=place)
         for place, channel in found
     )
     return Content(channels, title, began.isoformat() if began else "")

@@ -119,7 +119,13 @@ def _waveforms(
             start = late + entry.offset
             channels.append(
                 Channel(
-                    name, entry.values, entry.unit, start=start, interval=entry.interval, long_name=entry.description
+                    name,
+                    entry.values,
+                    entry.unit,
+                    start=start,
+                    interval=entry.interval,
+                    long_name=entry.description,
+                    group=group,
                 )
             )
     return tuple(channels)
