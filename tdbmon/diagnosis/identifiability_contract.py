@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Identifiability
+from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Detectable, Identifiability
 from tdbmon.diagnosis.suspects import Suspect
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
@@ -47,18 +48,16 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
     out = [
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
-        f"{'effect':<44}{'at':<12}{'smallest detectable':<34}looks most like",
+        f"{'effect':<44}{'at':<12}{'detectable (linearised)':<40}{'similarity':<12}to",
     ]
     for each in found.detectable:
-        size = f"{each.parameter.replace('_', ' ')} {each.size if each.size.known else 'not detectable'}"
-        like = (
-            f"{each.looks_like[1]:.2f} {_text(each.looks_like[0])} at {each.looks_like[0].where}"
-            if each.looks_like
-            else ""
-        )
-        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{size:<34}{like}".rstrip())
+        like = ""
+        if each.looks_like:
+            other, similar = each.looks_like
+            like = f"{similar:<12.2f}{_text(other)} at {other.where}"
+        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{_size(each):<40}{like}".rstrip())
     if found.pairs:
-        out.append(f"not to be told apart (similarity above {ALIKE:g}): {len(found.pairs)} pairs")
+        out.append(f"not to be told apart (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
     for one, other, similar in found.pairs[:_SHOWN]:
         out.append(f"  {similar:.3f}  {_text(one)} at {one.where} - {_text(other)} at {other.where}")
     if len(found.pairs) > _SHOWN:
@@ -66,6 +65,19 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     out.append(f"next drop: {_advice(found)}")
     out += [f"limit: {each}" for each in LIMITS]
     return out
+
+
+def _size(found: Detectable) -> str:
+    """Return how small an effect shows, to two digits as befits a guess: from what on, or up to which stiffness."""
+    name, (value, _, _) = found.parameter.replace("_", " "), found.size.outside
+    if value is None:
+        return f"{name} not detectable"
+    off = next(size.off for size, _ in found.suspect.sizes if size.name == found.parameter)
+    unit = "" if found.size.unit == "1" else f" {found.size.unit}"
+    about = f"{float(f'{value:.2g}'):.6g}{unit}"
+    if isinstance(off, float) and math.isinf(off):
+        return f"{name} up to about {about}"
+    return f"{f'|{name} - {off:g}|' if off else name} from about {about}"
 
 
 def _advice(found: Identifiability) -> str:

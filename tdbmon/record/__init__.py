@@ -5,7 +5,8 @@ The form of a record as read (`read`)
     dimension is ``time``, or ``time_2``, ``time_3`` ... for channels on other time bases; every such dimension has a
     coordinate of the same name in s, counted from the record's first sample (of any channel).
     Channel attributes: ``units`` (SI: "m", "Hz", "V", "1", ... or the file's own text where it is not known),
-    ``source_units`` (as in the file), ``long_name``; where the file tells, ``full_scale`` ([low, high] in ``units``) and ``group``.
+    ``source_units`` (as in the file), ``long_name``; where the file tells them, ``full_scale`` ([low, high] in ``units``)
+    and ``group``.
     A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven.
     Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
     ``incomplete`` (what is missing, where a file was cut off), ``left_out`` (names of channels whose samples have no time,

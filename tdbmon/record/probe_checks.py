@@ -29,8 +29,9 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     gap = machine.bearing(probe.end).radial_gap.nominal
     peaks = spikes(signal, machine, probe)
     apart = peaks.mask(array.size)
-    low, high = (float(q) for q in np.quantile(signal.values[~apart & ~np.isnan(signal.values)], (0.001, 0.999)))
-    swing = high - low
+    held = signal.values[~apart & ~np.isnan(signal.values)]
+    low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # a few odd samples decide no unit
+    swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
     found.append(
         Check(
@@ -40,11 +41,11 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
             f"moves by {um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver",
         )
         if dead
-        else Check("dead", name, True, f"moves by {um(swing)} pk-pk")
+        else Check("dead", name, True, f"moves by {um(moved)} pk-pk")
     )
     if dead and not _moves_slowly(finite):
         return found  # noise has no unit that is written wrong
-    unit = _unit(name, swing, gap, str(array.attrs.get("source_units", "")))
+    unit = _unit(name, moved, swing, gap, str(array.attrs.get("source_units", "")))
     found.append(unit)
     if dead:
         return found
@@ -83,10 +84,10 @@ def _moves_slowly(values: np.ndarray) -> bool:
     return float(np.std(values)) > 1.5 * float(np.std(np.diff(values))) / np.sqrt(2)
 
 
-def _unit(name: str, swing: float, gap: float, unit: str) -> Check:
+def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check:
     ratio = swing / gap
     stated = f"'{unit}'" if unit else "the sensitivity"
-    detail = f"moves by {um(swing)} pk-pk in a radial gap of {um(gap)}"
+    detail = f"moves by {um(moved)} pk-pk in a radial gap of {um(gap)}"
     if 0.1 <= ratio <= 10 or swing == 0:
         return Check("unit", name, True, detail)
     factors = {1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",

@@ -1,14 +1,16 @@
 """What drops could tell before any record: on suspects of the sensors and a few of the machine, quick to reckon."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tdbmon.cli import main
-from tdbmon.diagnosis.identifiability import ALIKE, identifiability
+from tdbmon.diagnosis.identifiability import ALIKE, Detectable, identifiability
 from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
 from tdbmon.diagnosis.suspects import suspects
+from tdbmon.estimate import Estimate
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -74,6 +76,22 @@ def test_json_and_lines_hold_every_size(found):
     lines = "\n".join(identifiability_lines(found))
     assert all(each.suspect.declared.identifier in lines for each in found.detectable)
     assert np.isclose(content["noise_um"], NOISE * 1e6)
+
+
+def test_a_line_says_of_what_the_size_is_a_limit(found):
+    gain = next(each for each in found.detectable if each.suspect.name == "probe_gain@NDE_A")
+    oval = next(each for each in found.detectable if each.suspect.name == "oval_clearance@NDE")
+    stiff = next(
+        each for each in suspects(drops.machine(), drops.machine().probes, ()) if each.name == "foundation_mode@NDE"
+    )
+    support = Detectable(stiff, "stiffness", Estimate(7.615e9, unit="N/m", why="made up"), (oval.suspect, 0.853))
+    made = replace(found, detectable=(gain, replace(oval, size=Estimate(114.1e-6, unit="um", why="made up")), support))
+    head, *lines = identifiability_lines(made)[1:5]
+    assert "similarity" in head
+    assert f"|gain - 1| from about {float(f'{gain.size.value:.2g}'):g} " in lines[0]
+    assert "amplitude from about 110 um " in lines[1]
+    assert "stiffness up to about 7.6e+09 N/m" in lines[2]
+    assert lines[2].index("0.85") == head.index("similarity")
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,18 @@ def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
     assert "NDE_A" not in usable(ds, machine(), check(ds, machine()))
 
 
+def test_how_far_a_probe_moves_is_told_in_full(sound: xr.Dataset) -> None:
+    """Also where nearly all of the record is levitation, and the fall less than a thousandth of its samples."""
+    fall = sound["NDE_A"].values[:4000]
+    for values in (fall, np.concatenate([np.resize(fall[:1000], 6 * fall.size), fall])):
+        ds = sound[["NDE_A"]].isel(time=np.arange(values.size) % sound.sizes["time"])
+        ds = ds.assign_coords(time=np.arange(values.size) * 5e-5)
+        ds["NDE_A"] = ("time", values, sound["NDE_A"].attrs)
+        told = [each.detail for each in check(ds, machine()) if each.check in ("dead", "unit")]
+        assert len(told) == 2
+        assert all(f"moves by {np.ptp(fall) * 1e6:.4g} um pk-pk" in each for each in told)
+
+
 def test_a_probe_without_any_value_is_dead_and_ends_nothing(sound: xr.Dataset) -> None:
     ds = _changed(sound, "DE_A", np.full(sound["DE_A"].size, np.nan))
     assert list(_failed(ds)) == [("dead", "DE_A")]
