@@ -15,7 +15,7 @@ from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
-from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
@@ -83,7 +83,8 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
-    checks += check_free_fall(release, machine) if release is not None else []
+    if release is not None:
+        checks += check_free_fall(release, machine) + check_probe_scales(release, machine)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     checks += check_orientation(planes, *sound, released, back, checks)

@@ -7,6 +7,7 @@ import math
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
+from tdbmon.estimate import Estimate
 from tdbmon.record.finding import Check
 
 _LEAST = 1 / math.sqrt(2)  # of gravity: nearer to it than to half of it, since a field may hold on
@@ -15,6 +16,9 @@ _TELLING = 0.3  # of gravity
 _ACROSS = (
     1 / 3
 )  # of the other end's orbit: a rotor let go turns about its own axis of inertia, and that moves both ends
+_APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), both rarely so and apart
+_SURE = 2.5  # standard deviations of it; 100 ends of sound records stay below 2
+_ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
@@ -40,6 +44,55 @@ def check_free_fall(release: Release, machine: Machine) -> list[Check]:
         cure = "" if passed else f": {_suspects(share, machine, end)}"
         found.append(Check("free fall", end, passed, detail + cure))
     return found
+
+
+def check_probe_scales(release: Release, machine: Machine) -> list[Check]:
+    """Check that both probes of an end see the same fall: it goes straight down, whatever magnetic force is left.
+
+    A probe that reads too much or too little tilts the fall that both together show, and hardly changes its size.
+    """
+    found = []
+    for end in machine.ends:
+        pair = [probe.name for probe in machine.probes_at(end) if _share(release, probe.name) is not None]
+        if len(pair) != 2:
+            continue
+        (one, low), (other, high) = sorted(((name, release.shares[name]) for name in pair), key=lambda p: _log(p[1])[0])
+        (small, error), (large, error_too) = _log(low), _log(high)
+        apart, sigma = large - small, math.hypot(error, error_too)
+        least, most = (math.exp(apart + k * 1.96 * sigma) for k in (-1, 1))
+        detail = (
+            f"'{other}' shows the free fall {math.exp(apart):.2f} ({least:.2f} to {most:.2f}) times as large as '{one}'"
+        )
+        passed = apart < max(_APART, _SURE * sigma)
+        if not passed:
+            others = [s for name in release.shares if name not in pair and (s := _share(release, name)) is not None]
+            level = sum(_log(s)[0] for s in others) / len(others) if others else 0.0
+            detail += f": {_wrong(one, other, small - level, large - level)}"
+        found.append(Check("probe scales", end, passed, detail))
+    return found
+
+
+def _share(release: Release, name: str) -> Estimate | None:
+    """Return the share of gravity that a probe shows, where it tells one."""
+    share = release.shares.get(name)
+    return share if share is not None and share.low is not None and share.low > 0 else None
+
+
+def _log(share: Estimate) -> tuple[float, float]:
+    """Return the logarithm of a positive share and its standard deviation."""
+    value, low = share.value or 1.0, share.low or 1.0
+    return math.log(value), (value - low) / (1.96 * value)
+
+
+def _wrong(one: str, other: str, small: float, large: float) -> str:
+    """Say which of two probes is wrong, by logarithms of their shares over that of the other end."""
+    if abs(large) > _ONE * abs(small):
+        said = f"'{other}' reads about {math.exp(large) - 1:.0%} too much"
+    elif abs(small) > _ONE * abs(large):
+        said = f"'{one}' reads about {1 - math.exp(small):.0%} too little"
+    else:
+        said = f"'{other}' reads too much or '{one}' too little"
+    return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"
 
 
 def _suspects(share: float, machine: Machine, end: str) -> str:

@@ -8,7 +8,7 @@ springs back in the first bending mode.  Position and velocity do not jump.  `td
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -35,6 +35,9 @@ _LEAST_HEAD_S = 5e-3
 _FALLEN = 0.6
 _DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
 _LEFT = 0.2  # the same: it has left its orbit
+_LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
+_UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
+_SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
@@ -66,6 +69,9 @@ class Release:
         Acceleration (x, y) fitted to the free fall an end, m/s^2: a check on units and directions.
     whirl : dict
         Vertical acceleration of a wide levitated orbit an end, 0-pk, m/s^2; 0 where it is narrow.
+    shares : dict
+        Share of gravity that each probe shows in the free fall, for probes that stand upright enough to see it; empty where
+        speed or bending of the rotor are not known, or not all probes show the fall.
     force_decay : Estimate
         Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
     """
@@ -77,6 +83,7 @@ class Release:
     levitated: dict[str, tuple[float, float]]
     fall: dict[str, tuple[float, float]]
     whirl: dict[str, float]
+    shares: dict[str, Estimate] = field(default_factory=dict)
 
 
 def find_release(
@@ -163,7 +170,43 @@ def find_release(
         unsure = "" if best.decay[1] > 0 else "; a sudden release explains the fall nearly as well"
         unsure = f"; {_misread(best.misread)}" if best.misread else unsure
         decay = Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
-    return Release(when, decay, states, noise, levitated, fall, whirl)
+    later = time < best.time + _LONGER * (t[-1] - best.time)
+    later[:first] = False
+    later &= np.isfinite(z).all(axis=0)
+    shares: dict[str, Estimate] = {}
+    if "weights" in planes:  # else the planes were not made from probes
+        maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
+        shares = _shares(maps, names, machine, time[later], z[:, later], best.time, turning, mains, bending_hz)
+    return Release(when, decay, states, noise, levitated, fall, whirl, shares)
+
+
+def _shares(
+    maps: np.ndarray,
+    names: np.ndarray,
+    machine: Machine,
+    t: np.ndarray,
+    data: np.ndarray,
+    t0: float,
+    *frequencies: float | None,
+) -> dict[str, Estimate]:
+    """Return the share of gravity that each probe shows in the fall; `maps` led from the readings to the data."""
+    used = np.any(maps != 0, axis=0)
+    maps, names = maps[:, used], names[used]
+    if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
+        return {}
+    found = ReleaseFit(t, np.linalg.solve(maps, data), machine.gravity, *frequencies).free_fall(t0)
+    if found is None:
+        return {}
+    acceleration, sigma = found
+    angles = {probe.name: probe.angle for probe in machine.probes}
+    shares = {}
+    for name, value in zip(names, acceleration, strict=True):
+        pull = -machine.gravity * float(np.sin(angles[str(name)]))
+        if abs(pull) > _UPRIGHT * machine.gravity:
+            error = float(np.hypot(sigma / pull, _SHARE_ERROR))
+            rule = "free fall, freed of turning and springing back"
+            shares[str(name)] = Estimate.from_sigma(float(value) / pull, error, "1", rule)
+    return shares
 
 
 def release_of(

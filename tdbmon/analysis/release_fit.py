@@ -35,6 +35,9 @@ _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
 _ANEW_S = 8e-3  # the same where gravity is left free
 _LEAST_DECAY_S = 1e-4
 _WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
+_GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
+_LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
+_SPRINGS = 3e-6  # m, standard deviation: of the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
 
@@ -327,6 +330,27 @@ class ReleaseFit:
             lambda instant: fitted(instant)[1], bounds=(near - _STEP_S, near + _STEP_S), method="bounded"
         )
         return np.asarray(fitted(float(best.x))[0])
+
+    def free_fall(self, t0: float) -> tuple[Array, float] | None:
+        """Acceleration a row in the fall freed of what is not gravity, and the standard deviation of each, m/s^2.
+
+        In a fall of less than a turn once per revolution looks like gravity; so it is held to what the levitated orbit lets
+        expect.  The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its
+        frequency in two, which beat.  None where speed or bending are not known.
+        """
+        if not self.speed_hz or not self.bending_hz:
+            return None
+        after, w = np.maximum(self.t - t0, 0.0), 2 * np.pi * self.bending_hz
+        levitated = self._levitated(t0, 0.0)
+        orbit = max(_GOES_ON * float(np.hypot(*self._solve(t0)[0][1:3]).max()), _LEAST_ORBIT)
+        beat = np.sin(w * after) - w * after * np.cos(w * after)
+        design = np.column_stack([*levitated, *self._free(t0, 0.0), beat, 0.5 * after**2])
+        spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit, _SPRINGS, _SPRINGS, np.inf]])
+        noise = max(float(np.sqrt(np.mean(self.noise(t0) ** 2))), 1e-9)
+        normal = design.T @ design + np.diag((noise / spread) ** 2)
+        fitted = np.linalg.solve(normal, design.T @ self.data.T)
+        sigma = noise * float(np.sqrt(np.linalg.inv(normal)[-1, -1]))
+        return np.asarray(fitted[-1]), sigma
 
     def _solve(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
         design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))

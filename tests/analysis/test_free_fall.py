@@ -8,7 +8,7 @@ import pytest
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.release import find_release
 from tdbmon.record.assign import assign
 from tdbmon.record.read import read
@@ -73,7 +73,43 @@ def test_a_bent_shaft_does_not_make_a_record_wrong(machine):
             assert check.passed
             if abs(shares[-1] - 1) > 0.4:
                 assert "tells little" in check.detail
+        assert all(check.passed for check in check_probe_scales(release, machine))
     assert max(shares) > 1.5 or min(shares) < 0.6
+
+
+def scaled(name, machine, **scales):
+    """Checks of probes against each other on a shipped record, some of its probes on a wrong scale."""
+    channels = assign(read(shipped(f"{name}.nc")), machine)
+    channels = channels.isel({channels.NDE_A.dims[0]: channels[channels.NDE_A.dims[0]] < 0.3})
+    changed = channels.assign({probe: channels[probe] * scale for probe, scale in scales.items()})
+    return check_probe_scales(
+        find_release(to_planes(changed, machine), machine, float(name[-3:]) * 0.95, 305.4), machine
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("scales", [{}, {"NDE_A": 1.03, "DE_A": 1.1, "DE_B": 1.1}])
+def test_probes_of_an_end_see_the_same_fall(name, scales, machine):
+    checks = scaled(name, machine, **scales)
+    assert [check.channel for check in checks] == ["NDE", "DE"]
+    assert all(check.passed for check in checks)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("probe", "scale"), [("NDE_A", 1.2), ("DE_B", 0.8)])
+def test_a_probe_on_a_wrong_scale_tilts_the_fall_and_is_named(name, probe, scale, machine):
+    wrong = [check for check in scaled(name, machine, **{probe: scale}) if not check.passed]
+    assert [check.channel for check in wrong] == [probe[:-2]]
+    _, low, high = (float(number) for number in re.findall(r"\d\.\d\d", wrong[0].detail)[:3])
+    assert low < max(scale, 1 / scale) < high
+    assert f"'{probe}' reads" in wrong[0].detail
+
+
+def test_a_magnetic_force_that_dies_away_leaves_the_fall_straight(machine):
+    held = record(machine, 97.0, 1, "residual_magnetic_force:decay_time=2.3 ms")
+    release = find_release(to_planes(assign(held, machine), machine), machine, 97.0, 305.4)
+    assert release.shares["NDE_A"].high < 0.8
+    assert all(check.passed for check in check_probe_scales(release, machine))
 
 
 def test_a_machine_on_end_does_not_fall_across_its_bearings(machine):
