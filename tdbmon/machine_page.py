@@ -221,9 +221,9 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "contact_stiffness": Key(
             "analyse",
-            "K of F = K δ^(10/9), shaft on inner ring. `tdbsim.hertz.line_stiffness(length)` is"
-            " Palmgren's for a steel line contact over"
-            " its full length: 1.3e9 for 10 mm, 2.0e9 for 16 mm, 2.7e9 for 22 mm. The [published"
+            "K of F = K δ^(10/9), shaft on inner ring. Palmgren's δ = 3.84e-5 mm F^0.9 / l^0.8"
+            " (F in N, steel, a line contact of the length l in mm) is K ="
+            " 1.3e9 for 10 mm, 2.0e9 for 16 mm, 2.7e9 for 22 mm. The [published"
             " machines](../datasets/machines) have"
             " 1.1e9 to 1.7e9 for rings 20 to 32 mm wide. Twice as much moves the rest position by 1 µm",
             "N/m^(10/9)",
