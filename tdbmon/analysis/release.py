@@ -8,7 +8,7 @@ springs back in the first bending mode.  Position and velocity do not jump.  `td
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -176,25 +176,17 @@ def find_release(
     shares: dict[str, Estimate] = {}
     if "weights" in planes:  # else the planes were not made from probes
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
-        shares = _shares(maps, names, machine, time[later], z[:, later], best.time, turning, mains, bending_hz)
+        shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best.time)
     return Release(when, decay, states, noise, levitated, fall, whirl, shares)
 
 
-def _shares(
-    maps: np.ndarray,
-    names: np.ndarray,
-    machine: Machine,
-    t: np.ndarray,
-    data: np.ndarray,
-    t0: float,
-    *frequencies: float | None,
-) -> dict[str, Estimate]:
-    """Return the share of gravity that each probe shows in the fall; `maps` led from the readings to the data."""
+def _shares(maps: np.ndarray, names: np.ndarray, machine: Machine, fit: ReleaseFit, t0: float) -> dict[str, Estimate]:
+    """Return the share of gravity that each probe shows in the fall; `maps` led from the readings to the fit's data."""
     used = np.any(maps != 0, axis=0)
     maps, names = maps[:, used], names[used]
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
         return {}
-    found = ReleaseFit(t, np.linalg.solve(maps, data), machine.gravity, *frequencies).free_fall(t0)
+    found = replace(fit, data=np.linalg.solve(maps, fit.data)).free_fall(t0)
     if found is None:
         return {}
     acceleration, sigma = found
