@@ -50,7 +50,8 @@ def check_orientation(
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
-    if time[-1] - (time[0] if release_s is None else release_s) < BOUNCING_S:
+    start = float(time[0]) if release_s is None else release_s
+    if time[-1] - start < BOUNCING_S:
         return rows
     out_of_range = {check.channel for check in checks if check.check in ("range", "clipping") and not check.passed}
     for end in machine.ends:
@@ -60,7 +61,7 @@ def check_orientation(
         if back.get(end):
             rows.append(Check("rest at the bottom", end, False, back[end]))
             continue
-        tail = at_rest(time, xy)
+        tail = at_rest(time, xy, start)
         if not np.isfinite(tail).any():
             continue
         rest = np.nanmean(tail, axis=1)

@@ -19,9 +19,9 @@ _WENT = 0.5  # of the gap, as far as it must have gone
 _WHIRLS = 0.85  # of the gap, rms: a shaft that whirls round the ring is in the middle on the average
 
 
-def at_rest(time: np.ndarray, xy: np.ndarray) -> np.ndarray:
-    """Return the samples (2, k) of a record's end, where the shaft rests or swings about where it will."""
-    return xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - time[0]))]
+def at_rest(time: np.ndarray, xy: np.ndarray, release_s: float) -> np.ndarray:
+    """Return the samples (2, k) of a record's end, the last tenth after the release: the shaft rests or swings about rest."""
+    return xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - release_s))]
 
 
 def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | None) -> str:
@@ -39,7 +39,7 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
     time, xy = planes.time.to_numpy(), planes.displacement.sel(end=end).to_numpy()
     if release_s is None or not machine.gravity or time[-1] - release_s < BOUNCING_S:
         return ""
-    before, after, tail = xy[:, time < release_s], xy[:, time >= release_s], at_rest(time, xy)
+    before, after, tail = xy[:, time < release_s], xy[:, time >= release_s], at_rest(time, xy, release_s)
     if not all(np.isfinite(part).all(axis=0).any() for part in (before, after, tail)):
         return ""
     start, rest = np.nanmean(before, axis=1), np.nanmean(tail, axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.orientation import check_orientation
@@ -44,6 +45,20 @@ def test_an_offset_is_no_inverted_probe(record, machine, offset):
     assert not row.passed
     assert "a probe's zero is off" in row.detail
     assert "inverted" not in row.detail
+
+
+def test_a_long_levitated_stretch_is_no_rest(record, machine):
+    """A tenth of the whole record would reach back into the levitation, and put the rest position in between."""
+    time = record[record["NDE_A"].dims[0]].values
+    step = time[1] - time[0]
+    lead = record.sel(time=slice(0, 0.09))
+    held = xr.concat([lead] * 100 + [record], "time")
+    held["time"] = step * np.arange(held.sizes["time"])
+    planes = to_planes(held, machine)
+    found = {row.channel: row for row in check_orientation(planes, held, machine, held.sizes["time"] * step - 0.4, {})}
+    for end, row in rows(record, machine).items():
+        assert row.passed
+        assert found[end].detail == row.detail
 
 
 def test_an_end_with_a_probe_out_of_range_is_not_accused(record, machine):
