@@ -22,6 +22,8 @@ _SETTLING_S = 3.0  # contacts and spin-up of the rings are surely over by then; 
 _SETTLING_SHARE = 0.6
 _EARLIER = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.0)  # shares of the settling time
 _SLOWER = (0.05, 0.03, 0.02, 0.01, 0.005, 0.002)  # shares of the speed at release
+_LATER = (0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0)  # shares of a stretch, back from its end
+_FEWEST_LAST = (4, 8)  # spans that tell a slope and that it stays, with noise that is known and that is not
 _CHANCE = {1: 10.83, 2: 13.82}  # 99.9 % quantiles of chi-square
 _PREFERENCE = (
     10.0  # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
@@ -112,6 +114,25 @@ def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None)
     end = ends[-2] if spoilt_right and len(ends) > 1 else ends[-1]
     safe = coast.between(begin, end)
     return safe if len(safe) >= FEWEST else stretch.coast
+
+
+def find_last_stretch(coast: Coast, noise: Noise | None) -> Coast:
+    """Return the last spans that follow one law: where a drive trips before the release, those after it.
+
+    Widened back from the end for as long as what is added needs neither a step nor a slope of its own, as in `find_stretch`.
+    """
+    last, length = float(coast.end[-1]), float(coast.end[-1] - coast.begin[0])
+    lengths = [share * length for share in _LATER]
+    fewest = _FEWEST_LAST[noise is None]
+    begins = [last - each for each in lengths if len(coast.between(last - each, last)) >= fewest]
+    if not begins:
+        return coast
+    stretch, joined = _Stretch(coast.between(begins[0], last), noise), begins[:1]
+    for begin in begins[1:]:
+        if not stretch.joins(coast.between(begin, last)):
+            return coast.between(joined[-2] if len(joined) > 1 else joined[-1], last)
+        joined.append(begin)
+    return coast
 
 
 def _slower(coast: Coast, stop: float) -> list[float]:

@@ -20,7 +20,7 @@ from scipy.special import stdtrit
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_law, noise_of
-from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
+from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_last_stretch, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
@@ -36,6 +36,7 @@ _SLIPPING = 0.03  # except against levitation: a relative deceleration greater t
 _STEADY = (
     0.5  # of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
 )
+_MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
 _FALLING = 4.0  # standard deviations by which the speed must fall
 _HIDDEN = (
     f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
@@ -307,11 +308,18 @@ def _span(coast: Coast) -> float:
 
 
 def _before(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
-    """The levitated speed about the release: an exponential of either sign."""
+    """The levitated speed about the release: an exponential of either sign, over the last stretch that follows one law."""
     if len(lead) < 6 or lead.begin[0] > release - _FREE_FALL_S or lead.mean.min() <= 0:
         return None
+    lead = find_last_stretch(lead, noise)
     rough = fit_law(lead, ("linear",), noise or WHITE)
-    return rough if noise else fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
+    if noise is None:
+        return fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
+    power = float(rough.white @ rough.white) / max(len(rough.white) - rough.parameters, 1)
+    if power < _MISFIT:
+        return rough
+    # the stretch is too short to show where its law changes: then the misfit is its error
+    return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
 
 
 def _initial(before: LawFit | None, release: float, source: str, quantile: float | None = None) -> Estimate:

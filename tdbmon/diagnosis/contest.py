@@ -220,6 +220,9 @@ class _Contest:
     def _deepen(self) -> None:
         """Lead the best model out of a wrong minimum, if it is in one."""
         best, horizon = self.best, self.horizon
+        if horizon > SOUND_S and self._fails_with_causes(best) and best.causes[-1].fits_much:
+            # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
+            best = self._replaced(best, self._of_any_kind(best))
         if horizon == TOUCHED_S:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
         elif self._may_be_led(best) and _nearly_holds(best):
