@@ -33,10 +33,9 @@ def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[F
         The model fitted to this drop: forces, stresses, friction, support.
     """
     found = _of_rotor(analysis)
-    fatigue = {} if fitted is None else fatigue_of(fitted.calibration)
     for end in analysis.ends.values():
         found += _of_end(analysis, end)
-        found += _of_fit(end.name, fitted, fatigue)
+        found += _of_fit(end.name, fitted)
     return tuple(found)
 
 
@@ -124,7 +123,7 @@ def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     return {"v_peak": found.peak, "v_rms": found.rms}
 
 
-def _of_fit(end: str, fitted: FittedDrop | None, fatigue: dict[str, Estimate]) -> list[Feature]:
+def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
     names = [name for name, kind in KINDS.items() if kind.forces]
     if fitted is None or end not in fitted.forces.ends:
         return [Feature(name, end, Estimate.missing(KINDS[name].unit, _NO_FORCES)) for name in names]
@@ -137,7 +136,7 @@ def _of_fit(end: str, fitted: FittedDrop | None, fatigue: dict[str, Estimate]) -
         "peak_force_n": forces.peak,
         "stress_max_mpa": stress.greatest,
         "stress_mean_mpa": mean if stress.greatest.known else stress.greatest,
-        "fatigue_cycles": fatigue[end],
+        "fatigue_cycles": fatigue_of(forces.fatigue, end),
         "ring_at_speed_s": forces.ring_at_speed,
         "air_gap_fitted_um": values.get(f"{end}.radial_gap", Estimate.missing("um", stated)),
         "ball_clearance_fitted_um": values.get(f"{end}.diametral_clearance", Estimate.missing("um", stated)),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tdbsim import state_layout
 from tdbsim.columns import GAP, JOURNAL_RADIUS
 from tdbsim.errors import InputError
+from tdbsim.fatigue import DropFatigue, drop_fatigue
 from tdbsim.machine import Machine
 from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import DropPlan, Trajectory, run
@@ -102,6 +103,8 @@ class EndForces:
     stress : Stress
     ring_at_speed : Estimate
         When the inner ring turns with the journal, s after the release.
+    fatigue : tuple of DropFatigue
+        Of the balls, in each of the members.
     """
 
     end: str
@@ -113,6 +116,7 @@ class EndForces:
     impulse_high: float
     stress: Stress
     ring_at_speed: Estimate
+    fatigue: tuple[DropFatigue, ...]
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,10 @@ class DropForces:
 
 @dataclass(frozen=True, eq=False)
 class _Member:
-    """One simulation: time after the release (k,); place (2 ends, k) complex; normal force, stress (2, k); peaks (2,)."""
+    """One simulation.
+
+    Time after the release (k,); place (2 ends, k) complex; normal force, stress (2, k); peaks (2,); fatigue of both ends.
+    """
 
     time: Array
     place: NDArray[np.complex128]
@@ -147,6 +154,7 @@ class _Member:
     stress: Array
     slip: Array
     peak: Array
+    fatigue: tuple[DropFatigue, ...]
 
 
 def forces_of(
@@ -198,7 +206,7 @@ def forces_of(
     return tuple(found)
 
 
-def simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:
+def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:
     """Simulate a drop from fitted values on to so long after the release, as finely as forces and stresses need it.
 
     Returns
@@ -224,13 +232,13 @@ def _lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
 
 
 def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Member | None:
-    motion = simulated(problem, point, drop, seconds)
+    motion = _simulated(problem, point, drop, seconds)
     if motion is None:
         return None
     n, state, arrays = motion.model.n, motion.state, motion.model.arrays
     seen = observed(motion)
-    bearings = problem.model.machine.touchdown_bearings
-    stress = np.stack([ball_stress(b, seen.loads[e, : b.balls.count].max(axis=0)) for e, b in enumerate(bearings)])
+    bearings = enumerate(problem.model.machine.touchdown_bearings)
+    stress = [ball_stress(bearing, seen.loads[e, : bearing.balls.count]) for e, bearing in bearings]
     surface = np.abs(state[:, state_layout.omega(n)]) * arrays.end[:, JOURNAL_RADIUS, None]
     ring = np.abs(state[:, state_layout.ring_speeds(n)]).T
     ring = ring * (arrays.end[:, JOURNAL_RADIUS] + arrays.end[:, GAP])[:, None]
@@ -240,9 +248,10 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
         time=motion.time - motion.plan.levitated,
         place=place,
         normal=seen.forces[:, FORCES.index("normal_force")],
-        stress=stress,
+        stress=np.stack([each.max(axis=0) for each in stress]),
         slip=1 - ring / surface,
         peak=motion.peak_normal,
+        fatigue=tuple(drop_fatigue(each) for each in stress),
     )
 
 
@@ -277,6 +286,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
         impulse_high=float(np.quantile(impulses, BAND[1])),
         stress=stress_box([m.stress[end][m.time >= 0] for m in members], machine.bearing(name)),
         ring_at_speed=_at_speed(members, end),
+        fatigue=tuple(m.fatigue[end] for m in members),
     )
 
 

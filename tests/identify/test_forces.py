@@ -2,13 +2,15 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tdbsim.errors import InputError
+from tdbsim.fatigue import DropFatigue
 from tdbsim.hertz import BearingGeometry
 
-from tdbmon.history.fatigue import _estimate
+from tdbmon.history.fatigue import fatigue_of
 from tdbmon.identify.contract import calibration_json, end_json
 from tdbmon.identify.forces import _at_speed, _Member, _peak, forces_of
 from tdbmon.identify.model_share import FORCE
@@ -96,7 +98,7 @@ def test_force_stress_and_fatigue_share_one_error_of_the_model(calibration):
     bearing = calibration.machine.bearing("NDE")
     peak = _peak(np.full(8, 4000.0))
     stress = stress_box([ball_stress(bearing, np.array([0.0, 4000.0]))] * 8, bearing).greatest
-    cycles = _estimate(np.full(8, 3.0), "", "NDE")
+    cycles = fatigue_of([DropFatigue(np.array([3.0]), 2e9, False)] * 8, "NDE")
     shares = [math.log(e.high / e.low) / (2 * 1.96) for e in (peak, stress, cycles)]
     assert shares == pytest.approx([FORCE, FORCE / 3, 3 * FORCE], rel=1e-3)
 
@@ -105,7 +107,9 @@ def ring(times, seconds=0.2):
     """Members whose ring turns with the journal from a time on, or never."""
     time = np.linspace(0, seconds, 2001)
     empty = np.zeros((1, 2001))
-    return [_Member(time, empty + 0j, empty, empty, np.where(time >= at, 0.0, 1.0)[None], np.zeros(1)) for at in times]
+    return [
+        _Member(time, empty + 0j, empty, empty, np.where(time >= at, 0.0, 1.0)[None], np.zeros(1), ()) for at in times
+    ]
 
 
 def test_a_ring_that_stays_slow_in_some_members_bounds_the_time_from_below_only():
@@ -148,3 +152,6 @@ def test_bad_requests(calibration):
         forces_of(calibration, members=3)
     with pytest.raises(InputError, match="not positive"):
         forces_of(calibration, seconds=0.0)
+    apart = replace(calibration, point=np.full_like(calibration.point, 1e9), covariance=0 * calibration.covariance)
+    with pytest.raises(InputError, match="only 0 of 8 draws from the calibration can be simulated"):
+        forces_of(apart, members=8)
