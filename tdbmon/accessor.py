@@ -82,7 +82,7 @@ class AnalysisView:
             *rotor_findings(self.result),
             *(f for e in self.result.ends.values() for f in end_findings(self.result, e)),
         ]
-        rows = [(f.name, f.end, words(f.estimate, f.unit)) for f in found if f.estimate.known]
+        rows = [(f.name, f.end, words(f.estimate, f.unit) + f.beside) for f in found if f.estimate.known]
         missing = sum(not f.estimate.known for f in found)
         caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
         return _table(caption, ("Quantity", "End", "Value"), rows)

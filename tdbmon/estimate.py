@@ -111,6 +111,20 @@ class Estimate:
         return f"{numbers[0]}{scale} ({numbers[1]} to {numbers[2]}){scale}{tail}"
 
 
+def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
+    """Return the time from an origin (the release) to an instant that follows it; both errors count."""
+    if instant.value is None:
+        return Estimate.missing(unit, instant.why)
+    if origin is None or origin.value is None:
+        return Estimate.missing(unit, "the release is not known" if origin is None else origin.why)
+    span = instant.value - origin.value
+    if instant.low is None or instant.high is None or origin.low is None or origin.high is None:
+        return Estimate(span, unit=unit, method=instant.method, why=instant.why or origin.why)
+    low = span - math.hypot(instant.value - instant.low, origin.high - origin.value)
+    high = span + math.hypot(instant.high - instant.value, origin.value - origin.low)
+    return Estimate(span, max(low, min(span, 0.0)), high, unit, instant.method)
+
+
 def _digits(width: float) -> int:
     """Decimals that show an interval of this width with two figures."""
     if width <= 0:

@@ -6,7 +6,7 @@ from tdbsim.quantity import Tolerant
 from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Estimate, since
 
 
 def summary_lines(analysis: Analysis) -> list[str]:
@@ -34,7 +34,8 @@ def summary_lines(analysis: Analysis) -> list[str]:
     lines += [f"{name:<26}{value}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
-        lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap)]
+        released = None if analysis.release is None else analysis.release.time
+        lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap, released)]
     return lines
 
 
@@ -45,7 +46,7 @@ def weight(analysis: Analysis) -> str:
     return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
 
 
-def _end_lines(end: EndResult, drawn: Tolerant) -> list[str]:
+def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:
     """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
     first = None if end.contacts is None else end.contacts.first
     untouched = Estimate.missing("s", end.no_contact)
@@ -65,6 +66,8 @@ def _end_lines(end: EndResult, drawn: Tolerant) -> list[str]:
         above = None if estimate.known else told.setdefault(estimate.why, label.strip())
         same = above is not None and above != label.strip()
         beside = _beside_the_drawing(estimate, drawn) if label == "air gap" else ""
+        if label == "first contact" and estimate.known and released is not None and released.known:
+            estimate, beside = since(estimate, released), f" after the release [{estimate.value:.5f} s]"
         lines.append(f"  {label:<24}{f'not estimated (as {above})' if same else estimate}{beside}")
     return lines
 

@@ -50,7 +50,7 @@ def coast_down(course: Course) -> Figure:
         if scale == "log":
             left = 100 * left / np.where(course.measured_speed > 0, course.measured_speed, np.nan)
         below.plot(time, left, color=VERMILION)
-        below.set_ylabel("too fast by\n[Hz]" if scale == "linear" else "too fast by\n[%]")
+        below.set_ylabel("speed error\n[Hz]" if scale == "linear" else "speed error\n[%]")
         if scale == "log":
             below.set_ylim(-5, 25)
         top.set_ylabel("speed [Hz]")

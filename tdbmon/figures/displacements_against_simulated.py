@@ -57,7 +57,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
                     ax.tick_params(labelbottom=False)
             if column == 0:
                 pair[0].set_ylabel(f"{end.end} {'xy'[axis]}\n[µm]")
-                pair[1].set_ylabel("left\n[µm]")
+                pair[1].set_ylabel("residual\n[µm]")
         axes[-1, column].set_xlabel("time from the release [ms]")
     for ax in axes[:, 0]:
         ax.yaxis.set_label_coords(-10.5 / 67, 0.5)

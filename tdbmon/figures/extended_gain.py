@@ -31,6 +31,6 @@ def extended_gain(proof: HeldOut) -> Figure:
     ax.set_yticks(range(3), [name for name, *_ in bars])
     ax.set_ylim(2.6, -0.6)
     ax.grid(axis="y", visible=False)
-    ax.set_ylabel("left by")
-    ax.set_xlabel("measured less simulated [µm rms]")
+    ax.set_ylabel("residual of")
+    ax.set_xlabel("residual, measured less simulated [µm rms]")
     return figure

@@ -38,7 +38,7 @@ def friction_choice(found: FrictionChoice) -> Figure:
                 ax.axvspan(fitted.low, fitted.high, color=SKY, alpha=0.6, linewidth=0, label="least squares (95 %)")
         above.set_ylim(bottom=0)
         below.set_xlabel("coefficient of friction [1]")
-    axes[0, 0].set_ylabel("orbits apart [µm rms]")
-    axes[1, 0].set_ylabel("deepest excursion [µm 0-pk]")
+    axes[0, 0].set_ylabel("orbit error [µm rms]")
+    axes[1, 0].set_ylabel("max. excursion [µm 0-pk]")
     legend_below(figure, 4)
     return figure

@@ -88,7 +88,7 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
 def _strip(ax: Axes, gap: Gap | None) -> None:
     """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
     ax.set_xlabel("angle from the bottom, towards +x [°]")
-    ax.set_ylabel("radius less fitted [µm]")
+    ax.set_ylabel("residual radius [µm]")
     if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
         say(ax, "no clearance circle")
         return

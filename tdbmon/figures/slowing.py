@@ -57,6 +57,6 @@ def slowing(
         ax.axhline(0, color=GREY, linewidth=0.6)
         ax.set_title(names[drop])
         ax.set_xlabel("time from the release [ms]")
-    axes[0, 0].set_ylabel("measured ahead [°]")
+    axes[0, 0].set_ylabel("residual angle [°]")
     legend_below(figure, 3)
     return figure

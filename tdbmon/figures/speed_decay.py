@@ -58,7 +58,7 @@ def speed_decay(analysis: Analysis) -> Figure:
     upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
     upper.plot(at, means, color=BLUE, label="speed as recorded")
     upper.set_ylabel("speed [Hz]")
-    lower.set_ylabel("less law [mHz]")
+    lower.set_ylabel("residual [mHz]")
     lower.set_xlabel("time from the record's first sample [s]")
     if rundown.law is None:
         say(lower, f"no law was fitted: {rundown.decay_time.why}")

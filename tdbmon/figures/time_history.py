@@ -120,5 +120,5 @@ def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -
             color=PURPLE,
             transform=ax.get_xaxis_transform(),
             clip_on=False,
-            label="touch",
+            label="contact begins",
         )

@@ -9,12 +9,11 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.levitation import levitation
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Estimate, since
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.severity import severity
 from tdbmon.record.keyphasor import speed_over_pulses
-from tdbmon.report.quantity import since
 from tdbmon.report.sections.findings import release_time, settle_time
 
 if TYPE_CHECKING:

@@ -92,20 +92,6 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
     return factor, _UNIT_WORD.get(chosen, chosen)
 
 
-def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
-    """Return the time from an origin (the release) to an instant that follows it; both errors count."""
-    if instant.value is None:
-        return Estimate.missing(unit, instant.why)
-    if origin is None or origin.value is None:
-        return Estimate.missing(unit, "the release is not known" if origin is None else origin.why)
-    span = instant.value - origin.value
-    if instant.low is None or instant.high is None or origin.low is None or origin.high is None:
-        return Estimate(span, unit=unit, method=instant.method, why=instant.why or origin.why)
-    low = span - math.hypot(instant.value - instant.low, origin.high - origin.value)
-    high = span + math.hypot(instant.high - instant.value, origin.value - origin.low)
-    return Estimate(span, max(low, min(span, 0.0)), high, unit, instant.method)
-
-
 def rpm(speed: Estimate) -> str:
     """Return a speed as text in Hz with its interval, and in rpm."""
     if speed.value is None:

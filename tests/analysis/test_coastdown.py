@@ -232,6 +232,21 @@ def test_one_end_alone_is_analysed_at_its_probes(machine):
     assert not result.ends["DE"].air_gap.known
 
 
+def test_terminal_and_report_give_the_first_contact_from_the_release(coastdown):
+    from tdbmon.report.sections.findings import FIRST_TOUCH, end_findings
+
+    end = coastdown.ends["NDE"]
+    touch = end.contacts.first.touch.value
+    after = 1e3 * (touch - coastdown.release.time.value)
+    line = next(line for line in summary_lines(coastdown) if line.startswith("  first contact"))
+    assert float(line.split()[2]) == pytest.approx(after, abs=0.01)
+    assert "ms after the release" in line and float(line[line.index("[") + 1 :].split()[0]) == pytest.approx(
+        touch, abs=1e-5
+    )
+    found = next(each for each in end_findings(coastdown, end) if each.name == FIRST_TOUCH)
+    assert found.estimate.value * 1e3 == pytest.approx(after) and found.beside.strip(" []") in line
+
+
 def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
     record = read(shipped("short/drop_100.nc"))
     said = "\n".join(summary_lines(analyse(record, machine)))

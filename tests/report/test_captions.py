@@ -105,7 +105,7 @@ def test_a_velocity_greater_after_the_contact_is_explained_where_it_first_stands
     for section in (summary.section(coastdown), contact.section(coastdown)):
         assert section is not None
         rows = [row for block in section.blocks if isinstance(block, Table) for row in block.rows]
-        row = next(row for row in rows if row.cells[0].startswith("Velocity after over"))
+        row = next(row for row in rows if row.cells[0].startswith("Restitution (velocity after over"))
         assert row.cells[1].startswith("1.5") and row.cells[0].endswith(ABOVE_ONE)
 
 
@@ -116,7 +116,7 @@ def test_captions_tell_only_of_marks_that_are_drawn(short: Analysis, coastdown: 
         for name in ("first-contacts", "whole-record"):
             shown = _figure(release.section(analysis), name)
             labels = [text.get_text() for text in shown.draw().legends[0].get_texts()]
-            assert ("Triangles" in shown.caption) == ("touch" in labels), name
+            assert ("Triangles" in shown.caption) == ("contact begins" in labels), name
             assert ("Dashed" in shown.caption) == ("clearance circle at rest load" in labels)
             assert ("Shading" in shown.caption) == bool(analysis.phases)
         caption = _figure(spectra.section(analysis), "waterfall").caption

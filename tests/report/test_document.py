@@ -167,7 +167,12 @@ def test_what_is_missing_is_said_with_its_reason(short: Analysis) -> None:
     ends = {k: replace(e, gap=None, contacts=None, air_gap=unsettled) for k, e in short.ends.items()}
     bare = replace(bare, ends=ends)
     found = {finding.name: finding.estimate.why for finding in end_findings(bare, ends["DE"])}
-    for name in ("Radius at rest", "First touch, after the release", "First contact, duration", "Rebound"):
+    for name in (
+        "Radius at rest",
+        "First touch, after the release [time in the record]",
+        "First contact, duration",
+        "Rebound",
+    ):
         assert found[name] == unsettled.why
     said = _words(build_report(bare))
     for phrase in ("holds no speed", "does not settle long enough", "The release was not found"):

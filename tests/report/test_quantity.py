@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tdbmon.estimate import Estimate
-from tdbmon.report.quantity import moment, number, rpm, short, since, words
+from tdbmon.estimate import Estimate, since
+from tdbmon.report.quantity import moment, number, rpm, short, words
 
 
 def test_a_value_has_the_digits_that_its_interval_bears() -> None:

@@ -37,8 +37,8 @@ def section(fitted: FittedDrop) -> Section:
         blocks += [
             Figure(
                 "displacements-against-simulated",
-                "Displacement at each end as measured and as simulated, and below it what is left. The scale of what is left"
-                " differs from panel to panel.",
+                "Displacement at each end as measured and as simulated, and below it the residual, measured less simulated. Its"
+                " scale differs from panel to panel.",
                 "For each end, x and y against time, measured and simulated, with the difference below.",
                 partial(displacements_against_simulated, found),
             ),
@@ -62,10 +62,8 @@ def _residuals(found: Agreement) -> Table:
         cells = [f"{each.rms[p] * 1e6:.2f} µm, {each.rms[p] / each.noise[p]:.2f}" for p in probes]
         scope = "" if each.horizon <= found.fitted_to + 1e-9 else " (not fitted)"
         rows.append(Row((f"{each.horizon * 1e3:.0f} ms{scope}", f"{each.ratio:.2f}", *cells)))
-    caption = (
-        "What is left from the release on: rms, and the same over the noise of the probe (1 where only noise is left)"
-    )
-    return Table(caption, ("To", "All probes", *probes), tuple(rows))
+    caption = "Residual from the release on: rms, and the same over the noise of the probe (1 where only noise is left)"
+    return Table(caption, ("To, after the release", "All probes", *probes), tuple(rows))
 
 
 def _contacts(end: EndAgreement, fitted_to: float) -> Table:

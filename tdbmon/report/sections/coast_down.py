@@ -109,7 +109,7 @@ def _scalars(whole: CoastDown) -> Table:
     from tdbmon.identify.coast_down_comparison import scalars
 
     rows = tuple(Row((name, words(a), words(b), _apart(a, b))) for name, a, b in scalars(whole))
-    header = ("Quantity", "Measured", "Simulated", "Simulated off by")
+    header = ("Quantity", "Measured", "Simulated", "Error of the simulated")
     return Table("Both records, analysed alike (95 % intervals of the analysis)", header, rows)
 
 
@@ -129,7 +129,7 @@ def _lines(whole: CoastDown) -> Table:
         rows.append(Row((name, _place(a), _place(b), apart, _height(a), _height(b))))
     more = len(pairs) - _LISTED
     caption = "Lines of both spectra" + (f"; {more} more are left out" if more > 0 else "")
-    header = ("Line", "Measured", "Simulated", "Off by", "Amplitude measured", "Simulated")
+    header = ("Line", "Measured", "Simulated", "Error", "Amplitude measured", "Amplitude simulated")
     return Table(caption, header, tuple(rows))
 
 

@@ -6,10 +6,10 @@ from functools import partial
 
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Estimate, since
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import since, words
-from tdbmon.report.sections.findings import above_one, release_time
+from tdbmon.report.quantity import words
+from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time, release_time
 
 _LISTED = 10
 
@@ -42,6 +42,7 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
     rows = []
     for name, unit, pick in _QUANTITIES:
         found: list[Estimate] = []
+        beside = []
         for end in ends:
             contacts = end.contacts
             first = contacts.first if contacts is not None else None
@@ -49,9 +50,10 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
                 continue
             estimate = getattr(first, pick)
             found.append(since(estimate, release) if unit == "release" else estimate)
+            beside.append(record_time(estimate) if unit == "release" else "")
         shown = None if unit == "release" else unit
         name += above_one(found) if pick == "restitution" else ""
-        rows.append(Row((name, *(words(estimate, shown) for estimate in found))))
+        rows.append(Row((name, *(words(each, shown) + there for each, there in zip(found, beside, strict=True)))))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))
@@ -64,7 +66,7 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
             " error of so coarse a model, as found on simulated contacts."
         ),
         *missing,
-        Table("The first contact (95 % intervals; times from the release)", header, tuple(rows)),
+        Table("The first contact (95 % intervals; times from the release [in the record])", header, tuple(rows)),
         Figure(
             "first-contact",
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
@@ -82,7 +84,7 @@ _QUANTITIES = (
     ("t₁: radius at rest passed on the way out", "release", "static_in"),
     ("t₂: radius at rest passed on the way back", "release", "static_out"),
     ("Rebound from the touching radius", "um", "rebound"),
-    ("Velocity after over velocity before", "1", "restitution"),
+    (RESTITUTION, "1", "restitution"),
 )
 
 
@@ -102,7 +104,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     )
     more = f"; {len(events) - _LISTED} more follow" if len(events) > _LISTED else ""
     start = "from the release" if release.known else "from the first sample"
-    header = ("Contact", f"Touch, {start}", "Length", "Direction from +x", "Beyond the touching radius")
+    header = ("Contact", f"Begins, {start}", "Duration", "Direction from +x", "Depth beyond the touching radius")
     return Table(f"{end}: contacts before settling{more}", header, rows)
 
 

@@ -46,7 +46,7 @@ def section(evidence: Evidence) -> Section | None:
         said,
         Figure(
             "extended-gain",
-            f"What is left of the {proof.quantity}.",
+            f"Residual of the {proof.quantity}: what each model leaves.",
             "Three bars: what the plain model leaves, what the extended one leaves, and the noise.",
             partial(extended_gain, proof),
         ),

@@ -40,7 +40,7 @@ def section(evidence: Evidence) -> Section:
     if rest > 1e-3 or unknown:
         other = "something outside the catalogue" if unknown else "something that is not listed"
         rows.append(Row((other, percent(max(rest, 0.0)), "", "", "", "")))
-    header = ("Model", "Probability", "ΔBIC", "Left, times noise", "More values", "Fitted to")
+    header = ("Model", "Probability", "ΔBIC", "Residual, times noise", "Values fitted more", "Fitted to")
     blocks: list[Block] = [
         Paragraph(
             "Only models that came to the end are listed; every other effect and place of the catalogue was tried and promised"

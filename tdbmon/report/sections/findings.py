@@ -6,22 +6,23 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.estimate import Estimate
-from tdbmon.report.quantity import since
+from tdbmon.estimate import Estimate, since
 
-RESTITUTION = "Velocity after over before the contact"
-ABOVE_ONE = " (above 1: the impact at the other end feeds it)"
+RESTITUTION = "Restitution (velocity after over before the contact)"
+FIRST_TOUCH = "First touch, after the release [time in the record]"
+ABOVE_ONE = "; above 1: the impact at the other end feeds it"
 _NO_SPEED = "the record holds no speed"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A quantity: its name, the end that it belongs to ("" for the rotor), and the unit that it is shown in."""
+    """A quantity: its name, its end ("" for the rotor), the unit that it is shown in, and what stands beside it."""
 
     name: str
     end: str
     estimate: Estimate
     unit: str | None = None
+    beside: str = ""
 
 
 def above_one(restitutions: Iterable[Estimate]) -> str:
@@ -92,7 +93,7 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("Settled radius, upper limit", gap.upper if gap else missing, None),
         ("Radius at rest from the swing", end.gap_from_swing, None),
         ("Out-of-roundness of the settled arc", gap.oval if gap else missing, None),
-        ("First touch, after the release", since(touch, release), None),
+        (FIRST_TOUCH, since(touch, release), None),
         ("First contact, duration", first.duration if first else Estimate.missing("ms", end.no_contact), "ms"),
         ("Rebound", first.rebound if first else Estimate.missing("um", end.no_contact), None),
         (
@@ -103,4 +104,12 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         ("Deepest excursion", end.deepest, None),
         ("Single-mass stiffness", end.stiffness, None),
     ]
-    return [Finding(name, end.name, estimate, unit) for name, estimate, unit in rows]
+    return [
+        Finding(name, end.name, estimate, unit, record_time(touch) if name == FIRST_TOUCH else "")
+        for name, estimate, unit in rows
+    ]
+
+
+def record_time(instant: Estimate) -> str:
+    """Return an instant of the record in brackets, to stand behind its time after the release."""
+    return "" if instant.value is None else f" [{instant.value:.5f} s]"

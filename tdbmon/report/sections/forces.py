@@ -164,7 +164,7 @@ def _contacts(end: EndForces) -> Table:
         " (95 % intervals); as the simulated force begins and ends: a contact told from the displacement may hold several"
         + (f"; {more} more are left out" if more > 0 else "")
     )
-    return Table(caption, ("Contact", "Touch", "Length", "Peak normal force", "Impulse"), rows)
+    return Table(caption, ("Contact", "Begins, from the release", "Duration", "Peak normal force", "Impulse"), rows)
 
 
 def _values(fitted: FittedDrop) -> Table:

@@ -88,7 +88,7 @@ def _modes(modes: Sequence[RestingMode], lines: Sequence[Line]) -> Table:
         "Computed, standstill",
         "Massless supports",
         "Line of the record",
-        "Computed off by",
+        "Error of the computed",
         "Met at a speed of, by " + " / ".join(f"{order:g}X" for order in ORDERS),
     )
     caption = "Natural frequencies (95 % intervals of the calibration alone, without what the model simplifies)"

@@ -188,7 +188,7 @@ def _ends_table(analysis: Analysis) -> list[Block]:
     rows = []
     for findings in zip(*columns.values(), strict=True):
         if any(f.estimate.known for f in findings):
-            cells = (words(f.estimate, f.unit) if f.estimate.known else "–" for f in findings)
+            cells = (words(f.estimate, f.unit) + f.beside if f.estimate.known else "–" for f in findings)
             name = findings[0].name
             name += above_one(f.estimate for f in findings) if name == RESTITUTION else ""
             rows.append(Row((name, *cells)))
