@@ -58,7 +58,9 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
     broken = np.isnan(readings)
     if broken.any():
         for i in range(len(machine.ends)):
-            needed = np.abs(weights[i]).sum(axis=0) > 0
+            # a probe in the plane of the one bearing tells nothing of the other, but for rounding, and must not blank it
+            share = np.abs(weights[i])
+            needed = (share > _ROUNDING * share.max(axis=1, keepdims=True)).any(axis=0)
             displacement[i][:, broken[needed].any(axis=0)] = np.nan
     for i, plane in enumerate(planes):
         if plane == "none":
