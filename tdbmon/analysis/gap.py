@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.jackknife import jackknife
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
@@ -299,19 +300,7 @@ def _circle(
     if len(parts) < 2:
         return solution, np.full(4, np.inf)
     left_out = np.array([_fit_circle(part, per_load, known)[0] for part in parts])
-    return solution, np.sqrt(np.maximum(np.diag(covariance), _jackknife(left_out)))
-
-
-def _jackknife(left_out: np.ndarray) -> np.ndarray:
-    """Return the variance of each value (n, values) by what leaving out one part of n changes.
-
-    Few parts: widened to Student's quantile, so that 1.96 standard deviations are a 95 % interval.
-    """
-    from scipy.special import stdtrit
-
-    n = len(left_out)
-    quantile = float(stdtrit(n - 1, 0.975)) / 1.96
-    return np.asarray(quantile**2 * (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+    return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife(left_out)))
 
 
 def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -379,7 +368,7 @@ def _oval(cells: _Cells, p: np.ndarray) -> Estimate:
     if len(parts) < 2:
         return Estimate.missing("um", "the shaft settles too briefly to tell an ellipse from a vibration")
     harmonic, variance = _second_harmonic(cells.arc(), p)
-    sigma = np.sqrt(np.maximum(variance, _jackknife(np.array([_second_harmonic(part, p)[0] for part in parts]))))
+    sigma = np.sqrt(np.maximum(variance, jackknife(np.array([_second_harmonic(part, p)[0] for part in parts]))))
     amplitude = float(np.hypot(*harmonic))
     width = 1.96 * float(np.sqrt(np.mean(sigma**2)))
     rule = "second harmonic of the settled radius over the angle"

@@ -23,6 +23,7 @@ from tdbsim.machine import Machine
 from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
+from tdbmon.analysis.jackknife import jackknife
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
@@ -270,8 +271,6 @@ def _mode(
     table: np.ndarray, mode: int, machine: Machine, basis: Modes, loads: np.ndarray
 ) -> tuple[Estimate, dict[str, float], list[tuple[float, float]]] | None:
     """Combine the windows of one mode; the scatter between windows gives the interval."""
-    from scipy.special import stdtrit
-
     if len(table) < 4:
         return None
     frequency = table[:, 0]
@@ -296,20 +295,17 @@ def _mode(
 
     everything = np.ones(len(table), bool)
     value = reduce(everything)
-    # jackknife over groups of windows: neighbours share the noise of the same excitation
     groups = np.array_split(np.arange(len(table)), min(12, len(table)))
     left_out = []
     for group in groups:
         keep = everything.copy()
         keep[group] = False
         left_out.append(reduce(keep))
-    n = len(groups)
-    sigma = np.sqrt((n - 1) / n * np.sum((np.array(left_out) - np.mean(left_out, axis=0)) ** 2, axis=0))
-    quantile = float(stdtrit(n - 1, 0.975)) / 1.96
+    sigma = np.sqrt(jackknife(np.array(left_out)))
     name = ("parallel swing", "conical swing")[mode]
-    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]) * quantile, "Hz", f"{name}, small amplitude")
+    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]), "Hz", f"{name}, small amplitude")
     shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}
-    radii = [(float(value[3 + i]), float(sigma[3 + i]) * quantile) for i in range(2)]
+    radii = [(float(value[3 + i]), float(sigma[3 + i])) for i in range(2)]
     if any(r <= 0 for r, _ in radii):
         return None
     return estimate, shape, radii
