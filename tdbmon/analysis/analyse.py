@@ -26,6 +26,7 @@ from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rundown import RunDown, fit_rundown
+from tdbmon.analysis.set_point import check_set_point
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing, predicted_swing
 from tdbmon.analysis.whirl import Whirl, find_whirl
@@ -90,6 +91,8 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     checks += check_orientation(planes, *sound, released, back, checks)
     checks += check_exchanged(planes, *sound, released)
     ends, swing = analyse_ends(planes, machine, rotor, released, back, checks)
+
+    checks += check_set_point(ends, release, machine) if release is not None else []
 
     progress("fitting the run-down")
     rundown = _rundown(speed, released, rotor, key, checks)

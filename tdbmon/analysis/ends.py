@@ -66,7 +66,7 @@ def analyse_ends(
             circles[end] = since
         else:
             known = None if swing is None else swing.gap[end]
-            circles[end] = fit_gap(planes, end, machine, travels[end], since, known)
+            circles[end] = _agreed(fit_gap(planes, end, machine, travels[end], since, known), end, known, checks)
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
@@ -84,9 +84,6 @@ def analyse_ends(
         if gap is not None and not impossible:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
             contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, late)
-            if gap.agrees is not None:
-                detail = f"radius {gap.from_arc} from the arc, {from_swing} from the swing"
-                checks.append(Check("gap from arc and swing agree", end, gap.agrees, detail))
         first = contacts.first if contacts is not None else None
         stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
         if isinstance(circle, NoCircle) or impossible:
@@ -106,6 +103,19 @@ def analyse_ends(
             _deepest(planes, end, circle, start, contacts),
         )
     return ends, swing
+
+
+def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:
+    """Return the circle of an end, and check its radius by the swing: where they disagree, neither is known to be right."""
+    if isinstance(circle, NoCircle) or circle.agrees is None:
+        return circle
+    detail = f"radius {circle.from_arc} from the arc, {swing} from the swing"
+    if not circle.agrees:
+        detail += (
+            ": the bore is not round (the arc tells its curvature at the bottom), or a probe's sensitivity is wrong"
+        )
+    checks.append(Check("gap from arc and swing agree", end, circle.agrees, detail))
+    return circle if circle.agrees else NoCircle(f"{detail}; no circle is told")
 
 
 def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:

@@ -8,7 +8,8 @@ v^2/(g R).  So the radius is r = R + s (N/W - 1), where s is the deflection a un
 amplitude this looks just like a shift of the centre by 3 s; left out, it would put the centre tens of micrometres too
 low.  It is fitted with the circle, with the machine file's value of s as prior knowledge; the arc alone then gives the
 radius to some ten micrometres (`Gap.from_arc`).  Where the swing frequency gives the same radius independently
-(`tdbmon.analysis.swing`) and both agree, it settles the circle; where they disagree the arc stands alone.
+(`tdbmon.analysis.swing`) and both agree, it settles the circle; where they disagree no circle is told
+(`tdbmon.analysis.ends`).
 """
 
 from __future__ import annotations
@@ -340,7 +341,7 @@ def _gap(
     agrees: bool | None,
 ) -> Gap:
     """Assemble the result."""
-    how = "settled arc and swing frequency" if agrees else "settled arc"
+    how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
     names = (f"centre: {how}", f"centre: {how}", f"radius: {how}")
     made = [Estimate.from_sigma(float(v), float(s), "um", m) for v, s, m in zip(p, sigma, names, strict=False)]
     low, high = np.quantile(np.hypot(*(xy - p[:2]).T), [0.025, 0.975])

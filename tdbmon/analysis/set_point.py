@@ -1,0 +1,41 @@
+"""The set point of the levitation: a shaft is held near the middle of its clearance, so the fitted circle lies about it.
+
+An arc tells the curvature at the bottom.  Where the bore is not round that is not its radius, and the circle's centre then lies
+far from where the shaft levitated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from tdbsim.machine import Machine
+
+from tdbmon.analysis.release import Release
+from tdbmon.analysis.result import EndResult
+from tdbmon.record.finding import Check, um
+
+_MOST = 0.25  # of the gap, by which a set point lies off the centre at most; the shipped machines' lie within 0.2
+
+
+def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machine) -> list[Check]:
+    """Check that the shaft levitated near the centre of the circle of each end that has one."""
+    found = []
+    for name, end in ends.items():
+        centre = () if end.gap is None else end.gap.centre
+        place = release.levitated.get(name)
+        if place is None or not centre or any(c.value is None or c.high is None for c in centre):
+            continue
+        away = np.array([float(c.value or 0.0) - p for c, p in zip(centre, place, strict=True)])
+        apart = float(np.hypot(*away))
+        half = float(np.hypot(*(np.array([(c.high or 0.0) - (c.value or 0.0) for c in centre]) * away))) / max(
+            apart, 1e-12
+        )
+        gap = machine.bearing(name).radial_gap.nominal
+        passed = apart - half < _MOST * gap
+        detail = f"the shaft levitated {um(apart)} (± {um(half)}) from the centre of its clearance, {apart / gap:.2f} of the gap"
+        if not passed:
+            detail += (
+                ": the bore is not round (then the arc tells its curvature at the bottom, and radius and air gap are wrong), or"
+                " the set point of the magnetic bearing is off"
+            )
+        found.append(Check("set point", name, passed, detail))
+    return found

@@ -1,0 +1,60 @@
+"""A bore that is not round: its arc's curvature is no radius, and the record says so."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from tdbsim.effect import parse
+from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.simulate import DropPlan, simulate
+
+from tdbmon.analysis.analyse import analyse
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+
+def oval(machine, seconds):
+    """A drop in a bore of 250 um that is 20 um wider to the sides, and narrower up and down."""
+    effect = parse("oval_clearance:where=NDE,amplitude=20 um,angle=0 deg")
+    plan = DropPlan(
+        speed=150.0,
+        seconds=seconds,
+        levitated=0.1,
+        sensors=SensorChain(probe=ProbeChain(noise=0.25e-6), speed_noise_hz=0.03),
+        seed=1,
+    )
+    made = simulate(machine, plan, [effect])
+    made.attrs["source_file"] = "oval.nc"
+    return made
+
+
+def checks_of(result, name):
+    return {check.channel: check for check in result.checks if check.check == name}
+
+
+@pytest.mark.parametrize("name", ["short/drop_100", "loose/drop_060"])
+def test_a_sound_shaft_levitates_near_the_centre(name, machine):
+    found = checks_of(analyse(read(shipped(f"{name}.nc")), machine), "set point")
+    assert set(found) == {"NDE", "DE"}
+    assert all(check.passed for check in found.values())
+
+
+def test_an_oval_bore_is_not_silently_a_wide_gap(machine):
+    result = analyse(oval(machine, 1.5), machine)
+    assert result.ends["NDE"].air_gap.low > 300e-6  # true: 250 um, 230 um at the bottom
+    found = checks_of(result, "set point")["NDE"]
+    assert not found.passed
+    assert "not round" in found.detail
+    apart = float(re.search(r"levitated ([\d.]+) um", found.detail)[1])
+    assert apart == pytest.approx(352 - 250, abs=25)  # radius of curvature at the bottom less the mean radius
+
+
+def test_where_arc_and_swing_disagree_no_circle_is_told(machine):
+    result = analyse(oval(machine, 12.0), machine)
+    assert not checks_of(result, "gap from arc and swing agree")["NDE"].passed
+    end = result.ends["NDE"]
+    assert end.gap is None
+    assert "no circle is told" in end.air_gap.why
+    assert end.gap_from_swing.known
+    assert result.ends["DE"].gap.agrees
