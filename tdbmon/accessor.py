@@ -24,8 +24,8 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.history.compare import Comparison
 from tdbmon.history.verdict import Verdict
 from tdbmon.progress import silent
+from tdbmon.quantity import words
 from tdbmon.report.document import Document
-from tdbmon.report.quantity import words
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop

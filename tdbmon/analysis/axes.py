@@ -102,6 +102,4 @@ def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[s
             planes.append("probe")
         else:
             planes.append("none")
-    # a probe in the plane of the one bearing tells nothing of the other, but for rounding, and must not blank it
-    weights[np.abs(weights) < _ROUNDING * np.abs(weights).max(axis=2, keepdims=True)] = 0.0
     return weights, planes

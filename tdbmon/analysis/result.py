@@ -16,7 +16,7 @@ from tdbmon.analysis.phases import Phase
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.swing import Swing
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Estimate, since
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
@@ -124,6 +124,24 @@ class Analysis:
     lines: tuple[Line, ...] = ()
     whirl: dict[str, Whirl] = field(default_factory=dict)
     tracks: xr.Dataset | None = None
+
+    @property
+    def release_time(self) -> Estimate:
+        """Instant of the release."""
+        if self.release is None:
+            return Estimate.missing("s", "the record starts after the release, or holds no displacement")
+        return self.release.time
+
+    @property
+    def settle_time(self) -> Estimate:
+        """Time from the release to the end of the last bounce of either end."""
+        times = [end.gap.settled_from for end in self.ends.values() if end.gap is not None]
+        if not times or len(times) < len(self.ends):
+            return Estimate.missing("ms", "not both ends have a clearance circle")
+        last = Estimate(
+            max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample"
+        )
+        return since(last, self.release_time)
 
     @property
     def has_speed(self) -> bool:

@@ -14,7 +14,6 @@ from tdbmon.history.fatigue import fatigue_of
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.severity import severity
 from tdbmon.record.keyphasor import speed_over_pulses
-from tdbmon.report.sections.findings import release_time, settle_time
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
@@ -39,13 +38,13 @@ def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[F
 
 
 def _of_rotor(analysis: Analysis) -> list[Feature]:
-    rundown, release = analysis.rundown, release_time(analysis)
+    rundown, release = analysis.rundown, analysis.release_time
     swings = () if analysis.swing is None else analysis.swing.frequencies
     no_swing = "no swing of enough cycles stands out after both ends have settled"
     still = Estimate.missing("s", "the record holds no speed") if rundown is None else rundown.standstill_time
     values = {
         "keyphasor_ratio": speed_over_pulses(analysis.record, analysis.machine),
-        "settled_s": _in(settle_time(analysis), "s"),
+        "settled_s": _in(analysis.settle_time, "s"),
         "standstill_time_s": since(still, release, "s"),
         "swing_1_hz": swings[0] if len(swings) > 0 else Estimate.missing("Hz", no_swing),
         "swing_2_hz": swings[1] if len(swings) > 1 else Estimate.missing("Hz", no_swing),
@@ -65,7 +64,7 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
     gap, contacts = end.gap, end.contacts
     first = None if contacts is None else contacts.first
     unsettled, untouched = end.unsettled, end.no_contact
-    release = release_time(analysis)
+    release = analysis.release_time
     whirl = analysis.whirl.get(end.name)
     count = Estimate.missing("1", untouched)
     if contacts is not None and contacts.hidden:

@@ -10,7 +10,7 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
 from tdbmon.history.verdict import Verdict, verdict_of
-from tdbmon.report.quantity import moment
+from tdbmon.quantity import moment
 
 
 @dataclass(frozen=True)

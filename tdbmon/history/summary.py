@@ -8,7 +8,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.verdict import Verdict
-from tdbmon.report.quantity import short, words
+from tdbmon.quantity import short, words
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:

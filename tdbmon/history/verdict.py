@@ -8,7 +8,7 @@ from typing import Literal
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.matching import doubts
-from tdbmon.report.quantity import words
+from tdbmon.quantity import words
 
 Word = Literal["as before", "changed", "inspect", "too few drops"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from tdbmon import __version__
 from tdbmon.history.compare import Comparison
 from tdbmon.history.verdict import Verdict
+from tdbmon.quantity import moment
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Section
-from tdbmon.report.quantity import moment
 from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
+from tdbmon.quantity import moment
 from tdbmon.record.synthetic import is_synthetic, synthetic_note
 from tdbmon.report.document import Document, Section
-from tdbmon.report.quantity import moment
 from tdbmon.report.sections import (
     agreement,
     coast_down,

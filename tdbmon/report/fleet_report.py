@@ -7,10 +7,10 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
+from tdbmon.quantity import moment, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
-from tdbmon.report.quantity import moment, words
 from tdbmon.report.sections.judgement import STANDING, WORDS
 
 

@@ -8,10 +8,10 @@ from tdbmon import __version__
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import MachineHistory
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
+from tdbmon.quantity import moment, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
-from tdbmon.report.quantity import moment, words
 from tdbmon.report.sections import comparison_methods, life, stress_history
 from tdbmon.report.sections.judgement import STANDING, WORDS
 

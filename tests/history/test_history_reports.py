@@ -21,12 +21,12 @@ from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, difference_of, values_of
 from tdbmon.history.verdict import verdict_of
+from tdbmon.quantity import words
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
-from tdbmon.report.quantity import words
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.made import files, filing, fill
 

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure as Drawing
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import words
 from tdbmon.record.finding import Check
 from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
-from tdbmon.report.quantity import words
 from tdbmon.report.sections.findings import end_findings
 from tests.figure_checks import figures_of
 

@@ -13,9 +13,9 @@ import pytest
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.quantity import words
 from tdbmon.report import Document, build_report, write_html
 from tdbmon.report.html import render_html
-from tdbmon.report.quantity import words
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 

@@ -36,7 +36,7 @@ def test_it_is_a_pdf_for_the_archive_in_a4(pdf: bytes) -> None:
 
 
 def test_it_holds_the_numbers_and_the_provenance(pdf: bytes, short: Analysis) -> None:
-    from tdbmon.report.quantity import words
+    from tdbmon.quantity import words
 
     text = _squeezed(_text(pdf))
     for end in short.ends.values():

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tdbmon.estimate import Estimate, since
-from tdbmon.report.quantity import moment, number, rpm, short, words
+from tdbmon.quantity import moment, number, rpm, short, words
 
 
 def test_a_value_has_the_digits_that_its_interval_bears() -> None:

@@ -7,8 +7,8 @@ from functools import partial
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.summary import difference_of, values_of
+from tdbmon.quantity import short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import short, words
 
 
 def section(comparison: Comparison) -> Section | None:

@@ -7,9 +7,9 @@ from functools import partial
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
-from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time, release_time
+from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time
 
 _LISTED = 10
 
@@ -19,7 +19,7 @@ def section(analysis: Analysis) -> Section | None:
     if not any(end.contacts is not None and end.contacts.events for end in analysis.ends.values()):
         return None
     ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
-    release = release_time(analysis)
+    release = analysis.release_time
     blocks: list[Block] = [
         Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
         for end in analysis.ends.values()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tdbmon.diagnosis.reference import APART, Reference
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 
 def section(since: Reference) -> Section:

@@ -6,8 +6,8 @@ from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, seen_in_all
+from tdbmon.quantity import signed
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import signed
 
 
 def section(evidence: Evidence) -> Section | None:

@@ -9,8 +9,8 @@ from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.least_squares import information
+from tdbmon.quantity import signed, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import signed, words
 
 _PARTNER = 0.5  # correlation from which another value is named
 _PARTNERS = 3

@@ -30,28 +30,10 @@ def above_one(restitutions: Iterable[Estimate]) -> str:
     return ABOVE_ONE if any((estimate.value or 0.0) > 1 for estimate in restitutions) else ""
 
 
-def release_time(analysis: Analysis) -> Estimate:
-    """Instant of the release."""
-    if analysis.release is None:
-        return Estimate.missing("s", "the record starts after the release, or holds no displacement")
-    return analysis.release.time
-
-
-def settle_time(analysis: Analysis) -> Estimate:
-    """Time from the release to the end of the last bounce of either end."""
-    times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
-    if not times or len(times) < len(analysis.ends):
-        return Estimate.missing("ms", "not both ends have a clearance circle")
-    last = Estimate(
-        max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample"
-    )
-    return since(last, release_time(analysis))
-
-
 def rotor_findings(analysis: Analysis) -> list[Finding]:
     """Quantities of the whole rotor."""
     rundown = analysis.rundown
-    release = release_time(analysis)
+    release = analysis.release_time
     found = [Finding("Release, from the record's first sample", "", release)]
     if analysis.release is not None and analysis.release.force_decay.known:
         found.append(Finding("Decay time of the magnetic force", "", analysis.release.force_decay))
@@ -65,7 +47,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
         found.append(Finding(name, "", estimate))
     still = Estimate.missing("s", _NO_SPEED) if rundown is None else rundown.standstill_time
     found.append(Finding("Standstill, from the record's first sample", "", still))
-    found.append(Finding("Settled on the rings, after the release", "", settle_time(analysis)))
+    found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies
         missing = Estimate.missing("Hz", "no swing of enough cycles stands out after both ends have settled")
@@ -82,7 +64,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
 def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
     """Quantities of one end."""
     first = end.contacts.first if end.contacts is not None else None
-    release = release_time(analysis)
+    release = analysis.release_time
     gap = end.gap
     missing = Estimate.missing("um", end.unsettled)
     touch = first.touch if first else Estimate.missing("s", end.no_contact)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from tdbmon.quantity import number, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
-from tdbmon.report.quantity import number, words
 from tdbmon.report.remarks import grouped
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from functools import partial
 
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 
 def section(analysis: Analysis) -> Section | None:

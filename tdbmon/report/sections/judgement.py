@@ -6,10 +6,10 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.verdict import Verdict
+from tdbmon.quantity import moment, short
+from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
-from tdbmon.report.quantity import moment, short
-from tdbmon.report.quantity import words as quantity
 
 _HARDEST = ("peak_force_n", "stress_max_mpa")
 

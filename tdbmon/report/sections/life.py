@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
+from tdbmon.quantity import words
 from tdbmon.report.document import Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 
 def section(comparison: Comparison) -> Section:

@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tdbmon.identify.natural_frequencies import ORDERS, RestingMode
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line

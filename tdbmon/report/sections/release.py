@@ -6,8 +6,8 @@ from functools import partial
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table
-from tdbmon.report.quantity import words
 from tdbmon.report.signal import signals_of
 
 _FIRST_S = 0.25

@@ -7,8 +7,8 @@ from functools import partial
 from tdbmon.analysis.result import Analysis
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import number, rpm, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import number, rpm, words
 
 _NAMES = {
     "decay_time_s": "decay time",

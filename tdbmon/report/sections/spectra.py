@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line

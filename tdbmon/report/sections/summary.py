@@ -9,16 +9,14 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import moment, number, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
-from tdbmon.report.quantity import moment, number, rpm, words
 from tdbmon.report.sections.findings import (
     RESTITUTION,
     Finding,
     above_one,
     end_findings,
-    release_time,
     rotor_findings,
-    settle_time,
 )
 from tdbmon.report.sections.forces import hardest
 
@@ -77,7 +75,7 @@ def _story(analysis: Analysis) -> str:
         counts.append(
             f"{count} contacts{' that were seen' if end.contacts.hidden or end.contacts.why else ''} at {end.name}"
         )
-    settle = settle_time(analysis)
+    settle = analysis.settle_time
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
         lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
@@ -89,7 +87,7 @@ def _story(analysis: Analysis) -> str:
         parts.append(f"It {verb} {words(still)} after the record's first sample.")
     elif analysis.rundown is not None:
         parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
-    if not (release := release_time(analysis)).known:
+    if not (release := analysis.release_time).known:
         parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
     return " ".join(parts)
 

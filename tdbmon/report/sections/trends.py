@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.quantity import words
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 _SHOWN = 8
 _FIRST = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.quantity import words
 
 
 def section(analysis: Analysis) -> Section | None:
