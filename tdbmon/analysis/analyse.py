@@ -201,9 +201,8 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
     try:
         planes = to_planes(*freed(record, machine), fit)
         time = planes.time.to_numpy()
-        rate = (len(time) - 1) / (
-            time[-1] - time[0]
-        )  # with its holes: one of a hundred times the rest is a damaged clock
+        # holes count: where they are a hundred times the rest, the clock is damaged
+        rate = (len(time) - 1) / (time[-1] - time[0])
         if rate < _LEAST_HZ:
             raise InputError(
                 f"the probes are sampled at {rate:.3g} Hz, where a contact lasts some 2 ms; record at"

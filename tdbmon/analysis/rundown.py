@@ -26,6 +26,7 @@ from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
 from tdbmon.record.keyphasor import Pulses
+from tdbmon.record.timebase import usual_interval
 
 _BLOCKS = 2000
 _LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
@@ -225,7 +226,7 @@ def _from_signal(
     time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None
 ) -> _Observed:
     last = float(time[-1])
-    step = (last - time[0]) / (len(time) - 1)
+    step = usual_interval(time)
     lead = without_holes(_blocks(time, signal, release - _LEAD_S, release + _FREE_FALL_S, 200), time)
     after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
@@ -465,7 +466,7 @@ def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count:
     good = np.isfinite(v)
     valid = good.sum(axis=1)
     total = np.where(good, v, 0).sum(axis=1, dtype=float)
-    half = 0.5 * (time[-1] - time[0]) / (len(time) - 1)
+    half = 0.5 * usual_interval(time)
     use = valid > size // 2
     return Coast(t[use, 0] - half, t[use, -1] + half, total[use] / valid[use])
 

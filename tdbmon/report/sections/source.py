@@ -7,6 +7,7 @@ import numpy as np
 from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
 from tdbmon.analysis.summary import weight
+from tdbmon.record.timebase import usual_rate
 from tdbmon.report.document import Row, Section, Table
 from tdbmon.report.sections.findings import end_findings, rotor_findings
 
@@ -16,7 +17,6 @@ def section(analysis: Analysis) -> Section:
     attributes = analysis.record.attrs
     dimension = next(iter(analysis.record.sizes))
     time = analysis.record[dimension].to_numpy()
-    rate = (len(time) - 1) / (time[-1] - time[0])
     missing = ", ".join(str(name) for name in np.atleast_1d(attributes.get("missing", []))) or "none"
     rows = [
         Row(("File", str(attributes.get("source_file", "not known")))),
@@ -25,7 +25,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Machine in the file", str(attributes.get("machine") or "not stated"))),
         Row(("Time of the drop", str(attributes.get("drop_time") or "not stated"))),
         Row(("Reader", str(attributes.get("reader", "not known")))),
-        Row(("Sampling", f"{rate:.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
+        Row(("Sampling", f"{usual_rate(time):.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
         Row(("Channels that the machine expects and the file lacks", missing)),
         Row(("Machine", analysis.machine.name)),
         Row(("Rotor", weight(analysis))),
