@@ -24,11 +24,12 @@ from tdbsim.errors import InputError, did_you_mean
 
 from tdbmon.history import catalogue
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.filing import Filing, sha256_of
+from tdbmon.history.filing import Filing
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
 from tdbmon.history.twin import laid, twin_of
+from tdbmon.sha256 import sha256_of
 
 Filed = Literal["filed", "analysed again", "already filed"]
 

@@ -12,10 +12,11 @@ from pathlib import Path
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, Filed
-from tdbmon.history.filing import Filing, satisfying_names, sha256_of
+from tdbmon.history.filing import Filing, satisfying_names
 from tdbmon.history.study import Order, study
 from tdbmon.identify.crew import attend_parent
 from tdbmon.progress import Progress, silent
+from tdbmon.sha256 import sha256_of
 
 _REACH_S = 20.0  # to wait for a scheduler
 

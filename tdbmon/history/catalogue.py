@@ -268,13 +268,17 @@ def version_key(version: str) -> tuple[int, ...]:
 
 def moment_of(filing: Filing) -> float:
     """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as that of its filing."""
-    for text in (filing.dropped, filing.filed):
-        try:
-            when = datetime.fromisoformat(text)
-        except ValueError:
-            continue
-        return (when if when.tzinfo is not None else when.replace(tzinfo=UTC)).timestamp()
-    return 0.0
+    dropped, filed = seconds(filing.dropped), seconds(filing.filed)
+    return (filed or 0.0) if dropped is None else dropped
+
+
+def seconds(time: str) -> float | None:
+    """Return an ISO 8601 time in s since 1970, one without a zone as UTC; None where it is no time."""
+    try:
+        when = datetime.fromisoformat(time)
+    except ValueError:
+        return None
+    return (when if when.tzinfo is not None else when.replace(tzinfo=UTC)).timestamp()
 
 
 def _create(base: sqlite3.Connection) -> None:

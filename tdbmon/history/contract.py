@@ -26,9 +26,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict) -> dict[str, Any]:
             "speed_tolerance": wanted.tolerance,
         },
         "features": [_change(change, comparison) for change in comparison.changes],
-        "stress": {
-            end: [stress_json(drop, box) for drop, box in rows] for end, rows in sorted(comparison.stress.items())
-        },
+        "stress": {end: [_box(drop, box) for drop, box in rows] for end, rows in sorted(comparison.stress.items())},
         "stress_why": "" if comparison.stress else "no drop was filed with forces (tdbmon archive add --forces)",
         "life": {
             "full_drops": comparison.life.full_drops,
@@ -63,7 +61,7 @@ def entry_json(entry: Entry) -> dict[str, Any]:
     }
 
 
-def stress_json(drop: str, box: StressBox) -> dict[str, Any]:
+def _box(drop: str, box: StressBox) -> dict[str, Any]:
     """Return the box of a stress in MPa."""
     factor = OUTSIDE["MPa"]
     return {

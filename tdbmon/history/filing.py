@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from tdbmon.history.feature import Feature
@@ -107,9 +105,3 @@ def satisfying_names(version: str, machine_sha256: str, forces: bool) -> tuple[s
     if forces:
         return (own,)
     return (own, f"{version}-{machine_sha256[:8]}-forces.nc", result_name(version, machine_sha256, False))
-
-
-def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

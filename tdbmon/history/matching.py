@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tdbmon.history.catalogue import Entry
+from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
 
 _FOREIGN = "machine"  # whole: of the record, without a channel; "machine and record NDE" is another check
@@ -62,7 +62,8 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     if not entry.dropped:
         return ["the record states no time of the drop: its place in the order is the time of its filing"]
     found = []
-    if _seconds(entry.filed) and entry.moment > _seconds(entry.filed) + 86400:
+    filed = seconds(entry.filed)
+    if filed is not None and entry.moment > filed + 86400:
         found.append(
             f"the time of the drop, {entry.dropped}, lies after its filing ({entry.filed}): the recorder's clock is wrong"
         )
@@ -74,13 +75,3 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
             " if so, remove it and file it with --dropped"
         )
     return found
-
-
-def _seconds(text: str) -> float:
-    from datetime import UTC, datetime
-
-    try:
-        when = datetime.fromisoformat(text)
-    except ValueError:
-        return 0.0
-    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()

@@ -7,9 +7,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tdbmon.history.filing import Filing, StressBox, sha256_of
+from tdbmon.history.filing import Filing, StressBox
 from tdbmon.progress import Progress, silent
 from tdbmon.record.synthetic import is_synthetic
+from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,10 +14,11 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import filed_drop
 from tdbmon.history.drop import Drop
-from tdbmon.history.filing import Filing, sha256_of
+from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import twin_of
 from tdbmon.record.assign import assign
+from tdbmon.sha256 import sha256_of
 
 
 def drop_to_compare(

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 from tdbsim.errors import InputError
 
 from tdbmon.history import catalogue
-from tdbmon.history.filing import ID_LENGTH, Filing, sha256_of
+from tdbmon.history.filing import ID_LENGTH, Filing
 from tdbmon.history.place import INCOMING, sweep, writable
 from tdbmon.history.result_file import read_result
 from tdbmon.progress import Progress, silent
+from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
     from tdbmon.history.archive import Archive

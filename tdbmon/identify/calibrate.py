@@ -26,7 +26,7 @@ from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual,
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
-from tdbmon.identify.follow import Progress, followed
+from tdbmon.identify.follow import followed
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.parameters import (
     calibrated_machine,
@@ -35,6 +35,7 @@ from tdbmon.identify.parameters import (
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
 
@@ -47,15 +48,11 @@ _ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is r
 _LACKS = 4.0  # times the noise, from which on it is remarked that the model does not explain the drops
 
 
-def _silent(_: str) -> None:
-    return None
-
-
 def fit_drops(
     machine: Machine,
     records: Sequence[xr.Dataset],
     horizons: Sequence[float] = HORIZONS,
-    progress: Progress = _silent,
+    progress: Progress = silent,
     workers: int = 1,
 ) -> Calibration:
     """Calibrate a machine's model to one or more of its drops.

@@ -14,10 +14,10 @@ from tdbmon.identify.agreement import Agreement, agreement
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.coast_down import CoastDown, coast_down
-from tdbmon.identify.follow import Progress
 from tdbmon.identify.forces import DropForces, forces_of
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
+from tdbmon.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)

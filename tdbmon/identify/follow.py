@@ -7,7 +7,7 @@ later.  So fits begun at the corners of what is known of the clearances are foll
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tdbsim.errors import InputError
@@ -19,8 +19,7 @@ from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
 from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
-
-Progress = Callable[[str], None]
+from tdbmon.progress import Progress
 
 CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # times what noise leaves, from which on a model fails

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,6 +13,8 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
+
+from tdbmon.sha256 import sha256_of
 
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
@@ -110,7 +111,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     record = xr.Dataset(data, coords=bases.coordinates())
     record.attrs = {
         "source_file": path.name,
-        "sha256": sha256(path),
+        "sha256": sha256_of(path),
         "reader": reader,
         "title": content.title,
         "drop_time": _iso(content.drop_time),
@@ -122,12 +123,6 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     if left_out:
         record.attrs["left_out"] = left_out
     return record
-
-
-def sha256(path: Path) -> str:
-    """Return the SHA-256 of a file as hexadecimal text."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def si_unit(unit: str) -> tuple[str, float]:

@@ -142,10 +142,9 @@ def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, c
     for name in names:
         own = owns[name]
         lacks = int(np.sum(reference < own[0]) + np.sum(reference > own[-1]))
-        between = (
-            own.size == reference.size
-        )  # a probe sampled between the others' times has none at their first or last
-        if lacks <= between:
+        # a probe sampled between the others' times has none at their first or last
+        granted = 1 if own.size == reference.size else 0
+        if lacks <= granted:
             continue
         lost = reference.size - common.size
         detail = (
