@@ -30,7 +30,7 @@ _FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
 
 @dataclass(frozen=True)
 class Life:
-    """What a machine's present assembly went through, the drop that is compared included.
+    """What a machine's present assembly went through, the drop that is compared included unless it names another machine.
 
     Attributes
     ----------
@@ -82,13 +82,15 @@ def life_of(
         for e in of_machine
         if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.order < drop.entry.order and not foreign(e)
     ]
-    speeds = [*(e.speed for e in earlier), drop.entry.speed]
+    counts = not foreign(drop.entry)
+    speeds = [e.speed for e in earlier] + [drop.entry.speed] * counts
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed
     full = sum(limit is None or speed is None or speed >= limit for speed in speeds)
     results = [e.result for e in earlier]
-    own = {name: tuple(f for f in drop.features if f.name == name) for name in ("fatigue_cycles", "stress_max_mpa")}
-    cycles = [*(fatigue.get(each, ()) for each in results), own["fatigue_cycles"]]
-    stresses = [*(greatest.get(each, ()) for each in results), own["stress_max_mpa"]]
+    cycles, stresses = [fatigue.get(each, ()) for each in results], [greatest.get(each, ()) for each in results]
+    if counts:
+        cycles.append(tuple(f for f in drop.features if f.name == "fatigue_cycles"))
+        stresses.append(tuple(f for f in drop.features if f.name == "stress_max_mpa"))
     damage = _damage([_wear(found) for found in cycles], [_wear(found, EXPONENT) for found in stresses])
     damage = _with_indented(damage, stresses)
     return Life(full, len(speeds) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
@@ -106,6 +108,8 @@ def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _We
 
 def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> Estimate:
     """Return the damage of the end that suffered most, by rainflow cycles where every drop has them."""
+    if not counted:
+        return Estimate.missing("1", "no drop of this machine is filed yet")
     without = sum(not a and not b for a, b in zip(counted, greatest, strict=True))
     if without:
         why = f"{without} of {len(counted)} drops were filed without forces: file them with --forces"

@@ -162,6 +162,7 @@ def test_a_record_that_names_another_machine_is_told_with_both_names_and_counts_
     found = compare(archive, filed_drop(archive, added.id))
     assert all(name in verdict_of(found).reasons[0] for name in names)
     assert names[1] in comparison_json(found, verdict_of(found))["another_machine"]["named"]
+    assert found.life.full_drops == 10  # those before: it is no drop of this machine
     later = filed_drop(archive, archive.entries()[-2].id)
     later = replace(later, entry=replace(later.entry, id="later", moment=added.moment + 1, speed=added.speed))
     found = compare(archive, later)

@@ -87,6 +87,8 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
     document = build_compare_report(comparison, verdict_of(comparison))
     html = render_html(document)
     assert "archive add --forces" in html
+    assert "How hard the bearings were hit" not in html  # a table of nothing but the count of drops
+    assert "Full drops of this assembly, this one included" in html.split("What was compared", 1)[1]
     assert "stress-boxes" not in html
     assert "Changed against the drops before" in html
     assert "synthetic" in html

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
+from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import moment, short
@@ -40,6 +41,7 @@ def section(comparison: Comparison, verdict: Verdict) -> Section:
         Row(("Assembly", wanted.assembly or "not told apart")),
         Row(("Speed at the release", speed)),
         Row(("Matching drops before", f"{len(comparison.matched)}")),
+        Row((f"Full drops of this assembly, {included(comparison)}", _full_drops(comparison.life))),
         Row(("Quantities compared", f"{comparison.tested}, corrected for that number together")),
     ]
     blocks.append(Table("What was compared", ("What", "Value"), tuple(rows)))
@@ -61,11 +63,19 @@ def section(comparison: Comparison, verdict: Verdict) -> Section:
     return Section("Verdict", tuple(blocks))
 
 
+def included(comparison: Comparison) -> str:
+    """Return whether a drop is among those that are counted: one that names another machine is not."""
+    return "without this one, which names another machine" if comparison.foreign else "this one included"
+
+
+def _full_drops(life: Life) -> str:
+    return f"{life.full_drops}, {'no number agreed' if life.agreed is None else f'{life.agreed} agreed'}"
+
+
 def _hit(comparison: Comparison) -> list[Block]:
-    """How hard the bearings were hit, against the drops before, the limit, and the agreed number of drops."""
+    """How hard the bearings were hit, against the drops before and the limit; a sentence where no model was fitted."""
     asked = [c for c in comparison.changes if c.kind.name in _HARDEST and c.estimate.known]
-    limit, life = comparison.settings.inspect.stress, comparison.life
-    rows = []
+    limit, rows = comparison.settings.inspect.stress, []
     for change in asked:
         low, high = (f([e.value or 0.0 for _, e in change.earlier], default=None) for f in (min, max))
         before = "–"
@@ -76,20 +86,18 @@ def _hit(comparison: Comparison) -> list[Block]:
         if change.kind.name == "stress_max_mpa" and change.estimate.value is not None:
             against = f"{change.estimate.value / limit:.0%} of the limit, {limit * 1e-6:.0f} MPa"
         rows.append(Row((change.title, quantity(change.estimate), before, against or "–")))
-    agreed = "no number agreed" if life.agreed is None else f"{life.agreed} agreed"
-    rows.append(Row(("Full drops of this assembly, this one included", f"{life.full_drops}", "–", agreed)))
-    blocks: list[Block] = [
+    if not asked:
+        said = (
+            "Force and stress were not told: compare the record, or add it to the archive, with --forces to have them."
+        )
+        return [Paragraph(said)]
+    return [
         Table(
             "How hard the bearings were hit: the fitted model, with 95 % intervals",
             ("Quantity", "This drop", "Before", "Against"),
             tuple(rows),
         )
     ]
-    if not asked:
-        blocks.append(
-            Paragraph("This drop was filed without forces: compare or add it with --forces to have force and stress.")
-        )
-    return blocks
 
 
 def _capital(text: str) -> str:

@@ -6,6 +6,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.quantity import words
 from tdbmon.report.document import Paragraph, Row, Section, Table
+from tdbmon.report.sections.judgement import included
 
 
 def section(comparison: Comparison) -> Section:
@@ -13,7 +14,7 @@ def section(comparison: Comparison) -> Section:
     life = comparison.life
     used_up = life.margin.value is not None and life.margin.value <= 0
     rows = (
-        Row(("Full drops of this assembly, this one included", f"{life.full_drops}")),
+        Row((f"Full drops of this assembly, {included(comparison)}", f"{life.full_drops}")),
         Row(("Partial drops", f"{life.partial_drops}")),
         Row(("Agreed between vendor and user", "none stated" if life.agreed is None else f"{life.agreed}")),
         Row(("Damage, in drops like the first", words(life.damage))),
