@@ -41,7 +41,7 @@ _HIDING = 0.3  # of what the order shows there: a constant line so strong hides 
 _STEADY = 0.3  # of its first third, in the last third: a line that does not decay
 _BESIDE = 0.7  # cells: a sideband is so near to its place in the mean
 _FREQUENCY = ("mean over its windows", "order over its windows, times the speed at its greatest amplitude")
-_AMPLITUDE = "greatest half-axis over its windows"
+_AMPLITUDE = "greatest half-axis over its windows, without those in which a stronger constant line crosses it"
 _FRACTIONS = ((1, 12.0), (2, 4.5), (3, 2.0))  # of an order that rubbing excites, and how far up
 _SIMPLE = 0.005  # relative: an order so near to a simple fraction is one (a filtered speed signal is late)
 _WIDEST = 0.03  # orders: but no further than this
@@ -63,8 +63,8 @@ class Line:
     end : str
         Where it stands out; "both" for both ends.
     amplitude : Estimate
-        Greater half-axis of the line's orbit, 0-pk, m, at the end where it is greater: the greatest over the windows;
-        of mains their median.
+        Greater half-axis of the line's orbit, 0-pk, m, at the end where it is greater: the greatest over the windows,
+        of an order without those in which a constant line crosses it (what is seen there is not its own); of mains their median.
     first_s, last_s : float
         Middle of the first and of the last window in which it stands out, s.
     name : str

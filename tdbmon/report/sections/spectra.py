@@ -86,7 +86,8 @@ def _lines(analysis: Analysis) -> Block:
         for line in sorted(strongest, key=lambda line: (line.kind, line.order or 0.0, line.frequency.value or 0.0))
     )
     more = len(analysis.lines) - len(strongest)
-    caption = "Lines found (95 % intervals)" + (f"; {more} weaker ones are left out" if more > 0 else "")
+    caption = "Lines found (95 % intervals). Amplitude: the greatest; of an order where no constant line crosses it"
+    caption += f"; {more} weaker ones are left out" if more > 0 else ""
     return Table(caption, ("Line", "Kind", "End", "Frequency or order", "Direction", "Amplitude", "Seen"), rows)
 
 
