@@ -38,10 +38,15 @@ _STEADY = (
     0.5  # of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
 )
 _MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
+_TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
 _FALLING = 4.0  # standard deviations by which the speed must fall
 _HIDDEN = (
     f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
     " levitated one, which this record does not show well enough; a longer record is needed"
+)
+_BY_INERTIA = (
+    ", times 2π and the polar inertia of the machine file; the interval holds the noise of the speed alone, neither an error of"
+    " that inertia nor of the law"
 )
 _NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
@@ -90,7 +95,7 @@ class RunDown:
         Time constant of the chosen law's linear term, s; its interval is wider than that of the law's own parameter by what
         the law may lack.
     drag_torque : Estimate
-        Torque of the constant drag, N m.
+        Torque of the constant drag, N m, by the polar inertia as given; its interval holds the noise of the speed alone.
     standstill_time : Estimate
         From the record's first sample, s.
     models : tuple of SpeedModel
@@ -449,10 +454,17 @@ def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float
         return Estimate.missing("N m", "the rotor's polar inertia is not known")
     factor = 2 * np.pi * polar_inertia
     if "constant" in chosen.fit.terms:
-        return _term(chosen, "constant", lambda a: factor * a, "N m")
+        torque = _term(chosen, "constant", lambda a: factor * a, "N m")
+        return replace(torque, method=f"{torque.method}{_BY_INERTIA}") if torque.known else torque
     wider = {*chosen.fit.terms, "constant"}
     fit = next(c.fit for c in candidates if set(c.fit.terms) == wider)
     most = factor * (max(fit.law.constant, 0.0) + 1.645 * fit.sigma("constant"))
+    whole = factor * float(chosen.fit.law.deceleration(chosen.fit.law.speed))
+    if most > _TELLING * whole:
+        why = (
+            f"no constant drag is seen, nor could it be in so short a run-down beside the whole drag of {whole:.2g} N m"
+        )
+        return Estimate.missing("N m", why)
     return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
 
 

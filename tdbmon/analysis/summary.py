@@ -8,6 +8,9 @@ from tdbsim.rotor import static_loads
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 
+_DRAG = "constant drag"
+_BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
+
 
 def summary_lines(analysis: Analysis) -> list[str]:
     """Return the main numbers of an analysis as lines of text, with 95 % intervals."""
@@ -19,7 +22,7 @@ def summary_lines(analysis: Analysis) -> list[str]:
     if analysis.rundown is not None:
         rows.append(("speed at the release", analysis.rundown.initial))
         rows.append(("speed decay time", analysis.rundown.decay_time))
-        rows.append(("constant drag", analysis.rundown.drag_torque))
+        rows.append((_DRAG, analysis.rundown.drag_torque))
         rows.append(("standstill", analysis.rundown.standstill_time))
     if analysis.swing is not None:
         rows += [(f"swing {i + 1}, small", f) for i, f in enumerate(analysis.swing.frequencies)]
@@ -31,7 +34,7 @@ def summary_lines(analysis: Analysis) -> list[str]:
             "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
         )
     lines.append(f"{'rotor':<26}{weight(analysis)}")
-    lines += [f"{name:<26}{value}" for name, value in rows]
+    lines += [f"{name:<26}{value}{_BY_INERTIA if name == _DRAG and value.known else ''}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
@@ -77,4 +80,5 @@ def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
     if gap.low is None or gap.high is None or drawn.is_exact or (gap.low <= drawn.high and gap.high >= drawn.low):
         return ""
     tolerance = f"{drawn.low * 1e6:g} to {drawn.high * 1e6:g} um"
-    return f", outside the tolerance ({tolerance}): worn, or sensitivity or weight of the rotor are wrong"
+    cause = "worn, or " if gap.low > drawn.high else ""  # wear does not make a gap narrower
+    return f", outside the tolerance ({tolerance}): {cause}gap of the machine file, sensitivity or weight of the rotor are wrong"

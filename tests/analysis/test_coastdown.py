@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tdbsim.machine import EffectSetting, load_machine
 from tdbsim.modes import supported
+from tdbsim.quantity import Tolerant
 from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.analyse import analyse
@@ -255,7 +256,16 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
         record[probe.name] = 1.3 * record[probe.name]
     said = "\n".join(summary_lines(analyse(record, machine)))
     low, high = machine.bearing("NDE").radial_gap.low * 1e6, machine.bearing("NDE").radial_gap.high * 1e6
-    assert f"outside the tolerance ({low:g} to {high:g} um)" in said
+    assert f"outside the tolerance ({low:g} to {high:g} um): worn, or" in said
+
+
+def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
+    wide = Tolerant(nominal=500e-6, low=480e-6, high=520e-6)
+    bearings = tuple(b.model_copy(update={"radial_gap": wide}) for b in machine.touchdown_bearings)
+    drawn = machine.model_copy(update={"touchdown_bearings": bearings})
+    said = "\n".join(summary_lines(analyse(read(shipped("short/drop_100.nc")), drawn)))
+    assert "outside the tolerance (480 to 520 um): gap of the machine file" in said
+    assert "worn" not in said
 
 
 def test_effects_of_the_machine_file_are_said_to_be_in_the_simulation_alone():

@@ -248,6 +248,7 @@ def test_contacts_do_not_bias_the_fit_and_their_loss_is_reported() -> None:
     assert run.decay_time.low <= 4.0 <= run.decay_time.high
     assert run.lost_speed.value == pytest.approx(100.0 - float(law.speed_at(RELEASE)), abs=0.05)
     assert run.drag_torque.value == pytest.approx(2 * np.pi * 0.3 * 0.6, rel=0.01)
+    assert "neither an error of that inertia nor of the law" in run.drag_torque.method
     assert run.torque_at(50.0) == pytest.approx(2 * np.pi * 0.3 * (0.6 + 50 / 4), rel=1e-3)
     assert run.standstill_time.low <= law.standstill <= run.standstill_time.high
     np.testing.assert_allclose(run.speed_at(t[t > law.start]), law.speed_at(t[t > law.start]), atol=0.02)
@@ -363,6 +364,22 @@ def test_a_drive_that_trips_before_the_release_does_not_move_the_speed_there(tri
         # six turns are too few to show where the drive tripped
         assert run.initial.high - run.initial.low < (0.5 if keyphasor and tripped < 0.1 else 0.05)
     assert held >= 17
+
+
+@pytest.mark.parametrize(("seconds", "sigma"), [(0.6, 0.3), (1.2, 1.0), (20.0, 0.005)])
+def test_no_bound_of_the_constant_drag_exceeds_the_whole_drag(seconds: float, sigma: float) -> None:
+    law = DragLaw(RELEASE, 95.0, 1 / 14.0)
+    t = np.arange(0, RELEASE + seconds, 1 / 5000)
+    speed = law.speed * np.exp(-(t - RELEASE) / 14.0)
+    speed += np.random.default_rng(3).normal(0, sigma, len(t))
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.5)
+    assert not run.drag_torque.known
+    assert "no constant drag is seen" in run.drag_torque.why
+    whole = 2 * np.pi * 0.5 * 95.0 / 14.0
+    if seconds < 10:
+        assert float(run.drag_torque.why.split("whole drag of ")[1].split()[0]) == pytest.approx(whole, rel=0.1)
+    else:
+        assert float(run.drag_torque.why.split("below ")[1].split()[0]) < 0.05 * whole
 
 
 def test_short_record_in_which_the_rings_slip_to_the_end_is_not_trusted() -> None:

@@ -29,7 +29,12 @@ def section(analysis: Analysis) -> Section:
         Row(("Speed at the release", rpm(rundown.initial))),
         Row(("Speed lost to contacts and ring spin-up beyond the drag", words(rundown.lost_speed))),
         Row(("Decay time of the linear term", words(rundown.decay_time))),
-        Row(("Torque of the constant drag", words(rundown.drag_torque))),
+        Row(
+            (
+                "Torque of the constant drag",
+                words(rundown.drag_torque),
+            )
+        ),
         Row(("Drag torque at the release", _torque(rundown))),
         Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
         Row(("Stretch that the laws are fitted to", _stretch(rundown))),
@@ -49,7 +54,10 @@ def section(analysis: Analysis) -> Section:
     return Section(title, tuple(blocks))
 
 
-_REST = "; standstill: from the last sure turn to the first sure rest, or by the law"
+_REST = (
+    "; constant drag: by the machine file's polar inertia, noise of the speed alone"
+    "; standstill: from the last sure turn to the first sure rest, or by the law"
+)
 _CHOICE = (
     "The rotor slows by ω′ = −(a + ω/τ + q ω²): a is dry friction, 1/τ viscous drag and windage, q turbulent windage. Every"
     " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
@@ -59,10 +67,10 @@ _CHOICE = (
 
 def _laws(rundown: RunDown) -> Table:
     header = ("Law", "Parameters", "Rms misfit / on stretches left out", "BIC", "Verdict")
-    rows = []
+    rows, chosen = [], any(model.chosen for model in rundown.models)
     for model in rundown.models:
         parameters = "; ".join(f"{_NAMES.get(key, key)} {_parameter(value)}" for key, value in model.parameters.items())
-        verdict = "chosen" if model.chosen else (model.refused or "worse")
+        verdict = "chosen" if model.chosen else (model.refused or ("worse" if chosen else "not used"))
         cells = (
             model.name,
             parameters,
@@ -71,7 +79,8 @@ def _laws(rundown: RunDown) -> Table:
             verdict,
         )
         rows.append(Row(cells, "good" if model.chosen else "plain"))
-    return Table("Laws tried", header, tuple(rows))
+    caption = "Laws tried" if chosen else f"Laws tried; none is used: {rundown.decay_time.why}"
+    return Table(caption, header, tuple(rows))
 
 
 def _parameter(value: Estimate) -> str:

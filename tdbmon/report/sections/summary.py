@@ -36,8 +36,9 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     if analysis.rundown is not None and (analysis.rundown.decay_time.known or analysis.rundown.drag_torque.known):
         blocks.append(
             Paragraph(
-                "Decay time: the interval holds what the law of drag may lack. Drag: it holds the noise of the speed signal"
-                " alone. Standstill: from the last sure turn to the first sure rest, or by the law."
+                "Decay time: the interval holds what the law of drag may lack. Drag: given by the machine file's polar inertia"
+                " and by the law, and the interval holds the noise of the speed signal alone. Standstill: from the last sure turn"
+                " to the first sure rest, or by the law."
             )
         )
     if analysis.ends:
