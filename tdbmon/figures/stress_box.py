@@ -49,7 +49,7 @@ def _box(ax: Axes, at: int, box: Stress) -> None:
         return
     ax.bxp(
         [{"med": box.median * _MPA, "q1": box.q1 * _MPA, "q3": box.q3 * _MPA, "mean": box.mean * _MPA,
-          "whislo": box.q1 * _MPA, "whishi": _whisker(box) * _MPA}],
+          "whislo": box.least * _MPA, "whishi": _whisker(box) * _MPA}],
         positions=[at], showmeans=True, showfliers=False, patch_artist=True, widths=0.5,
         boxprops={"facecolor": SKY, "edgecolor": BLUE},
         meanprops={"marker": "x", "markersize": 5, "markeredgecolor": BLACK},

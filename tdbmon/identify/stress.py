@@ -27,6 +27,8 @@ class Stress:
         Over the whole time.
     mean, median, q1, q3 : float
         Of the fitted drop.
+    least : float
+        Least stress within Tukey's lower fence.
     outliers, tukey : tuple of float
         Peaks of the stretches beyond three standard deviations from the mean, and beyond Tukey's upper fence.
     outlier_level, tukey_level : float
@@ -40,6 +42,7 @@ class Stress:
     median: float
     q1: float
     q3: float
+    least: float
     outliers: tuple[float, ...]
     tukey: tuple[float, ...]
     outlier_level: float
@@ -76,7 +79,7 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
     rule = "Hertz, most loaded ball" + (f"; {assumption}" if assumption else "")
     if not loaded.size:
         why = f"no ball of bearing '{bearing.name}' is loaded in the fitted drop"
-        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumption)
+        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumption)
     mean, spread = float(loaded.mean()), float(loaded.std())
     q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
     levels = mean + _SIGMAS * spread, q3 + _TUKEY * (q3 - q1)
@@ -86,6 +89,7 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
         median=median,
         q1=q1,
         q3=q3,
+        least=float(loaded[loaded >= q1 - _TUKEY * (q3 - q1)].min()),
         outliers=_peaks(fitted, levels[0]),
         tukey=_peaks(fitted, levels[1]),
         outlier_level=levels[0],

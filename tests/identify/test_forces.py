@@ -85,6 +85,7 @@ def test_box_of_known_values(calibration):
     box = stress_box([values] * 8, bearing)
     assert box.greatest.value == 41e8
     assert (box.q1, box.median, box.q3) == (2e8, 3e8, 4e8)
+    assert box.least == 1e8  # the lower whisker
     assert box.outliers == (41e8,)  # one stretch, its greatest
     assert box.tukey == (41e8,)
     loaded = values[values > 0]

@@ -130,6 +130,7 @@ def test_the_legend_of_stresses_holds_only_what_is_drawn() -> None:
         greatest=known,
         median=1e9,
         q1=0.5e9,
+        least=0.2e9,
         q3=1.2e9,
         mean=1e9,
         tukey=(),

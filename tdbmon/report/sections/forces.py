@@ -81,8 +81,8 @@ def section(fitted: FittedDrop) -> Section:
         ),
         Figure(
             "stress-box",
-            "Greatest Hertz stress among the balls while any is loaded. Box: quartiles with median; cross: mean; bar: greatest"
-            " value within Tukey's fence. Dots and rings: peaks beyond the fence and beyond three standard deviations,"
+            "Greatest Hertz stress among the balls while any is loaded. Box: quartiles with median; cross: mean; bars: least and"
+            " greatest value within Tukey's fences. Dots and rings: peaks beyond the fence and beyond three standard deviations,"
             " where there are any.",
             "Box plots of the stress over time, a panel for each end and a box for each drop, with outliers by two rules.",
             partial(stress_box, fitted.all_forces),

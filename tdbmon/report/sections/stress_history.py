@@ -33,8 +33,8 @@ def section(comparison: Comparison) -> Section:
         Figure(
             "stress-boxes",
             "Greatest Hertz stress among the balls while any is loaded, within 0.2 s of the release, from the simulation"
-            " fitted to each drop. Box: quartiles with median; cross: mean; bar: greatest; dots: peaks beyond three"
-            " standard deviations from the mean. This drop in orange.",
+            " fitted to each drop. Box: quartiles with median; cross: mean; bar above: greatest (the least is"
+            " not filed); dots: peaks beyond three standard deviations from the mean. This drop in orange.",
             "Box plots of the stress, a panel for each end and a box for each drop.",
             partial(stress_boxes, comparison),
         ),
