@@ -38,6 +38,7 @@ _LEFT = 0.2  # the same: it has left its orbit
 _LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
 _UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
+_UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
@@ -58,7 +59,8 @@ class Release:
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s; missing where a stretch without samples hides it: then nothing else is told either.
+        From the record's first sample, s; missing where a stretch without samples hides it or the probes see a fall upwards: then
+        neither force decay, states, noise nor levitated position are told.
     states : dict
         Position and velocity an end.
     noise : dict
@@ -160,6 +162,10 @@ def find_release(
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
         whirl[end] = float(whirling[rows[1]])
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
+    if ends and machine.gravity > 0 and all(fall[end][1] > _UPWARDS * machine.gravity + whirl[end] for end in ends):
+        why = "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
+        time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
+        return Release(time, decay, {}, {}, {}, fall, whirl)
     rule = f"levitated orbit and free fall joined without a jump, {which}"
     when = Estimate(best.time, best.low, best.high, "s", rule)
     if best.misread and best.decay is None:

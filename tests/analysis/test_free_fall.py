@@ -112,6 +112,16 @@ def test_a_magnetic_force_that_dies_away_leaves_the_fall_straight(machine):
     assert all(check.passed for check in check_probe_scales(release, machine))
 
 
+def test_a_fall_upwards_dates_no_release(machine):
+    channels = assign(read(shipped("short/drop_100.nc")), machine)
+    inverted = channels.assign({probe.name: -channels[probe.name] for probe in machine.probes})
+    result = analyse(inverted, machine)
+    assert not any(check.passed for check in result.checks if check.check == "free fall")
+    assert not result.release.time.known
+    assert not result.release.force_decay.known
+    assert "falls upwards" in result.release.time.why
+
+
 def test_a_machine_on_end_does_not_fall_across_its_bearings(machine):
     release = find_release(drop(3)[0], machine, 97.0)
     assert len(check_free_fall(release, machine)) == 2
