@@ -147,3 +147,9 @@ class Analysis:
     def has_speed(self) -> bool:
         """True where the speed is known at enough times to be drawn and followed."""
         return len(self.speed_time) > 3
+
+    @property
+    def forces_tell_contacts(self) -> bool:
+        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none."""
+        released = self.release is not None and self.release.time.known
+        return released and any(end.gap is None and end.plane != "none" for end in self.ends.values())

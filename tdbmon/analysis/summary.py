@@ -8,6 +8,7 @@ from tdbsim.rotor import static_loads
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 
+FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
 _DRAG = "constant drag"
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
@@ -39,7 +40,7 @@ def summary_lines(analysis: Analysis) -> list[str]:
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap, released)]
-    return lines
+    return lines + [f"  {FORCES_TELL}"] * analysis.forces_tell_contacts
 
 
 def weight(analysis: Analysis) -> str:

@@ -259,6 +259,13 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
     assert f"outside the tolerance ({low:g} to {high:g} um): worn, or" in said
 
 
+@pytest.mark.parametrize(("last", "told"), [(0.13, True), (0.5, False)])
+def test_where_no_circle_is_found_the_terminal_says_what_tells_the_first_contact(machine, last, told):
+    channels = read(shipped("short/drop_100.nc"))
+    lines = summary_lines(analyse(channels.sel(time=slice(0, last)), machine))
+    assert any("--forces" in line for line in lines) == told
+
+
 def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
     wide = Tolerant(nominal=500e-6, low=480e-6, high=520e-6)
     bearings = tuple(b.model_copy(update={"radial_gap": wide}) for b in machine.touchdown_bearings)

@@ -6,6 +6,7 @@ from functools import partial
 
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
@@ -25,6 +26,7 @@ def section(analysis: Analysis) -> Section | None:
         for end in analysis.ends.values()
         if end not in ends
     ]
+    blocks += [Paragraph(f"{FORCES_TELL[0].upper()}{FORCES_TELL[1:]}.")] * analysis.forces_tell_contacts
     if ends:
         blocks = _first(analysis, ends, release, blocks)
     blocks += [
