@@ -8,15 +8,19 @@ from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from tdbsim.machine import Machine
 
+from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_box import stress_box
+from tdbmon.record.read import read
 from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
-from tdbmon.report.sections import contact, orbit, release, spectra, summary, tracking
+from tdbmon.report.sections import contact, orbit, release, rundown, spectra, summary, tracking
 from tdbmon.report.sections.findings import ABOVE_ONE
+from tdbmon.shipped import shipped
 
 
 def _figure(section: Section | None, name: str) -> Figure:
@@ -159,3 +163,13 @@ def test_remarks_of_one_kind_are_one() -> None:
         == f"a.nc: NDE_A: {cut(1)}. The same, with other numbers, of a.nc DE_A; b.nc NDE_A, DE_A; c.nc NDE_A, DE_A."
     )
     assert joined[1:] == ["The drops part early: 25 ms.", "b.nc: samples are missing: 3 of 'DE_A'."]
+
+
+def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> None:
+    record = read(shipped("short/drop_100.nc")).sel(time=slice(0, 0.2))
+    section = rundown.section(analyse(record, machine))
+    table = next(
+        block for block in section.blocks if isinstance(block, Table) and block.caption.startswith("Laws tried")
+    )
+    assert "none is used: the rings still slip" in table.caption
+    assert not any(cell in ("worse", "chosen") for row in table.rows for cell in row.cells)
