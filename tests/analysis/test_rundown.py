@@ -356,7 +356,7 @@ def test_a_drive_that_trips_before_the_release_does_not_move_the_speed_there(tri
         pulses = np.interp(np.arange(1, int(revolutions[-1])), revolutions, t)
         if keyphasor:
             pulses += rng.normal(0, 2e-7, len(pulses))
-            run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.5, pulses=pulses)
+            run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.5, pulses=one_a_turn(pulses))
         else:
             measured = speed + rng.normal(0, 0.02, len(t))
             run = fit_rundown(t, measured, release_time=RELEASE, polar_inertia=0.5)

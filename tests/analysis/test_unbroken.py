@@ -82,4 +82,4 @@ def test_a_pause_in_a_coast_down_falsifies_neither_swing_nor_radius_nor_lines(ma
     places = [{line.name: line.frequency.value for line in each.lines} for each in (found, coastdown)]
     assert places[0]["mains"] == pytest.approx(50.0, abs=0.03)
     assert places[0]["swing 1"] == pytest.approx(places[1]["swing 1"], abs=0.02)
-    assert places[0]["bending 1"] == pytest.approx(places[1]["bending 1"], abs=0.2)
+    assert places[0]["bounce"] == pytest.approx(places[1]["bounce"], abs=0.2)
