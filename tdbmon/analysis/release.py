@@ -17,7 +17,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.missing_stretches import said
-from tdbmon.analysis.release_fit import PROBE_SCALE, ReleaseFit
+from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
 from tdbmon.estimate import Estimate
 from tdbmon.record import faults
 from tdbmon.record.probe_checks import SHORT_GAP
@@ -182,28 +182,32 @@ def find_release(
     shares: dict[str, Estimate] = {}
     if "weights" in planes:  # else the planes were not made from probes
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
-        shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best.time)
+        shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     return Release(when, decay, states, noise, levitated, fall, whirl, shares)
 
 
-def _shares(maps: np.ndarray, names: np.ndarray, machine: Machine, fit: ReleaseFit, t0: float) -> dict[str, Estimate]:
+def _shares(
+    maps: np.ndarray, names: np.ndarray, machine: Machine, fit: ReleaseFit, release: FittedRelease
+) -> dict[str, Estimate]:
     """Return the share of gravity that each probe shows in the fall; `maps` led from the readings to the fit's data."""
     used = np.any(maps != 0, axis=0)
     maps, names = maps[:, used], names[used]
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
         return {}
-    found = replace(fit, data=np.linalg.solve(maps, fit.data)).free_fall(t0)
+    decay = 0.0 if release.decay is None else release.decay[0]
+    found = replace(fit, data=np.linalg.solve(maps, fit.data)).free_fall(release.time, decay)
     if found is None:
         return {}
     acceleration, sigma = found
     angles = {probe.name: probe.angle for probe in machine.probes}
     shares = {}
-    for name, value in zip(names, acceleration, strict=True):
+    for name, value, error in zip(names, acceleration, sigma, strict=True):
         pull = -machine.gravity * float(np.sin(angles[str(name)]))
         if abs(pull) > _UPRIGHT * machine.gravity:
-            error = float(np.hypot(sigma / pull, _SHARE_ERROR))
             rule = "free fall, freed of turning and springing back"
-            shares[str(name)] = Estimate.from_sigma(float(value) / pull, error, "1", rule)
+            shares[str(name)] = Estimate.from_sigma(
+                float(value) / pull, float(np.hypot(error / pull, _SHARE_ERROR)), "1", rule
+            )
     return shares
 
 

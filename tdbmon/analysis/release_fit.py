@@ -37,6 +37,7 @@ _LEAST_DECAY_S = 1e-4
 _WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
 _GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
 _LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
+_BENDING = 0.05  # of a model's bending frequency, standard deviation
 _SPRINGS = 3e-6  # m, standard deviation: of the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
@@ -331,29 +332,39 @@ class ReleaseFit:
         )
         return np.asarray(fitted(float(best.x))[0])
 
-    def free_fall(self, t0: float) -> tuple[Array, float] | None:
-        """Acceleration a row in the fall freed of what is not gravity, and the standard deviation of each, m/s^2.
+    def free_fall(self, t0: float, decay: float) -> tuple[Array, Array] | None:
+        """Acceleration a row in the fall freed of what is not gravity, and its standard deviation, m/s^2.
 
         In a fall of less than a turn once per revolution looks like gravity; so it is held to what the levitated orbit lets
         expect.  The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its
-        frequency in two, which beat.  None where speed or bending are not known.
+        frequency in two, which beat.  A model's bending frequency is not exact.  None where speed or bending are not known.
         """
         if not self.speed_hz or not self.bending_hz:
             return None
-        after, w = np.maximum(self.t - t0, 0.0), 2 * np.pi * self.bending_hz
-        levitated = self._levitated(t0, 0.0)
+        found, sigma = self._freed(t0, decay, self.bending_hz)
+        others = [self._freed(t0, decay, share * self.bending_hz)[0] for share in (1 - _BENDING, 1 + _BENDING)]
+        return found, np.hypot(sigma, (others[1] - others[0]) / 2)
+
+    def _freed(self, t0: float, decay: float, bending_hz: float) -> tuple[Array, float]:
+        """Acceleration of `free_fall` for a bending frequency, and what noise and misfit leave unsure of it."""
+        after, w = np.maximum(self.t - t0, 0.0), 2 * np.pi * bending_hz
+        levitated, free = self._levitated(t0, decay), self._free(t0, decay, bending_hz)
         orbit = max(_GOES_ON * float(np.hypot(*self._solve(t0)[0][1:3]).max()), _LEAST_ORBIT)
         beat = np.sin(w * after) - w * after * np.cos(w * after)
-        design = np.column_stack([*levitated, *self._free(t0, 0.0), beat, 0.5 * after**2])
+        design = np.column_stack([*levitated, *free, beat, _let_go(0j, after, decay).real])
         spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit, _SPRINGS, _SPRINGS, np.inf]])
         noise = max(float(np.sqrt(np.mean(self.noise(t0) ** 2))), 1e-9)
         normal = design.T @ design + np.diag((noise / spread) ** 2)
         fitted = np.linalg.solve(normal, design.T @ self.data.T)
-        sigma = noise * float(np.sqrt(np.linalg.inv(normal)[-1, -1]))
+        left = (self.data - (design @ fitted).T)[:, self.t > t0]
+        misfit = max(
+            1.0, float(np.mean((left / noise) ** 2))
+        )  # of a wrong bending frequency is no noise: counted in full
+        sigma = noise * misfit * float(np.sqrt(self._colour(left) * np.linalg.inv(normal)[-1, -1]))
         return np.asarray(fitted[-1]), sigma
 
     def _solve(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
-        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))
+        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay, self.bending_hz))
         fall = -scale * self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
         target = self.data - np.where(self.vertical[:, None], fall, 0.0)
         # normal equations: solved hundreds of times a search, and the columns are of one scale
@@ -380,7 +391,7 @@ class ReleaseFit:
             columns += [wave.real, wave.imag]
         return columns
 
-    def _free(self, t0: float, decay: float) -> list[Array]:
+    def _free(self, t0: float, decay: float, bending_hz: float | None) -> list[Array]:
         """Columns of the free motion besides the fall, each starting with neither displacement nor velocity."""
         after = np.maximum(self.t - t0, 0.0)
         columns = []
@@ -388,9 +399,9 @@ class ReleaseFit:
             s = 2j * np.pi * self.speed_hz
             turning = s**2 * _let_go(s, after, decay)
             columns += [turning.real, turning.imag]
-        if self.bending_hz:
+        if bending_hz:
             # x'' + w^2 x = w^2 exp(-t/T) from x = 1 at rest, less that 1
-            w = 2 * np.pi * self.bending_hz
+            w = 2 * np.pi * bending_hz
             share = (w * decay) ** 2 / (1 + (w * decay) ** 2)
             sag = (1 - share) * np.cos(w * after) - 1
             if decay > 0:
