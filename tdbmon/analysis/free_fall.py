@@ -18,8 +18,6 @@ _ACROSS = 1 / 3
 _APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), rarely both and apart
 _SURE = 1.96  # standard deviations of it: the interval excludes that both read alike
 _ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
-    1e-3  # a release that is not known so well: the fall is not as rotor and speed let expect, and tells no scale
-)
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
