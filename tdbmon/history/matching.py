@@ -9,7 +9,8 @@ from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
 
 _FOREIGN = "machine"  # whole: of the record, without a channel; "machine and record NDE" is another check
-_OF_PROBES = ("fall ", "whirl ", "identical ")  # inverted, swapped, doubled probes, each followed by its channel
+# inverted, swapped, doubled, exchanged probes and those of a wrong scale, each followed by its channel
+_OF_PROBES = ("fall ", "whirl ", "identical ", "cabling ", "probe scales ")
 
 
 @dataclass(frozen=True)

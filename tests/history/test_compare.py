@@ -115,10 +115,11 @@ def test_drops_whose_probes_did_not_see_the_machine_are_not_compared_with(empty,
     assert [entry.id for entry in comparison.matched] == before
     assert verdict.word == "as before"
     assert any("not compared with" in reason and "fall NDE, whirl NDE)" in reason for reason in verdict.reasons)
-    doubted = add(empty, tmp_path, 22, dropped="2020-02-02", failed_checks=wrong)
-    verdict = judged(empty, doubted)[1]
-    assert verdict.word == "inspect"
-    assert "what differs may be theirs" in verdict.reasons[0]
+    for i, each in enumerate((wrong, ("probe scales DE",), ("cabling NDE_A, DE_A",))):
+        doubted = add(empty, tmp_path, 22 + i, dropped=f"2020-02-{i + 2:02d}", failed_checks=each)
+        verdict = judged(empty, doubted)[1]
+        assert verdict.word == "inspect"
+        assert "what differs may be theirs" in verdict.reasons[0]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
