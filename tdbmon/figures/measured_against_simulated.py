@@ -42,7 +42,7 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
     """
     first = next(iter(models.values()))
     names = list(dict.fromkeys(probe.name for drop in shown for probe in first[drop].probes))
-    note = "Readings without hum and third harmonic · not filtered · left: measured less simulated"
+    note = "Readings without hum and third harmonic · not filtered · residual: measured less simulated"
     figure = new_figure(30 + _PROBE_MM * len(names), note)
     axes = subplots(
         figure, 2 * len(names), len(shown), Margins(17, 3, 15, 18, across=4, down=2.5),
