@@ -75,9 +75,7 @@ def _rest_row(
     end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int
 ) -> Check:
     angle = _from_bottom(rest)
-    where = (
-        f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {angle:+.0f} deg from the bottom"
-    )
+    where = f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {round(angle):+d} deg from the bottom"
     if abs(angle) <= _BOTTOM_DEG:
         return Check("rest at the bottom", end, True, where)
     cause = _likely_cause(end, record, machine, release_s, samples)

@@ -37,7 +37,10 @@ def displacements_against_simulated(found: Agreement) -> Figure:
     where = "at the bearing planes" if set(planes.values()) == {"bearing"} else ", ".join(
         f"{end} at the {plane} plane" for end, plane in planes.items()
     )  # fmt: skip
-    note = f"Displacement {where}, from the fitted bearing centres · x right, y up · not filtered · residual: measured less simulated"
+    note = (
+        f"Displacement {where}, from the fitted bearing centres · x right, y up · not filtered"
+        " · residual: measured less simulated"
+    )
     rows = [(end, axis) for end in found.ends.values() for axis in range(2)]
     figure = new_figure(32 + _ROW_MM * len(rows), note)
     axes = subplots(
