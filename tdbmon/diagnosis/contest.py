@@ -40,7 +40,7 @@ from tdbmon.diagnosis.met_alike import (
     neighbours,
     of_any_kind,
 )
-from tdbmon.diagnosis.search import HARDLY, LATE_S, Progress, Search, only_parts
+from tdbmon.diagnosis.search import HARDLY, LATE_S, Search, only_parts
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
@@ -51,6 +51,7 @@ from tdbmon.identify.least_squares import fit
 from tdbmon.identify.own_paths import best_paths
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stray import STRAYED_S
+from tdbmon.progress import Progress
 
 # s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0.055, 0.065)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +28,7 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
-
-Progress = Callable[[str], None]
+from tdbmon.progress import Progress, silent
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +85,7 @@ class Diagnosis:
 
 
 def diagnose(
-    machine: Machine, records: Sequence[xr.Dataset], progress: Progress = lambda _: None, workers: int = 1
+    machine: Machine, records: Sequence[xr.Dataset], progress: Progress = silent, workers: int = 1
 ) -> Diagnosis:
     """Find what the model of a machine lacks.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
@@ -30,10 +30,9 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import Problem, build_problem, check_start
+from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
-Progress = Callable[[str], None]
-
 HORIZON = 0.022  # s after the release, past the first contacts of usual gaps
 DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
 ALIKE = 0.95  # similarity above which two suspects are not told apart
@@ -113,7 +112,7 @@ def identifiability(
     machine: Machine,
     speeds: Sequence[float],
     noise: float,
-    progress: Progress = lambda _: None,
+    progress: Progress = silent,
     among: Sequence[Suspect] | None = None,
 ) -> Identifiability:
     """Find what drops of a machine could tell, from its nominal values alone.

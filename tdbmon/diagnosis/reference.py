@@ -9,7 +9,7 @@ that wore, a friction that rose, within what the machine file allows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import xarray as xr
@@ -22,8 +22,8 @@ from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, machine_parameters
 from tdbmon.machine_file import with_effects
+from tdbmon.progress import Progress
 
-Progress = Callable[[str], None]
 Values = Mapping[str, Estimate]
 
 APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow

@@ -7,7 +7,7 @@ decide between those that come out best.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, with_own_slopes
@@ -34,8 +34,7 @@ from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.slowing import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.clearances import TOUCHED_S
-
-Progress = Callable[[str], None]
+from tdbmon.progress import Progress
 
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
