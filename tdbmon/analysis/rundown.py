@@ -16,12 +16,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import stdtrit
 from tdbsim.errors import InputError
 
-from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, LawFit, Noise, fit_law, noise_of
-from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_last_stretch, find_stretch, noise_in
+from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit, Noise
+from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses
+from tdbmon.analysis.speed_at_release import FREE_FALL_S, LEAD_S, levitated_law, speed_at_release
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
@@ -29,15 +29,11 @@ from tdbmon.record.keyphasor import Pulses
 from tdbmon.record.timebase import usual_interval
 
 _BLOCKS = 2000
-_LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
-_FREE_FALL_S = 0.005  # no contact yet: the rotor has fallen 0.12 mm
 _SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
 _SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
 _SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
-_STEADY = (
-    0.5  # of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
-)
-_MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
+# of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
+_STEADY = 0.5
 _TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
 _FALLING = 4.0  # standard deviations by which the speed must fall
 _HIDDEN = (
@@ -223,7 +219,7 @@ def _between(pulses: Pulses) -> Coast:
 
 def _from_pulses(turns: Coast, time: np.ndarray, release: float) -> _Observed:
     last = float(time[-1])
-    lead, after = turns.between(release - _LEAD_S, release + _FREE_FALL_S), turns.between(release, last)
+    lead, after = turns.between(release - LEAD_S, release + FREE_FALL_S), turns.between(release, last)
     return _Observed(lead, after, Rest(False, last, last), "keyphasor pulses", _NO_PULSES)
 
 
@@ -232,7 +228,7 @@ def _from_signal(
 ) -> _Observed:
     last = float(time[-1])
     step = usual_interval(time)
-    lead = without_holes(_blocks(time, signal, release - _LEAD_S, release + _FREE_FALL_S, 200), time)
+    lead = without_holes(_blocks(time, signal, release - LEAD_S, release + FREE_FALL_S, 200), time)
     after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
     ratio, source, gain = _NO_PULSES, "speed signal", 1.0
@@ -254,7 +250,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     before: LawFit | None = None
 
     def without(why: str, models: tuple[SpeedModel, ...] = ()) -> RunDown:
-        initial = _initial(before or _before(lead, release, _known(lead, density)), release, source)
+        initial = speed_at_release(before or levitated_law(lead, release, _known(lead, density)), release, source)
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
         return RunDown(initial, hz, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
 
@@ -274,7 +270,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     noise = noise or noise_in(stretch)
     # the run-down shows the noise's colour better than the few samples of levitation do
     share = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
-    before = _before(lead, release, Noise(np.empty(0), noise.slow * share))
+    before = levitated_law(lead, release, Noise(np.empty(0), noise.slow * share))
     candidates, chosen = choose_law(stretch, noise)
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
@@ -286,7 +282,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial, decay = _initial(before, release, source, 1.96), _decay_time(chosen, levitated, stretch)
+    initial, decay = speed_at_release(before, release, source, 1.96), _decay_time(chosen, levitated, stretch)
     return RunDown(
         initial,
         _lost(initial, fit, release, decay, stretch),
@@ -311,31 +307,6 @@ def _known(coast: Coast, density: float | None) -> Noise | None:
 
 def _span(coast: Coast) -> float:
     return float(np.median(coast.end - coast.begin))
-
-
-def _before(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
-    """The levitated speed about the release: an exponential of either sign, over the last stretch that follows one law."""
-    if len(lead) < 6 or lead.begin[0] > release - _FREE_FALL_S or lead.mean.min() <= 0:
-        return None
-    lead = find_last_stretch(lead, noise)
-    rough = fit_law(lead, ("linear",), noise or WHITE)
-    if noise is None:
-        return fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
-    power = float(rough.white @ rough.white) / max(len(rough.white) - rough.parameters, 1)
-    if power < _MISFIT:
-        return rough
-    # the stretch is too short to show where its law changes: then the misfit is its error
-    return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
-
-
-def _initial(before: LawFit | None, release: float, source: str, quantile: float | None = None) -> Estimate:
-    """State the speed at the release; with Student's quantile where the noise was estimated from the same few spans."""
-    if before is None:
-        return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
-    if quantile is None:
-        quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
-    value, sigma = float(before.law.speed_at(release)), before.speed_sigma(release)
-    return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
 
 
 def _lost(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast) -> Estimate:

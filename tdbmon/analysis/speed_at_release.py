@@ -1,0 +1,63 @@
+"""The speed at the release: that of the levitated rotor, up to the instant at which it begins to fall.
+
+A drive may have tripped shortly before: the law is that of the last stretch which one law fits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import stdtrit
+
+from tdbmon.analysis.drag_law import WHITE, Coast, LawFit, Noise, fit_law, noise_of
+from tdbmon.analysis.law_choice import find_last_stretch
+from tdbmon.estimate import Estimate
+
+LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
+FREE_FALL_S = 0.005  # no contact yet: the rotor has fallen 0.12 mm
+_MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
+
+
+def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
+    """Return the law of the levitated speed: an exponential of either sign, over the last stretch that one fits.
+
+    Parameters
+    ----------
+    lead : Coast
+        Up to `FREE_FALL_S` after the release.
+    release : float
+        s.
+    noise : Noise or None
+        None where the stretch itself must tell it.
+
+    Returns
+    -------
+    LawFit or None
+        None where too little levitates, or nothing turns.
+    """
+    if len(lead) < 6 or lead.begin[0] > release - FREE_FALL_S or lead.mean.min() <= 0:
+        return None
+    lead = find_last_stretch(lead, noise)
+    rough = fit_law(lead, ("linear",), noise or WHITE)
+    if noise is None:
+        return fit_law(lead, ("linear",), noise_of(rough.residual, rough.parameters), rough.law)
+    power = float(rough.white @ rough.white) / max(len(rough.white) - rough.parameters, 1)
+    if power < _MISFIT:
+        return rough
+    # the stretch is too short to show where its law changes: then the misfit is its error
+    return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
+
+
+def speed_at_release(before: LawFit | None, release: float, source: str, quantile: float | None = None) -> Estimate:
+    """Return the speed at the release (s) by the levitated law, Hz.
+
+    Without a `quantile` Student's is taken, since the noise was estimated from the same few spans; `source` tells of what
+    signal.
+    """
+    if before is None:
+        return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
+    if quantile is None:
+        quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
+    value, sigma = float(before.law.speed_at(release)), before.speed_sigma(release)
+    return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
