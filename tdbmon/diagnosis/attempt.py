@@ -247,18 +247,18 @@ def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Se
     return found
 
 
-def followed_on(contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
-    """Return those contenders that can be simulated, fitted along horizons, several at a time."""
+def followed_on(contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES) -> list[Contender]:
+    """Return those contenders that can be simulated, fitted along horizons with slopes taken so many times, several at a time."""
     if not contenders or not horizons:
         return list(contenders)
-    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons) for each in contenders])
+    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _followed_on(contender: Contender, horizons: Sequence[float]) -> Contender | None:
+def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int) -> Contender | None:
     try:
         for horizon in horizons:
-            contender = settled(contender, horizon, SLOPES)
+            contender = settled(contender, horizon, slopes)
     except InputError:
         return None
     return contender

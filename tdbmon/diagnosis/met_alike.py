@@ -171,7 +171,8 @@ def from_the_first_contact(
         if new is not None
     ]
     for step, horizon in enumerate([told[-1], *later]):
-        field = followed_on(_best_few(field)[: _GO_ON[min(step, len(_GO_ON) - 1)]], [horizon])
+        few = _best_few(field)[: _GO_ON[min(step, len(_GO_ON) - 1)]]
+        field = followed_on(few, [horizon], FEW_SLOPES if len(few) > _GO_ON[-2] else SLOPES)
     return sorted(field, key=lambda each: each.misfit)
 
 
