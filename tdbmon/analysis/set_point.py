@@ -25,10 +25,9 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
         if place is None or not centre or any(c.value is None or c.high is None for c in centre):
             continue
         away = np.array([float(c.value or 0.0) - p for c, p in zip(centre, place, strict=True)])
+        spread = np.array([(c.high or 0.0) - (c.value or 0.0) for c in centre])
         apart = float(np.hypot(*away))
-        half = float(np.hypot(*(np.array([(c.high or 0.0) - (c.value or 0.0) for c in centre]) * away))) / max(
-            apart, 1e-12
-        )
+        half = float(np.hypot(*(spread * away))) / max(apart, 1e-12)
         gap = machine.bearing(name).radial_gap.nominal
         passed = apart - half < _MOST * gap
         detail = f"the shaft levitated {um(apart)} (± {um(half)}) from the centre of its clearance, {apart / gap:.2f} of the gap"
