@@ -91,8 +91,8 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     checks += check_orientation(planes, *sound, released, back, checks)
     checks += check_exchanged(planes, *sound, released)
     ends, swing = analyse_ends(planes, machine, rotor, released, back, checks)
-
-    checks += check_set_point(ends, release, machine) if release is not None else []
+    if release is not None:
+        checks += check_set_point(ends, release, machine)
 
     progress("fitting the run-down")
     rundown = _rundown(speed, released, rotor, key, checks)

@@ -35,8 +35,7 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
     Dataset
         ``displacement(end, axis, time)`` in m at the bearing planes and ``weights(end, axis, probe)``, the linear map
         from readings to it (it carries noise too).  ``plane(end)`` says "bearing", "probe" or "none".  An end that
-        cannot be resolved is NaN.  Attribute ``sampling_hz``, the rate between holes
-        in the time axis.
+        cannot be resolved is NaN.  Attribute ``sampling_hz``, the rate between holes in the time axis.
 
     Raises
     ------

@@ -357,9 +357,8 @@ class ReleaseFit:
         normal = design.T @ design + np.diag((noise / spread) ** 2)
         fitted = np.linalg.solve(normal, design.T @ self.data.T)
         left = (self.data - (design @ fitted).T)[:, self.t > t0]
-        misfit = max(
-            1.0, float(np.mean((left / noise) ** 2))
-        )  # of a wrong bending frequency is no noise: counted in full
+        # what a wrong bending frequency leaves is no noise: counted in full
+        misfit = max(1.0, float(np.mean((left / noise) ** 2)))
         sigma = noise * misfit * float(np.sqrt(self._colour(left) * np.linalg.inv(normal)[-1, -1]))
         return np.asarray(fitted[-1]), sigma
 

@@ -26,6 +26,7 @@ from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
 from tdbmon.record.keyphasor import Pulses
+from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.timebase import usual_interval
 
 _BLOCKS = 2000
@@ -213,7 +214,7 @@ class _Observed:
 
 def _between(pulses: Pulses) -> Coast:
     """Mean speeds between neighbouring pulses: over two turns and more where some were missed."""
-    hz = np.diff(pulses.turns) / np.diff(pulses.times)
+    _, hz, _ = pulse_speed(pulses)
     return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
 
 

@@ -36,8 +36,10 @@ def fatigue_of(members: Sequence[DropFatigue], end: str) -> Estimate:
         f" {len(members)} simulations drawn from the calibration"
     )
     beyond = sum(each.beyond_static_limit for each in members)
-    why = (
-        f"in {beyond} of {len(members)} simulations balls come above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented,"
-        " and there the sum does not hold"
-    )
-    return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule, why if beyond else "")
+    why = indented(f"in {beyond} of {len(members)} simulations balls come") if beyond else ""
+    return Estimate(middle, middle * math.exp(-half), middle * math.exp(half), "1", rule, why)
+
+
+def indented(where: str) -> str:
+    """Return what it means that balls come above the static limit, behind the words of where they do."""
+    return f"{where} above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and there the sum does not hold"

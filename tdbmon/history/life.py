@@ -22,6 +22,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history import settings as settings_of
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.drop import Drop
+from tdbmon.history.fatigue import indented
 from tdbmon.history.feature import Feature
 from tdbmon.history.matching import foreign
 
@@ -145,10 +146,7 @@ def _with_indented(damage: Estimate, stresses: list[tuple[Feature, ...]]) -> Est
     beyond = sum(any((f.estimate.value or 0.0) > STATIC_LIMIT for f in found) for found in stresses)
     if damage.value is None or not beyond:
         return damage
-    told = (
-        f"in {beyond} of {len(stresses)} drops balls came above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and"
-        " there the sum does not hold"
-    )
+    told = indented(f"in {beyond} of {len(stresses)} drops balls came")
     return replace(damage, why="; ".join(part for part in (damage.why, told) if part))
 
 
