@@ -16,6 +16,7 @@ from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
+from tdbmon.analysis.levitation import Levitation, levitation
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
@@ -122,6 +123,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         checks=tuple(checks),
         release=release,
         phases=phases,
+        levitation=_levitation(planes, machine, released, speed.before(released), ends),
         ends=ends,
         swing=swing,
         rundown=rundown,
@@ -246,6 +248,18 @@ def _release(
         )
         checks.append(Check("levitated stretch", "", False, detail))
     return release
+
+
+def _levitation(
+    planes: xr.Dataset, machine: Machine, released: float | None, speed_hz: float | None, ends: dict[str, EndResult]
+) -> dict[str, Levitation]:
+    if released is None:
+        return {}
+    return {
+        name: levitation(planes, name, released, speed_hz, machine.mains, end.gap)
+        for name, end in ends.items()
+        if end.plane != "none"
+    }
 
 
 def _spectra(seen: xr.Dataset) -> xr.Dataset | None:

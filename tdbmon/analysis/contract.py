@@ -8,10 +8,12 @@ import numpy as np
 from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.first_contact import FirstContact
+from tdbmon.analysis.levitation import unknown
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
+from tdbmon.analysis.vibration_zone import share_of_clearance, zone
 from tdbmon.estimate import Estimate
 from tdbmon.record.timebase import usual_rate
 
@@ -29,6 +31,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "release_time_s": (release.time if release else Estimate.missing("s", no_release)).to_json(),
         "force_decay_ms": (release.force_decay if release else Estimate.missing("ms", no_release)).to_json(),
         "release": {end: _state(release, end) for end in analysis.machine.ends},
+        "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
         "speed": _no_speed() if analysis.rundown is None else _speed(analysis.rundown),
         "ends": {name: _end(end, analysis) for name, end in ends.items()},
@@ -80,6 +83,21 @@ def _state(release: Release | None, end: str) -> dict[str, Any]:
         "y_um": (state.y if state else Estimate.missing("um", why)).to_json(),
         "vx_mm_s": (state.vx if state else Estimate.missing("mm/s", why)).to_json(),
         "vy_mm_s": (state.vy if state else Estimate.missing("mm/s", why)).to_json(),
+    }
+
+
+def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
+    """Return how the shaft stood and moved before the release, and the zone of ISO 14839-2."""
+    found = analysis.levitation.get(end) or unknown("no orbit is seen there before a release")
+    share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
+    return {
+        "x_um": found.x.to_json(),
+        "y_um": found.y.to_json(),
+        "once_per_revolution_um": found.once.to_json(),
+        "noise_um": found.noise.to_json(),
+        "from_centre_um": found.reach.to_json(),
+        "share_of_clearance": share.to_json(),
+        "zone": zone(share) or None,
     }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from tdbmon.analysis.gap import Gap
 from tdbmon.estimate import Estimate
 
 _LEAST_TURNS = 3.0  # of the shaft in the stretch: below, its orbit is not told from its place
@@ -26,16 +27,21 @@ class Levitation:
         Run-out of the probe tracks is part of it.
     noise : Estimate
         Standard deviation of what mains, once and twice per revolution leave, mean of both axes.
+    reach : Estimate
+        Greatest distance from the clearance centre (D_max of ISO 14839-2), run-out and noise included.
     """
 
     x: Estimate
     y: Estimate
     once: Estimate
     noise: Estimate
+    reach: Estimate
 
 
-def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | None, mains_hz: float) -> Levitation:
-    """Fit the levitated orbit of an end by least squares.
+def levitation(
+    planes: xr.Dataset, end: str, release: float, speed_hz: float | None, mains_hz: float, gap: Gap | None
+) -> Levitation:
+    """Fit the levitated orbit of an end by least squares, and see how far it reaches.
 
     Parameters
     ----------
@@ -47,6 +53,8 @@ def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | N
     speed_hz : float or None
         Rotor speed before it; None where it is not known.
     mains_hz : float
+    gap : Gap or None
+        The clearance circle of the end; None where none is told.
     """
     shaft = planes.displacement.sel(end=end, time=slice(None, release - _GUARD_S))
     z, t = shaft.to_numpy(), shaft.time.to_numpy()
@@ -55,8 +63,7 @@ def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | N
     seconds = float(t[-1] - t[0]) if len(t) > 1 else 0.0
     if speed_hz is None or seconds * speed_hz < _LEAST_TURNS:
         why = "the speed before the release is not known" if speed_hz is None else "the levitated stretch is too short"
-        missing = Estimate.missing("um", why)
-        return Levitation(missing, missing, missing, missing)
+        return unknown(why)
     frequencies = [speed_hz, 2 * speed_hz] + ([mains_hz] if seconds * mains_hz >= _LEAST_TURNS else [])
     waves = [wave(2 * np.pi * f * t) for f in frequencies for wave in (np.cos, np.sin)]
     design = np.column_stack([np.ones_like(t), *waves])
@@ -71,4 +78,26 @@ def levitation(planes: xr.Dataset, end: str, release: float, speed_hz: float | N
         Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
         Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
         Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
+        _reach(z, gap),
     )
+
+
+def unknown(why: str) -> Levitation:
+    """Return that nothing is known of the levitated shaft, and why."""
+    missing = Estimate.missing("um", why)
+    return Levitation(missing, missing, missing, missing, missing)
+
+
+def _reach(z: np.ndarray, gap: Gap | None) -> Estimate:
+    """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre; its error is the centre's."""
+    centre = () if gap is None else gap.centre
+    if not centre or any(c.value is None or c.high is None for c in centre):
+        return Estimate.missing("um", "the centre of the clearance is not known")
+    place = np.array([c.value for c in centre], dtype=float)
+    spread = np.array([c.high for c in centre], dtype=float) - place
+    away = z - place[:, None]
+    far = away[:, np.argmax(np.hypot(*away))]
+    reach = float(np.hypot(*far))
+    half = float(np.hypot(*(spread * far))) / max(reach, 1e-12)
+    rule = "greatest distance from the clearance centre before the release"
+    return Estimate(reach, max(reach - half, 0.0), reach + half, "um", rule, kind="0-pk")

@@ -12,6 +12,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.contacts import Contacts
 from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.levitation import Levitation
 from tdbmon.analysis.phases import Phase
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import RestTravel
@@ -89,6 +90,8 @@ class Analysis:
         The quality gate.
     release : Release or None
     phases : tuple of Phase
+    levitation : dict
+        The levitated shaft by the end's name; empty where the release is not told, without the ends that are not seen.
     ends : dict
         By the end's name; empty without displacement.
     swing : Swing or None
@@ -114,6 +117,7 @@ class Analysis:
     checks: tuple[Check, ...]
     release: Release | None = None
     phases: tuple[Phase, ...] = ()
+    levitation: dict[str, Levitation] = field(default_factory=dict)
     ends: dict[str, EndResult] = field(default_factory=dict)
     swing: Swing | None = None
     rundown: RunDown | None

@@ -6,6 +6,7 @@ from tdbsim.quantity import Tolerant
 from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.vibration_zone import share_of_clearance, zone
 from tdbmon.estimate import Estimate, since
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
@@ -39,7 +40,8 @@ def summary_lines(analysis: Analysis) -> list[str]:
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
-        lines += [f"{name}  ({plane})", *_end_lines(end, analysis.machine.bearing(name).radial_gap, released)]
+        lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
+        lines += _end_lines(end, analysis.machine.bearing(name).radial_gap, released)
     return lines + [f"  {FORCES_TELL}"] * analysis.forces_tell_contacts
 
 
@@ -48,6 +50,16 @@ def weight(analysis: Analysis) -> str:
     loads = static_loads(analysis.machine, analysis.rotor)
     resting = ", ".join(f"{loads[end]:.0f} N on {end}" for end in analysis.machine.ends)
     return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
+
+
+def _levitated(analysis: Analysis, end: str) -> list[str]:
+    """Return how far from the clearance centre the shaft levitated, if that is known, and the zone of ISO 14839-2."""
+    found = analysis.levitation.get(end)
+    if found is None or not found.reach.known:
+        return []
+    share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
+    beside = f", {share.value:.2f} of the gap: zone {zone(share)} of ISO 14839-2"
+    return [f"  {'levitated, from centre':<24}{found.reach}{beside}"]
 
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:

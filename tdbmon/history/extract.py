@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.analysis.levitation import levitation
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 from tdbmon.history.fatigue import fatigue_of
@@ -100,10 +99,7 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
         return dict.fromkeys(names, Estimate.missing("um", "the record holds no release"))
     if end.plane == "none":
         return dict.fromkeys(names, Estimate.missing("um", "no orbit at this end"))
-    release = analysis.release.time.value
-    before = analysis.speed_hz[analysis.speed_time < release]
-    speed = float(np.nanmedian(before)) if np.isfinite(before).any() else None
-    found = levitation(analysis.planes, end.name, release, speed, analysis.machine.mains)
+    found = analysis.levitation[end.name]
     return dict(zip(names, (found.x, found.y, found.once, found.noise), strict=True))
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.levitation import levitation
+from tdbmon.estimate import Estimate
 from tests.analysis.planes import planes_of
 
 RATE, SPEED, RELEASE = 10e3, 83.0, 0.2
@@ -23,7 +25,7 @@ def levitated(seed: int = 0):
 
 
 def test_place_orbit_and_noise_are_those_put_in():
-    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0)
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None)
     assert found.x.value == pytest.approx(PLACE[0], abs=0.05e-6)
     assert found.y.value == pytest.approx(PLACE[1], abs=0.05e-6)
     assert found.once.value == pytest.approx(np.sqrt(2) * ORBIT, rel=0.01)  # of both axes together
@@ -33,12 +35,38 @@ def test_place_orbit_and_noise_are_those_put_in():
 def test_the_intervals_hold_what_was_put_in():
     held = []
     for seed in range(60):
-        found = levitation(levitated(seed), "NDE", RELEASE, SPEED, 50.0)
+        found = levitation(levitated(seed), "NDE", RELEASE, SPEED, 50.0, None)
         truths = ((found.x, PLACE[0]), (found.once, np.sqrt(2) * ORBIT), (found.noise, NOISE))
         held.append([each.low <= truth <= each.high for each, truth in truths])
     assert (np.mean(held, axis=0) >= 0.88).all()  # 95 % less three standard deviations of 60 trials
 
 
 def test_without_speed_or_with_a_short_stretch_it_is_missing():
-    assert "not known" in levitation(levitated(), "DE", RELEASE, None, 50.0).once.why
-    assert "too short" in levitation(levitated(), "DE", 0.02, SPEED, 50.0).noise.why
+    assert "not known" in levitation(levitated(), "DE", RELEASE, None, 50.0, None).once.why
+    assert "too short" in levitation(levitated(), "DE", 0.02, SPEED, 50.0, None).noise.why
+
+
+def circle(x: float, y: float, sigma: float) -> Gap:
+    """A clearance circle about (x, y), as settled positions would give it."""
+    centre = (Estimate.from_sigma(x, sigma, "um", ""), Estimate.from_sigma(y, sigma, "um", ""))
+    radius = Estimate.from_sigma(290e-6, 2e-6, "um", "")
+    return Gap(radius, radius, centre, radius, radius, None, Estimate.missing("um", "-"), 1.0, np.empty((0, 2)))
+
+
+def test_the_reach_is_the_farthest_point_of_the_orbit_from_the_clearance_centre():
+    away = np.hypot(PLACE[0] - 2e-6, PLACE[1] - 5e-6)
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(2e-6, 5e-6, 1e-6)).reach
+    assert found.kind == "0-pk"
+    # x and y turn in phase here, a line of 2.4 um * sqrt(2); hum and noise add to it, never as much as half a micrometre each
+    assert away + 1e-6 < found.value < away + np.sqrt(2) * ORBIT + 2e-6
+    assert found.low < found.value < found.high
+    assert (found.high - found.value) / 1.96 == pytest.approx(1e-6, rel=1e-6)  # what the centre is not known to
+
+
+def test_what_happens_after_the_release_is_no_levitation():
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(*PLACE, 1e-6)).reach
+    assert found.value < 10e-6  # the shaft then lies 200 um lower
+
+
+def test_without_a_clearance_centre_no_reach_is_told():
+    assert "centre" in levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None).reach.why

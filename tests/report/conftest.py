@@ -56,6 +56,7 @@ def hostile(short: Analysis) -> Analysis:
         planes=planes.assign_coords(end=[rename[str(end)] for end in planes.end.values]),
         waterfall=None if short.waterfall is None else _ends_renamed(short.waterfall, rename),
         tracks=None if short.tracks is None else _ends_renamed(short.tracks, rename),
+        levitation={rename[name]: found for name, found in short.levitation.items()},
         ends={rename[name]: replace(end, name=rename[name]) for name, end in short.ends.items()},
         checks=tuple(replace(c, channel=HOSTILE, detail=HOSTILE, passed=i > 0) for i, c in enumerate(short.checks)),
         lines=tuple(replace(line, name=HOSTILE, end=rename.get(line.end, line.end)) for line in short.lines),

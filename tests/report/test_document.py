@@ -238,3 +238,17 @@ def test_provenance_is_complete(short: Analysis) -> None:
     said = _words(build_report(short))
     assert short.record.attrs["sha256"] in said
     assert "drop_100.nc" in said and "tdbmon 0." in said
+
+
+def test_the_levitated_shaft_stands_beside_the_zones_of_the_standard(coastdown: Analysis) -> None:
+    document = build_report(coastdown)
+    (section,) = (each for each in document.sections if each.title == "Release and phases")
+    (table,) = (b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("Levitation"))
+    for row, end in zip(table.rows, coastdown.ends, strict=True):
+        reach = coastdown.levitation[end].reach
+        assert row.cells[0] == end
+        assert words(reach) in row.cells
+        assert reach.value is not None
+        # the synthetic machine levitates within a tenth of its gap of 250 um about the middle
+        assert reach.value < 0.3 * 250e-6
+        assert row.cells[-1] == "A"

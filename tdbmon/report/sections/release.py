@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.vibration_zone import ZONES, share_of_clearance, zone
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table
@@ -70,7 +71,26 @@ def _release(analysis: Analysis) -> list[Block]:
     header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Fall x, y")
     gravity = analysis.machine.gravity
     caption = f"State at the release, from the probes' zero; a fall free of other forces has 0, −{gravity:.2f} m/s²"
-    return [Paragraph(said), Table(caption, header, tuple(rows))]
+    return [Paragraph(said), Table(caption, header, tuple(rows)), *_levitated(analysis)]
+
+
+def _levitated(analysis: Analysis) -> list[Block]:
+    """How the shaft stood and moved before the release, beside the zones of ISO 14839-2."""
+    rows = []
+    for end, found in analysis.levitation.items():
+        share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
+        told = (words(q) for q in (found.x, found.y, found.once, found.reach))
+        rows.append(Row((end, *told, words(share) if share.known else "–", zone(share) or "–")))
+    if not rows:
+        return []
+    header = ("End", "x", "y", "1X, both axes", "Farthest from the clearance centre", "Over C_min", "Zone")
+    zones = ", ".join(f"{name} to {limit:g}" for name, limit in ZONES)
+    said = (
+        f"Zones of ISO 14839-2 by the share of the least radial clearance C_min: {zones}, D above. C_min is the radial gap of the"
+        " machine file here. The standard judges steady running; this is what the record holds of it in the plane of the"
+        " bearing, with run-out and noise."
+    )
+    return [Table("Levitation before the release; x and y from the probes' zero", header, tuple(rows)), Paragraph(said)]
 
 
 def _figures(analysis: Analysis) -> list[Block]:
