@@ -138,7 +138,12 @@ class Contender:
     @property
     def fits_much(self) -> bool:
         """True where one of its causes is a ball, waves or lobes."""
-        return any(cause.fits_much for cause in self.causes)
+        return self.much_fitting is not None
+
+    @property
+    def much_fitting(self) -> Suspect | None:
+        """The last of its causes that is a ball, waves or lobes; None without one."""
+        return next((cause for cause in reversed(self.causes) if cause.fits_much), None)
 
     @property
     def in_contacts(self) -> bool:

@@ -36,7 +36,6 @@ from tdbmon.diagnosis.met_alike import (
     at_other_angles,
     at_other_sizes,
     in_neighbouring_orders,
-    met_alike,
     neighbours,
     of_any_kind,
 )
@@ -221,7 +220,7 @@ class _Contest:
     def _deepen(self) -> None:
         """Lead the best model out of a wrong minimum, if it is in one."""
         best, horizon = self.best, self.horizon
-        if horizon > SOUND_S and self._fails_with_causes(best) and best.causes[-1].fits_much:
+        if horizon > SOUND_S and self._fails_with_causes(best) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self._replaced(best, self._of_any_kind(best))
         if horizon == TOUCHED_S:
@@ -238,11 +237,11 @@ class _Contest:
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         deeper = self._at_other_sizes(self._at_other_angles(deeper))
-        cause, early = deeper.causes[-1], horizon <= SOUND_S
-        if deeper.fails_beside(self.plain) and ("orders", cause) not in self.tried and not early:
+        cause, early = deeper.much_fitting, horizon <= SOUND_S
+        if cause is not None and deeper.fails_beside(self.plain) and ("orders", cause) not in self.tried and not early:
             near = neighbours(cause, self.search.suspects)
             self.tried |= {("orders", each) for each in (cause, *near)}
-            deeper = in_neighbouring_orders(self.search.fallen, deeper, near, self.search.horizons)
+            deeper = in_neighbouring_orders(self.search.fallen, deeper, cause, near, self.search.horizons)
         # a wrong order holds for a while; that it did is no witness before the others were asked
         if not early and ((bool(self.sound) and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP):
             deeper = self._of_any_kind(deeper)
@@ -279,15 +278,17 @@ class _Contest:
         return self.best is not best
 
     def _of_any_kind(self, best: Contender) -> Contender:
-        """Return a model, or the best with other waves, lobes or balls of its bearing in the place of its last cause."""
-        cause = best.causes[-1]
+        """Return a model, or the best with other waves, lobes or balls of the bearing in the place of its own."""
+        cause = best.much_fitting
+        if cause is None or self.search.began > SOUND_S or not self.other_kinds:
+            return best
         way = "kinds", cause.where, best.horizon <= SOUND_S
-        if self.search.began > SOUND_S or not self.other_kinds or way in self.tried:
+        if way in self.tried:
             return best
         self.tried.add(way)
-        anew = of_any_kind(self.search.fallen, best, self.search.suspects, self.search.horizons)
+        anew = of_any_kind(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
         # where none of them leaves noise alone, what is missing is of another kind
-        self.other_kinds = not (met_alike(cause, cause) and anew.fails_beside(self.plain))
+        self.other_kinds = not anew.fails_beside(self.plain)
         return anew
 
     def _exchange(self) -> None:

@@ -28,26 +28,28 @@ _PLAY = 1e-3  # of its scale, by which a value that is held may move all the sam
 
 
 def in_neighbouring_orders(
-    fallen: Contender, best: Contender, near: Sequence[Suspect], horizons: Sequence[float]
+    fallen: Contender, best: Contender, cause: Suspect, near: Sequence[Suspect], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best of those whose last cause has a wave or a lobe more or less, from the fall on.
+    """Return a contender, or the best of those one of whose causes has a wave or a lobe more or less, from the fall on.
 
     Parameters
     ----------
     fallen : Contender
         The plain model, fitted to the fall.
     best : Contender
-        With a cause.
+    cause : Suspect
+        One of its causes.
     near : sequence of Suspect
-        Its last cause's `neighbours`.
+        The cause's `neighbours`.
     horizons : sequence of float
         All; fits go along those up to the contender's own.
     """
     if not near:
         return best
-    start, cause = best.starts()[-1], best.causes[-1]
+    index = best.causes.index(cause)
+    start = best.starts()[index]
     begun = [(each, _turned_to_the_load(start, each, _orders_apart(each, cause))) for each in near]
-    return _in_place_of(-1, fallen, best, begun, horizons)
+    return _in_place_of(index, fallen, best, begun, horizons)
 
 
 def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float]) -> Contender:
@@ -102,9 +104,9 @@ def _in_place_of(
 
 
 def of_any_kind(
-    fallen: Contender, best: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
+    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best of those that have other waves, lobes or a ball in the place of its last cause.
+    """Return a contender, or the best of those that have other waves, lobes or a ball in the place of one of its causes.
 
     Its own size and phases are those that made up for what it is not, so the others begin without them, at the first contact.
 
@@ -113,15 +115,15 @@ def of_any_kind(
     fallen : Contender
         The plain model, fitted to the fall.
     best : Contender
-        With a cause.
+    cause : Suspect
+        The one of its causes that fits much.
     suspects : sequence of Suspect
         All.
     horizons : sequence of float
         All; fits go along those up to the contender's own.
     """
-    *stay, cause = best.causes
     others = [s for s in suspects if s is not cause and met_alike(s, cause)]
-    known = list(zip(stay, best.starts(), strict=False))
+    known = [pair for pair in zip(best.causes, best.starts(), strict=True) if pair[0] is not cause]
     found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon])
     return min([best, *found], key=lambda each: each.misfit)
 

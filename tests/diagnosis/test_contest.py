@@ -246,6 +246,22 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
     assert not under_way._met_by_another_kind()  # nobody is asked twice
 
 
+@pytest.mark.parametrize(
+    "causes", [("foundation_mode@DE", "ring_out_of_round@DE"), ("ring_out_of_round@DE", "foundation_mode@DE")]
+)
+def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed, monkeypatch, causes):
+    """Which joined last says nothing: a cause that is begun anew at another size goes to the end."""
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    failing = replace(contender(plain, causes, 0, 3.0), horizon=0.018)
+    asked = []
+    monkeypatch.setattr(module, "of_any_kind", lambda _, best, cause, *rest: asked.append(cause.name) or best)
+    search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
+    _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._met_by_another_kind()
+    assert asked == ["ring_out_of_round@DE"]
+
+
 def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
     """Where nothing explains the drops once both ends have touched, nothing will explain later contacts."""
     plain = replace(next(each for each in competed if not each.causes), horizon=0.014)

@@ -81,10 +81,25 @@ def test_lobes_of_a_wrong_order_are_found_anew(crew):
     lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
     drops = len(problem.drops)
     wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), wrong.causes[-1], everyone, (0.006, 0.01, 0.014))
     assert found.causes[-1].held["order"] == 2
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
+
+
+def test_waves_before_another_cause_are_found_anew_and_it_stays(beside_an_oval):
+    fallen, everyone, oval, lies = beside_an_oval
+    outer = {s.held["order"]: s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves}
+    both = with_cause(with_cause(fallen, outer[6.0], Start({"amplitude": 4e-6, "phase": 0.0})), oval, lies)
+    for horizon in HORIZONS:
+        both = settled(both, horizon, 3)
+    assert both.causes == (outer[6.0], oval)
+    found = of_any_kind(fallen, both, outer[6.0], (oval, outer[4.0], outer[6.0]), HORIZONS)
+    assert found.causes == (oval, outer[4.0])
+    assert found.misfit < both.misfit - 50
+    oval_then, waves_then = found.starts()
+    assert oval_then.shared["amplitude"] == pytest.approx(25e-6, rel=0.1)
+    assert waves_then.shared["amplitude"] == pytest.approx(8e-6, rel=0.2)
 
 
 def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
@@ -158,7 +173,7 @@ def test_a_ball_is_found_in_the_place_of_waves(crew):
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     waves = next(s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 5)
     wrong = settled(with_cause(fallen, waves, Start({"amplitude": 8e-6, "phase": -2.6})), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), everyone, (0.006, 0.01, 0.014))
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), wrong.causes[-1], everyone, (0.006, 0.01, 0.014))
     assert found.causes[-1].name == "off_sized_ball@DE"
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["deviation"] == pytest.approx(25e-6, rel=0.2)
@@ -177,7 +192,7 @@ def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail
         wrong = settled(wrong, horizon, 3)
     near = neighbours(waves[5.0], everyone)
     assert set(near) == {waves[4.0], waves[6.0]}
-    found = in_neighbouring_orders(fallen, wrong, near, horizons)
+    found = in_neighbouring_orders(fallen, wrong, waves[5.0], near, horizons)
     assert found.causes == (waves[4.0],)
     assert found.misfit < 0.9 * wrong.misfit
     assert found.starts()[0].shared["amplitude"] == pytest.approx(8e-6, rel=0.1)
