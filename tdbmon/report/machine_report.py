@@ -7,6 +7,7 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import MachineHistory
+from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
 from tdbmon.quantity import moment, words
 from tdbmon.record.synthetic import synthetic_note
@@ -75,20 +76,30 @@ def _courses(history: MachineHistory) -> Section:
         for c in history.courses
         if c.slope.known
     )
+    shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
             "What was flagged in any drop, and the main quantities, over all drops in their order, with 95 % intervals as far"
-            " as they are known; a colour for each class of speed. Rings: changed against the drops before.",
+            f" as they are known; a colour for each class of speed. Rings: changed against the drops before{shown}.",
             "For each quantity, its value against the number of the drop.",
             partial(machine_courses, history),
         )
     ]
+    doubted = [e.raw_name for e in history.entries if doubts(e.failed_checks)]
+    if doubted:
+        blocks.append(Paragraph(f"Left out, since checks of their records failed: {', '.join(doubted)}."))
     if rows:
-        blocks.append(Table("Trends over all speeds (mixed model)", ("Quantity", "Drops", "Slope a drop (95 %)"), rows))
+        blocks += [
+            Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)"), rows),
+            Paragraph(
+                "One slope by least squares, with a level of its own for each speed and each assembly. Marked where its interval"
+                " leaves out zero, as one in twenty does by chance."
+            ),
+        ]
     else:
         why = next((c.slope.why for c in history.courses), "no quantity is known")
-        blocks.append(Paragraph(f"A trend over all speeds together is not estimated: it {why}."))
+        blocks.append(Paragraph(f"A trend over all drops together is not estimated: it {why}."))
     return Section("Course over the drops", tuple(blocks))
 
 

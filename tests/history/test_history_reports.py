@@ -166,6 +166,28 @@ def test_a_machine_report_draws_what_it_flags(years):
     assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
 
 
+def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_no_drop_of_the_machine(empty, tmp_path):
+    """A speed has one name in all panels, though quantities are missing here and there."""
+    for i in range(12):
+        raw, machine = files(tmp_path, i)
+        made = filing(
+            raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", speed=(60.0, 100.0)[i % 2] + 0.1 * i, few=i > 8,
+            assembly="new" if i >= 6 else "", failed_checks=("machine",) if i == 3 else (),
+        )  # fmt: skip
+        empty.add(made, raw, machine)
+    history = machine_history(empty, empty.machines()[0])
+    figure = machine_courses(history)
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {"60.5 Hz", "100.6 Hz"}
+    for ax in (ax for ax in figure.axes if ax.get_visible()):
+        assert [line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":"] == [6.5]
+    assert "drop_3.nc" not in {entry.raw_name for course in history.courses for entry, _ in course.values}
+    assert "Left out, since checks of their records failed: drop_3.nc." in render_html(build_machine_report(history))
+
+
+def test_a_machine_of_one_speed_has_trends_too(years):
+    assert "Trends over all drops" in render_html(build_machine_report(machine_history(years, years.machines()[0])))
+
+
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
 def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
     for i in range(4):
