@@ -13,6 +13,7 @@ from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.matching import doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
+from tdbmon.quantity import moment
 from tdbmon.report_file import ReportWriter
 
 
@@ -107,10 +108,11 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
         for entry in own:
             speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []
-            notes += [f"{len(entry.failed_checks)} checks failed"] if entry.failed_checks else []
+            failed = len(entry.failed_checks)
+            notes += [f"{failed} check{'' if failed == 1 else 's'} failed"] if failed else []
             notes += ["synthetic"] if entry.synthetic else []
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
-            when = entry.dropped or f"filed {entry.filed}"
+            when = moment(entry.dropped) if entry.dropped else f"filed {moment(entry.filed)}"
             typer.echo(f"  {entry.id}  {when:<34}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
     write_json(json_file, {"drops": [entry_json(e) for e in entries]})
 
@@ -125,7 +127,8 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     filing = archive.filing(entry.id)
     typer.echo(f"{entry.id}  {entry.raw_name}  {entry.machine}")
     typer.echo(f"raw file: {archive.folder / entry.raw}")
-    typer.echo(f"dropped: {entry.dropped or 'not stated'}; filed: {entry.filed}; tdbmon {filing.version}")
+    when = moment(entry.dropped) if entry.dropped else "not stated"
+    typer.echo(f"dropped: {when}; filed: {moment(entry.filed)}; tdbmon {filing.version}")
     for feature in filing.features:
         if feature.estimate.known:
             typer.echo(f"  {feature.name:<28}{feature.end:<6}{feature.estimate}")

@@ -244,6 +244,25 @@ def test_an_archive_of_an_older_version_is_brought_up_to_date_and_nothing_is_los
     base.close()
 
 
+def test_a_drop_that_is_filed_while_the_catalogue_is_made_anew_is_in_it(empty, tmp_path, monkeypatch):
+    """Another writer waits for the lock; it did not, and what it filed was lost from the catalogue."""
+    fill(empty, tmp_path, 2)
+    monkeypatch.setattr(catalogue, "_WAIT_S", 0.1)
+    raw, machine = files(tmp_path, 7)
+    refused = []
+
+    def file_one_more(_: str) -> None:
+        try:
+            empty.add(filing(raw, machine, seed=7), raw, machine)
+        except InputError as error:
+            refused.append(str(error))
+
+    assert rebuild(empty, file_one_more) == []
+    assert all("another program holds it" in each for each in refused)
+    assert len(empty.entries()) == (2 if refused else 3)
+    assert verify(empty) == []
+
+
 def test_a_catalogue_of_a_newer_version_is_left_alone(empty, tmp_path):
     fill(empty, tmp_path, 1)
     with sqlite3.connect(empty.catalogue) as base:

@@ -347,6 +347,15 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     assert any("went back" in reason for reason in verdict.reasons)
 
 
+def test_a_folder_filed_at_once_in_any_order_says_nothing_of_a_clock(empty, tmp_path):
+    for i in (2, 0, 1):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
+        empty.add(replace(made, filed=f"2026-01-01T0{3 - i}:00:00+00:00"), raw, machine)
+    entries = empty.entries()
+    assert [clock_remarks(entry, entries) for entry in entries] == [[], [], []]
+
+
 def test_results_of_another_version_among_the_drops_before_are_told(empty, tmp_path):
     for i in range(4):
         add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", version="0.1.0" if i else "0.0.9")
