@@ -236,6 +236,7 @@ def compare(
     """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
     from tdbmon.history.compare import compare as run
     from tdbmon.history.contract import comparison_json
+    from tdbmon.history.standing import Judged, standing_beside
     from tdbmon.history.summary import comparison_lines
     from tdbmon.history.unfiled import drop_to_compare
     from tdbmon.history.verdict import verdict_of
@@ -246,14 +247,15 @@ def compare(
     tell("reading the drop")
     comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
     verdict = verdict_of(comparison)
-    for line in comparison_lines(comparison, verdict):
+    standing = standing_beside(archive, Judged(comparison, verdict))
+    for line in comparison_lines(comparison, verdict, standing):
         typer.echo(line)
-    write_json(json_file, comparison_json(comparison, verdict))
+    write_json(json_file, comparison_json(comparison, verdict, standing))
     if writers:
         from tdbmon.report.compare_report import build_compare_report
 
         tell("drawing the figures")
-        document = build_compare_report(comparison, verdict)
+        document = build_compare_report(comparison, verdict, standing)
         for write in writers:
             write(document)
-    return 3 if fail_on == "alarm" and verdict.alarm else 0
+    return 3 if fail_on == "alarm" and (verdict.alarm or standing) else 0

@@ -73,6 +73,11 @@ class MachineHistory:
         return found
 
     @property
+    def standing_earlier(self) -> tuple[Judged, ...]:
+        """The alarms that stand of drops before the latest."""
+        return tuple(each for each in self.standing if each is not self.last)
+
+    @property
     def last(self) -> Judged:
         """The latest drop."""
         return self.judged[-1]

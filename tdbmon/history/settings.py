@@ -67,7 +67,7 @@ class Compare(_Part):
 class Inspect(_Part):
     """Limits of the verdict "inspect"."""
 
-    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0)
+    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0, le=1)  # 20 for 20 % would never be passed
     stress: Annotated[float, _si("Pa")] = Field(STATIC_LIMIT, gt=0)
     backward_whirl: Annotated[float, _si("s")] = Field(0.1, ge=0)
 
@@ -113,11 +113,25 @@ def load_settings(path: Path, machine: str = "") -> Settings:
     if form > FORMAT:
         raise InputError(f"{path}: archive format {form} is of a newer tdbmon than this one ({FORMAT}): update tdbmon")
     own = content.pop("machine", {})
+    _check_tables(path, content, "")
     if not isinstance(own, dict):
-        raise InputError(f'{path}: write [machine."name".life] and the like')
+        raise InputError(f'{path}: machine = {own!r} is no table; write [machine."name".life] and the like')
     for name, part in own.items():
+        if not isinstance(part, dict):
+            raise InputError(
+                f'{path}: machine."{name}" = {part!r} is no table; write [machine."{name}".life] and the like'
+            )
+        _check_tables(path, part, f'machine."{name}".')
         _validated(path, _merged(content, part), f'machine."{name}".')
     return _validated(path, _merged(content, own.get(machine, {})), "")
+
+
+def _check_tables(path: Path, content: dict[str, Any], where: str) -> None:
+    for key, value in content.items():
+        if not isinstance(value, dict):
+            raise InputError(
+                f"{path}: {where}{key} = {value!r} is no table; write [{where}{key}] with its keys under it"
+            )
 
 
 def _merged(content: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
@@ -135,9 +149,8 @@ def _validated(path: Path, content: dict[str, Any], where: str) -> Settings:
             raise InputError(
                 f"{path}: unknown key '{where}{place}'{did_you_mean(str(first['loc'][-1]), known)}"
             ) from None
-        raise InputError(f"{path}: {where}{place}: {first['msg']}; correct it there") from None
-    except InputError as error:
-        raise InputError(f"{path}: {where}: {error}") from None
+        said = first["msg"].removeprefix("Value error, ")
+        raise InputError(f"{path}: {where}{place} = {first['input']!r}: {said}; correct it there") from None
 
 
 def _keys(location: tuple[int | str, ...]) -> list[str]:

@@ -63,6 +63,21 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
     return tuple(sorted(alarms, key=lambda each: each.verdict.word != "inspect"))
 
 
+def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:
+    """Return the alarms of drops before one that still stand after it: its own verdict is not theirs.
+
+    Parameters
+    ----------
+    archive : Archive
+    own : Judged
+        The drop, filed or not.
+    """
+    last = own.comparison.entry
+    before = [e for e in archive.entries(last.machine) if e.id != last.id and e.order < last.order]
+    found = standing([*before, last], lambda drop: own if drop == last.id else judge(archive, drop))
+    return tuple(each for each in found if each is not own)
+
+
 def _since_assembled(entries: Sequence[Entry]) -> Sequence[Entry]:
     """Return the drops of the assembly in service; where its word was left out later, that states no overhaul."""
     word = next((entry.assembly for entry in reversed(entries) if entry.assembly), "")

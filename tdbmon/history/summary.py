@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import short, words
 
 
-def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
-    """Return verdict, reasons and differences as lines of text."""
+def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
+    """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {wanted.tolerance:.0%}"
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
@@ -22,6 +24,7 @@ def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
         f"matching: {speed}{assembly}: {n} drop{'' if n == 1 else 's'} before",
         f"verdict: {verdict.word}",
         *(f"  {reason}" for reason in verdict.reasons),
+        *(line for each in standing for line in _standing_lines(each)),
         *not_compared_sentences(comparison),
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
@@ -51,6 +54,11 @@ def values_of(change: Change) -> tuple[str, str]:
     width = None if found.low is None or found.high is None else found.high - found.low
     before = replace(change.estimate, value=found.before.centre, low=None, high=None)
     return short(change.estimate, width=width), short(before, width=width)
+
+
+def _standing_lines(alarm: Judged) -> list[str]:
+    said = f"an earlier alarm stands: {alarm.name}: {alarm.verdict.word}"
+    return [said, *(f"  {reason}" for reason in alarm.verdict.reasons)]
 
 
 def _line(change: Change) -> str:

@@ -14,7 +14,7 @@ from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.sections import comparison_methods, life, stress_history
-from tdbmon.report.sections.judgement import STANDING, WORDS
+from tdbmon.report.sections.judgement import WORDS, standing_blocks
 
 _TONE: dict[str, Tone] = {word: tone for word, (_, tone) in WORDS.items()}
 
@@ -43,14 +43,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
 def _summary(history: MachineHistory) -> Section:
     last = history.last
     sentence, tone = WORDS[last.verdict.word]
-    blocks: list[Block] = []
-    earlier = [each for each in history.standing if each.comparison.entry.id != last.comparison.entry.id]
-    for each in earlier:
-        word = WORDS[each.verdict.word][0]
-        blocks.append(Finding(f"The alarm of {each.name} stands: {word[0].lower()}{word[1:]}", "attention"))
-        blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in each.verdict.reasons]
-    if earlier:
-        blocks.append(Paragraph(STANDING))
+    blocks = standing_blocks(history.standing_earlier)
     blocks.append(Finding(f"The latest drop: {sentence[0].lower()}{sentence[1:]}", tone))
     blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in last.verdict.reasons]
     blocks += [Paragraph(f"{text[:1].upper()}{text[1:]}.") for text in not_compared_sentences(last.comparison)]

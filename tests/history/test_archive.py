@@ -363,6 +363,18 @@ def test_a_folder_with_other_things_is_no_archive(tmp_path):
         ("format = 1\n[compare]\nleast_drops = 1\n", "compare.least_drops"),
         ("format = 1\n[inspect]\nstress = '4200 N'\n", "inspect.stress"),
         ('format = 1\n[machine."a".life]\nagreed = 3\n', 'machine."a".life.agreed'),
+        ('format = 1\n[machine]\n"a" = 5\n', 'machine."a" = 5 is no table; write [machine."a".life]'),
+        ('format = 1\n[machine."a"]\nlife = 5\n', 'machine."a".life = 5 is no table'),
+        (
+            'format = 1\ncompare = 5\n[machine."a".compare]\nleast_drops = 3\n',
+            "compare = 5 is no table; write [compare]",
+        ),
+        ("format = 1\nmachine = 5\n", "machine = 5 is no table"),
+        (
+            "format = 1\n[inspect]\ngap_growth = 20\n",
+            "inspect.gap_growth = 20.0: Input should be less than or equal to 1",
+        ),
+        ("format = 1\n[matching]\nspeed = '5 um'\n", "matching.speed = '5 um': 'um' is not a unit"),
         ("format = 2\n", "newer tdbmon"),
         ("formt = 1\n", "'format' is missing"),
         ("format = ", "no TOML"),
