@@ -81,13 +81,13 @@ def add_all(
     todo: list[Order] = []
     begun = datetime.now(UTC)
     for number, order in enumerate(orders):
-        found = _prepared(archive, order)
-        if isinstance(found, Outcome):
-            yield found
+        wanted = _prepared(archive, order)
+        if isinstance(wanted, Outcome):
+            yield wanted
             continue
         # workers end in any order; drops without a time come in that in which they were given
         filed = (begun + timedelta(microseconds=number)).isoformat(timespec="microseconds")
-        todo.append(replace(found, machine=order.machine.resolve(), record=order.record.resolve(), filed=filed))
+        todo.append(replace(wanted, machine=order.machine.resolve(), record=order.record.resolve(), filed=filed))
     for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
         progress(f"{done} of {len(todo)} drops studied")
         if isinstance(found, Filing):

@@ -39,6 +39,8 @@ class Change:
         Of the drop.
     earlier : tuple of (str, Estimate)
         Of the matching drops that have it, by identifier, in order.
+    numbers : tuple of int
+        Number of each of these among the matching drops, and that of the drop, which is the last.
     left_out : tuple of str
         Those of them that were off themselves, and are no measure for this drop.
     difference : Difference or None
@@ -55,6 +57,7 @@ class Change:
     end: str
     estimate: Estimate
     earlier: tuple[tuple[str, Estimate], ...]
+    numbers: tuple[int, ...]
     left_out: tuple[str, ...]
     difference: Difference | None
     p_adjusted: float | None
@@ -82,7 +85,11 @@ class Change:
     @cached_property
     def trend(self) -> Trend | None:
         """Its course over the matching drops and this one, the latest sixty; None below four."""
-        return trend_of([e for _, e in self.earlier[-_TREND:]] + ([self.estimate] if self.estimate.known else []))
+        earlier = [e for _, e in self.earlier[-_TREND:]]
+        numbers = self.numbers[-1 - len(earlier) :]
+        if not self.estimate.known:
+            return trend_of(earlier, numbers[:-1])
+        return trend_of([*earlier, self.estimate], numbers)
 
     def trend_drops(self, current: str) -> list[str]:
         """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
@@ -231,7 +238,12 @@ def _changes(
     keys.sort(key=lambda key: (ranks[key[0]], key[1]))
     judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
-    found = [_compared(key, mine.get(key), theirs.get(key, []), level / max(1, judged)) for key in keys]
+    place = {entry.id: number for number, entry in enumerate(matched)}
+    found = []
+    for key in keys:
+        earlier = theirs.get(key, [])
+        numbers = (*(place[drop] for drop, _ in earlier), len(matched))
+        found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
     tested = [c for c in found if c.kind.judged and c.difference is not None and c.difference.p is not None]
     adjusted = _corrected([c.difference.p for c in tested if c.difference is not None], settings)
     p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted, strict=True)}
@@ -245,7 +257,11 @@ def _changes(
 
 
 def _compared(
-    key: tuple[str, str], estimate: Estimate | None, earlier: list[tuple[str, Estimate]], level: float
+    key: tuple[str, str],
+    estimate: Estimate | None,
+    earlier: list[tuple[str, Estimate]],
+    numbers: tuple[int, ...],
+    level: float,
 ) -> Change:
     """Return one feature against the drops before, not yet corrected for the others."""
     kind, end = KINDS[key[0]], key[1]
@@ -264,7 +280,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), left_out, difference, None, False, why)
+    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
 
 
 def _corrected(p: list[float | None], settings: Settings) -> list[float]:

@@ -161,6 +161,21 @@ def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tm
     assert "the 6 matching drops before (p =" in verdict.reasons[0]
 
 
+def test_the_trend_counts_the_drops_that_lack_the_quantity(empty, tmp_path):
+    """A probe dead in every second drop does not double the slope a drop, in a comparison and in the report of the machine."""
+    for i in range(16):
+        values = {("fall_time_ms", "NDE"): 1 + 0.01 * i}
+        drop = add(
+            empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", **({"few": True} if i % 2 else {"values": values})
+        )
+    comparison, _ = judged(empty, drop)
+    change = next(c for c in comparison.changes if (c.kind.name, c.end) == ("fall_time_ms", "NDE"))
+    assert not change.estimate.known
+    assert change.trend.slope.value == pytest.approx(0.01 * 7e-3)
+    courses = {(course.name, course.end): course for course in machine_history(empty, "made up").courses}
+    assert courses["fall_time_ms", "NDE"].slope.value == pytest.approx(0.01 * 7e-3)
+
+
 def test_a_drop_that_was_off_the_other_way_is_no_beginning(empty, tmp_path):
     fill(empty, tmp_path, 6)
     add(empty, tmp_path, 6, dropped="2021-01-06", values={("gap_um", "DE"): 0.85})

@@ -141,16 +141,28 @@ def series(values) -> list[Estimate]:
 
 
 def test_the_slope_is_that_of_a_straight_line():
-    trend = trend_of(series(2e-6 * np.arange(8) + 1e-4))
+    trend = trend_of(series(2e-6 * np.arange(8) + 1e-4), range(8))
     assert trend.slope.value == pytest.approx(2e-6)
     assert trend.p < 1e-3
-    assert trend_of(series(np.arange(3))) is None
+    assert trend_of(series(np.arange(3)), range(3)) is None
 
 
-def test_the_slope_of_noise_covers_zero():
+def test_drops_that_lack_a_feature_count_in_its_slope():
+    """Of 24 drops every third is known, say by a probe that is dead in the others: 2 um a drop, not 6."""
+    known = np.arange(0, 24, 3)
+    trend = trend_of(series(2e-6 * known + 1e-4), known.tolist())
+    assert trend.slope.value == pytest.approx(2e-6)
+
+
+@pytest.mark.parametrize("count", [4, 5, 10])
+def test_the_slope_of_noise_covers_zero(count):
+    """All slopes of four drops hold the truth in 22 of 24 orders: no 95 % interval is stated of them."""
     rng = np.random.default_rng(9)
-    found = [trend_of(series(rng.standard_normal(10))) for _ in range(400)]
+    found = [trend_of(series(rng.standard_normal(count)), range(count)) for _ in range(400)]
     known = [t.slope for t in found if t.slope.low is not None]
+    if count < 5:
+        assert known == []
+        return
     assert np.mean([s.low <= 0 <= s.high for s in known]) > 0.95 - 3 * np.sqrt(0.05 * 0.95 / 400)
     assert np.mean([t.p <= 0.05 for t in found]) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
 
