@@ -104,7 +104,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     entries = open_archive(folder).entries(machine)
     for name in dict.fromkeys(e.machine for e in entries):
         own = [e for e in entries if e.machine == name]
-        typer.echo(f"{name}: {len(own)} drops")
+        typer.echo(f"{name}: {len(own)} drop{'' if len(own) == 1 else 's'}")
         for entry in own:
             speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []

@@ -33,7 +33,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
     ]
     return Document(
         "Machine report",
-        f"{history.machine} · {len(history.entries)} drops",
+        f"{history.machine} · {len(history.entries)} drop{'' if len(history.entries) == 1 else 's'}",
         tuple(parts),
         note=note,
         made=f"tdbmon {__version__}",
