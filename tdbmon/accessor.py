@@ -189,17 +189,25 @@ class TouchdownAccessor:
         Raises
         ------
         InputError
-            If the dataset was not read by `tdbmon.record.read`, or as `tdbmon.history.unfiled.drop_to_compare`.
+            If the dataset was not read by `tdbmon.record.read`, was changed since while its file is filed, or as
+            `tdbmon.history.unfiled.drop_to_compare`.
         """
         from tdbmon.history.archive import open_archive
         from tdbmon.history.compare import compare
         from tdbmon.history.standing import standing_beside
         from tdbmon.history.unfiled import record_to_compare
         from tdbmon.history.verdict import verdict_of
+        from tdbmon.record.read import read
 
         if "sha256" not in self._record.attrs:
             raise InputError("this dataset has no SHA-256 of a file; read it with tdbmon.record.read.read")
         opened = open_archive(Path(archive))
+        filed = opened.drop_of(self._record.attrs["sha256"])
+        if filed is not None and not read(opened.folder / filed.raw).equals(self._record):
+            raise InputError(
+                f"{filed.raw_name}: this dataset was changed since it was read, and what is filed is the unchanged drop"
+                f" {filed.id}; write it to a file of its own (tdbmon.record.read.write) and read that"
+            )
         place = None if machine is None else Path(machine)
         result = compare(opened, record_to_compare(opened, self._record, place, forces, lambda _: None))
         verdict = verdict_of(result)

@@ -13,6 +13,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
+from tdbmon.history.correction import corrected
 from tdbmon.history.difference import Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
@@ -245,8 +246,8 @@ def _changes(
         numbers = (*(place[drop] for drop, _ in earlier), len(matched))
         found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
     tested = [c for c in found if c.kind.judged and c.difference is not None and c.difference.p is not None]
-    adjusted = _corrected([c.difference.p for c in tested if c.difference is not None], settings)
-    p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted, strict=True)}
+    adjusted = corrected([c.difference.p for c in tested if c.difference is not None], settings.compare.correction)
+    p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted.tolist(), strict=True)}
     changes = []
     for change in found:
         p = p_of.get((change.kind.name, change.end))
@@ -281,14 +282,6 @@ def _compared(
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
     return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
-
-
-def _corrected(p: list[float | None], settings: Settings) -> list[float]:
-    if not p:
-        return []
-    from statsmodels.stats.multitest import multipletests
-
-    return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]
 
 
 def sigma_of(estimate: Estimate) -> float:

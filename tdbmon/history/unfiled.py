@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import load_machine
 
@@ -17,8 +17,10 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import twin_of
-from tdbmon.record.assign import assign
 from tdbmon.sha256 import sha256_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def drop_to_compare(
@@ -76,6 +78,8 @@ def record_to_compare(
                 " say whose drop it is with --machine machine.toml"
             )
         machine = archive.machine_file(entries[-1].id)
+    from tdbmon.record.assign import assign
+
     plan = load_machine(machine)
     of_machine = [entry for entry in entries if entry.machine == plan.name]
     if not of_machine:

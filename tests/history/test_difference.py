@@ -11,6 +11,7 @@ from scipy import stats
 from tdbmon.estimate import Estimate
 from tdbmon.history.change_point import change_point
 from tdbmon.history.common_slope import common_slope
+from tdbmon.history.correction import corrected
 from tdbmon.history.difference import baseline, biweight, compare_value, summarise
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.trend import trend_of
@@ -201,6 +202,15 @@ def test_the_slope_says_what_it_needs_and_leaves_out_levels_of_few_drops():
     assert "2 levels" in slope.method
     alike = common_slope(series([0.1] * 9), list(range(9)), [0] * 9, "um")
     assert (alike.value, alike.low) == (0.0, None)
+
+
+@pytest.mark.parametrize("correction", ["holm", "fdr_bh"])
+@given(p=st.lists(st.floats(0, 1), max_size=40))
+def test_probabilities_are_corrected_as_a_reference_program_does(correction, p):
+    from statsmodels.stats.multitest import multipletests
+
+    expected = multipletests(p, 0.05, correction)[1] if p else []
+    np.testing.assert_allclose(corrected(p, correction), expected, rtol=1e-12)
 
 
 def test_classes_of_speed():
