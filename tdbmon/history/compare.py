@@ -245,9 +245,13 @@ def _changes(
         earlier = theirs.get(key, [])
         numbers = (*(place[drop] for drop, _ in earlier), len(matched))
         found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
-    tested = [c for c in found if c.kind.judged and c.difference is not None and c.difference.p is not None]
-    adjusted = corrected([c.difference.p for c in tested if c.difference is not None], settings.compare.correction)
-    p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted.tolist(), strict=True)}
+    tested = {
+        (c.kind.name, c.end): c.difference.p
+        for c in found
+        if c.kind.judged and c.difference is not None and c.difference.p is not None
+    }
+    adjusted = corrected(list(tested.values()), settings.compare.correction)
+    p_of = dict(zip(tested, adjusted.tolist(), strict=True))
     changes = []
     for change in found:
         p = p_of.get((change.kind.name, change.end))
