@@ -27,7 +27,7 @@ from tdbmon.history.twin import laid, twin_of
 from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.history.verify import rebuild, verify
 from tdbmon.progress import silent
-from tdbmon.record.read import read
+from tdbmon.record.read import read, write
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, newer
 
@@ -146,6 +146,17 @@ def test_the_same_measurement_in_another_format_is_refused_and_compared_as_the_f
 
     archive.remove(filed.id)
     assert [o.state for o in add_all(archive, [Order(YEARS / "machine.toml", exported)])] == ["filed"]
+
+
+def test_the_same_measurement_without_a_speed_is_refused_too(empty, tmp_path):
+    """Displacements alone, as recorded and rounded to a nanometre."""
+    probes = read(YEARS / "drop_01.nc").isel(time=slice(0, 12000))[["NDE_A", "NDE_B", "DE_A", "DE_B"]]
+    rounded = probes.map(lambda channel: channel.round(9), keep_attrs=True)
+    for name, record in (("a.nc", probes), ("b.nc", rounded)):
+        write(record, tmp_path / name)
+    first, second = add_all(empty, [Order(YEARS / "machine.toml", tmp_path / name) for name in ("a.nc", "b.nc")])
+    assert first.state == "filed"
+    assert f"holds the same measurement as drop {first.drop} (a.nc)" in second.why
 
 
 def test_two_drops_of_like_features_are_two(years):
