@@ -209,7 +209,7 @@ class TouchdownAccessor:
                 f" {filed.id}; write it to a file of its own (tdbmon.record.read.write) and read that"
             )
         place = None if machine is None else Path(machine)
-        result = compare(opened, record_to_compare(opened, self._record, place, forces, lambda _: None))
+        result = compare(opened, record_to_compare(opened, self._record, place, forces, silent))
         verdict = verdict_of(result)
         return ComparisonView(result, verdict, standing_beside(opened, Judged(result, verdict)))
 

@@ -73,7 +73,7 @@ def machine_courses(history: MachineHistory) -> Figure:
             )  # fmt: skip
         for number in overhauls:
             ax.axvline(number - 0.5, color=GREY, linewidth=0.8, linestyle=":")
-        ax.set_title(f"{KINDS[course.name].title}{', ' + course.end if course.end else ''}", fontsize=7)
+        ax.set_title(course.title, fontsize=7)
         ax.set_ylabel(f"[{unit or 1}]")
         drop_axis(ax, len(place), 8)
     for ax in axes.flat[len(shown) :]:

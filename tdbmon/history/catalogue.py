@@ -21,6 +21,7 @@ from tdbsim.errors import InputError
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing, StressBox
+from tdbmon.quantity import moment
 
 SCHEMA = 2  # PRAGMA user_version; 2: a drop keeps the time of its first filing
 NAME = "catalogue.sqlite"
@@ -96,6 +97,16 @@ class Entry:
     synthetic: bool
     failed_checks: tuple[str, ...]
     result: int
+
+    @property
+    def when(self) -> str:
+        """When it was dropped, or filed where that is not known, as people write it."""
+        return moment(self.dropped) if self.dropped else f"filed {moment(self.filed)}"
+
+    @property
+    def speed_words(self) -> str:
+        """Its speed at the release, as text."""
+        return "speed unknown" if self.speed is None else f"{self.speed:.4g} Hz"
 
     @property
     def order(self) -> tuple[float, str, str]:

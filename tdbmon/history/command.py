@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -30,22 +31,13 @@ def add(
     tell: Progress,
 ) -> int:
     """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
-    from datetime import datetime
-
     from tdbsim.machine import load_machine
 
     from tdbmon.history.batch import add_all
     from tdbmon.history.study import Order
 
     if dropped:
-        try:
-            datetime.fromisoformat(dropped)
-        except ValueError:
-            raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
-        if len(records) > 1:
-            raise InputError(
-                f"--dropped is the time of one drop, but {len(records)} records are given: add them one by one"
-            )
+        _check_time(dropped, len(records))
     load_machine(machine)
     archive = open_archive(folder, create=True)
     orders = [Order(machine, record, forces, assembly, dropped) for record in records]
@@ -53,7 +45,7 @@ def add(
     for outcome in add_all(archive, orders, workers, scheduler, tell):
         outcomes.append(outcome)
         if outcome.failed:
-            sys.stderr.write("tdbmon: " + " ".join(outcome.why.split()) + "\n")
+            _warn(" ".join(outcome.why.split()))
         else:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
     remarks = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
@@ -61,9 +53,9 @@ def add(
         failed_checks = () if outcome.failed else archive.entry(outcome.drop).failed_checks
         if outcome.state != "already filed" and failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
-            sys.stderr.write(f"tdbmon: {outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}\n")
+            _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
     for drop, remark in remarks.items():
-        sys.stderr.write(f"tdbmon: drop {drop}: {remark}\n")
+        _warn(f"drop {drop}: {remark}")
     failed = [o for o in outcomes if o.failed]
     typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
     rows = [
@@ -78,6 +70,19 @@ def add(
     ]
     write_json(json_file, {"archive": str(folder), "records": rows})
     return 2 if failed else 0
+
+
+def _check_time(dropped: str, records: int) -> None:
+    try:
+        datetime.fromisoformat(dropped)
+    except ValueError:
+        raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
+    if records > 1:
+        raise InputError(f"--dropped is the time of one drop, but {records} records are given: add them one by one")
+
+
+def _warn(line: str) -> None:
+    sys.stderr.write(f"tdbmon: {line}\n")
 
 
 def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
@@ -106,14 +111,14 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
         own = [e for e in entries if e.machine == name]
         typer.echo(f"{name}: {len(own)} drop{'' if len(own) == 1 else 's'}")
         for entry in own:
-            speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []
             failed = len(entry.failed_checks)
             notes += [f"{failed} check{'' if failed == 1 else 's'} failed"] if failed else []
             notes += ["synthetic"] if entry.synthetic else []
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
-            when = moment(entry.dropped) if entry.dropped else f"filed {moment(entry.filed)}"
-            typer.echo(f"  {entry.id}  {when:<34}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
+            typer.echo(
+                f"  {entry.id}  {entry.when:<34}{entry.speed_words:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip()
+            )
     write_json(json_file, {"drops": [entry_json(e) for e in entries]})
 
 

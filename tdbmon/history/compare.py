@@ -68,7 +68,7 @@ class Change:
     @property
     def title(self) -> str:
         """Name and end, as a report says it."""
-        return f"{self.kind.title}, {self.end}" if self.end else self.kind.title
+        return self.kind.title_at(self.end)
 
     @property
     def since(self) -> str:

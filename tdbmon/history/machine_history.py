@@ -37,6 +37,11 @@ class Course:
     values: tuple[tuple[Entry, Estimate], ...]
     slope: Estimate
 
+    @property
+    def title(self) -> str:
+        """Name and end, as a report says it."""
+        return KINDS[self.name].title_at(self.end)
+
 
 @dataclass(frozen=True)
 class MachineHistory:

@@ -10,7 +10,6 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
 from tdbmon.history.verdict import Verdict, verdict_of
-from tdbmon.quantity import moment
 
 
 @dataclass(frozen=True)
@@ -24,9 +23,7 @@ class Judged:
     def name(self) -> str:
         """The drop's record, with what tells it from others: time and speed."""
         entry = self.comparison.entry
-        when = moment(entry.dropped) if entry.dropped else f"filed {moment(entry.filed)}"
-        speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
-        return f"{entry.raw_name} ({when}, {speed})"
+        return f"{entry.raw_name} ({entry.when}, {entry.speed_words})"
 
 
 def judge(archive: Archive, drop: str) -> Judged:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,15 +16,14 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import twin_of
+from tdbmon.progress import Progress
 from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def drop_to_compare(
-    archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Callable[[str], None]
-) -> Drop:
+def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Progress) -> Drop:
     """Return the drop of an identifier, of a record's file, or the last one filed.
 
     Parameters
@@ -60,7 +58,7 @@ def drop_to_compare(
 
 
 def record_to_compare(
-    archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Callable[[str], None]
+    archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Progress
 ) -> Drop:
     """Return a record as a drop to compare; what is filed of it where it, or another file of it, is filed.
 
