@@ -11,7 +11,7 @@ import typer
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
-from tdbmon.history.matching import doubts
+from tdbmon.history.matching import assembly_remarks, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import moment
@@ -54,6 +54,11 @@ def add(
         if outcome.state != "already filed" and failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
             _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
+    if not assembly:
+        for outcome in (o for o in outcomes if o.state == "filed"):
+            entry = archive.entry(outcome.drop)
+            for remark in assembly_remarks(entry, archive.entries(entry.machine)):
+                _warn(f"{outcome.record.name}: {remark}")
     for drop, remark in remarks.items():
         _warn(f"drop {drop}: {remark}")
     failed = [o for o in outcomes if o.failed]

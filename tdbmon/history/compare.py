@@ -19,7 +19,7 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, clock_remarks, conditions, doubts, foreign
+from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, doubts, foreign
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
@@ -176,8 +176,8 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ?", (drop.entry.machine,))
         fitting = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)]
-        doubted = {e.id: failed for e in fitting if (failed := doubts(e.failed_checks))}
-        matched = [e for e in fitting if e.id not in doubted][-_MOST:]
+        doubted = [e for e in fitting if doubts(e.failed_checks)]
+        matched = [e for e in fitting if e not in doubted][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in matched])
         fatigue, greatest = (
@@ -185,17 +185,6 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
             for name in ("fatigue_cycles", "stress_max_mpa")
         )
         other = _otherwise_made(base, drop, matched)
-    remarks = clock_remarks(drop.entry, of_machine)
-    if doubted:
-        names = ", ".join(f"{e.raw_name} ({', '.join(doubted[e.id])})" for e in fitting if e.id in doubted)
-        remarks.append(f"not compared with, since checks of their records failed: {names}")
-    if other:
-        remarks.append(
-            f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
-            " values may differ for that reason; add them again to have them analysed alike"
-        )
-    if drop.entry.failed_checks:
-        remarks.append(f"checks of the record that failed: {', '.join(drop.entry.failed_checks)}")
     changes, tested = _changes(drop, matched, before, settings)
     ends: dict[str, list[tuple[str, StressBox]]] = {}
     for entry in matched:
@@ -213,9 +202,25 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
-        remarks=tuple(remarks),
+        remarks=tuple(_remarks(drop.entry, of_machine, doubted, other)),
         settings=settings,
     )
+
+
+def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
+    """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
+    remarks = [*clock_remarks(entry, of_machine), *assembly_remarks(entry, of_machine)]
+    if doubted:
+        names = ", ".join(f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in doubted)
+        remarks.append(f"not compared with, since checks of their records failed: {names}")
+    if other:
+        remarks.append(
+            f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
+            " values may differ for that reason; add them again to have them analysed alike"
+        )
+    if entry.failed_checks:
+        remarks.append(f"checks of the record that failed: {', '.join(entry.failed_checks)}")
+    return remarks
 
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:

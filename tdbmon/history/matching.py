@@ -83,6 +83,17 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     return found
 
 
+def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
+    """Return that a drop leaves out the word of its assembly where drops before it state one."""
+    words = [e.assembly for e in others if e.assembly and e.order < entry.order]
+    if entry.assembly or not words:
+        return []
+    return [
+        f"no assembly is stated of this drop, and '{words[-1]}' of drops before it: it is compared with those of which none is"
+        " stated; if it is of that assembly, remove it and file it with --assembly"
+    ]
+
+
 def _filed_before(one: Entry, other: Entry) -> bool:
     """Return whether a drop was filed on an earlier day: a folder of drops, filed at once, comes in any order."""
     first, second = seconds(one.filed), seconds(other.filed)

@@ -362,6 +362,18 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     assert any("went back" in reason for reason in verdict.reasons)
 
 
+def test_a_word_for_the_assembly_that_is_left_out_after_an_overhaul_is_told(empty, tmp_path):
+    """Such a drop compares with those before the overhaul, whose assembly has no word either."""
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 10, dropped="2020-02-01", assembly="rebuilt")
+    _, verdict = judged(empty, add(empty, tmp_path, 11, dropped="2020-02-02"))
+    assert any(
+        "no assembly is stated of this drop, and 'rebuilt' of drops before it" in each for each in verdict.reasons
+    )
+    for drop in (empty.entries()[5].id, empty.entries()[6].id):
+        assert not any("no assembly is stated" in each for each in judged(empty, drop)[1].reasons)
+
+
 def test_a_folder_filed_at_once_in_any_order_says_nothing_of_a_clock(empty, tmp_path):
     for i in (2, 0, 1):
         raw, machine = files(tmp_path, i)
