@@ -14,7 +14,7 @@ from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.correction import corrected
-from tdbmon.history.difference import Difference, baseline, compare_value
+from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
@@ -25,7 +25,6 @@ from tdbmon.history.trend import Trend, trend_of
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
 _TREND = 60  # of the latest, for a trend
-_LEAST_FLAG = 3  # drops before: with two, the scatter rests on a single difference
 
 
 @dataclass(frozen=True)
@@ -261,7 +260,7 @@ def _changes(
     for change in found:
         p = p_of.get((change.kind.name, change.end))
         n = 0 if change.difference is None else change.difference.before.n
-        flag = p is not None and p <= level and n >= _LEAST_FLAG
+        flag = p is not None and p <= level and n >= LEAST_JUDGED
         changes.append(replace(change, p_adjusted=p, flag=flag))
     return tuple(changes), len(tested)
 

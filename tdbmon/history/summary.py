@@ -28,9 +28,10 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
         *not_compared_sentences(comparison),
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
+    width = max((len(change.title) for change in compared), default=0) + 2
     if compared:
-        lines.append(f"{'':<50}{'this drop':>14}{'before':>14}   difference (95 %)")
-    lines += [_line(change) for change in compared]
+        lines.append(f"{'':<{width + 2}}{'this drop':>14}{'before':>14}   difference (95 %)")
+    lines += [_line(change, width) for change in compared]
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
     lines.append(f"full drops: {life.full_drops} ({agreed}); margin {words(life.margin)}")
@@ -61,7 +62,7 @@ def _standing_lines(alarm: Judged) -> list[str]:
     return [said, *(f"  {reason}" for reason in alarm.verdict.reasons)]
 
 
-def _line(change: Change) -> str:
+def _line(change: Change, width: int) -> str:
     this, before = values_of(change)
     mark = "*" if change.flag else " "
-    return f"{mark} {change.title[:47]:<48}{this:>14}{before:>14}   {words(difference_of(change))}"
+    return f"{mark} {change.title:<{width}}{this:>14}{before:>14}   {words(difference_of(change))}"

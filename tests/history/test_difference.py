@@ -69,6 +69,11 @@ def test_a_less_certain_drop_is_given_its_own_uncertainty():
     assert unsure.error == pytest.approx(np.sqrt(sure.error**2 + 0.5**2 - 0.02**2))
 
 
+def test_of_two_drops_nothing_is_detectable_since_nothing_is_flagged():
+    found = compare_value(9.0, 0.0, np.array([0.0, 1.0]), np.zeros(2), 1e-9)
+    assert found.p is not None and found.detectable(0.05) is None
+
+
 def test_what_is_detectable_is_just_flagged():
     before = np.random.default_rng(1).standard_normal(8)
     level = 0.05 / 30

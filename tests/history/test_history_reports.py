@@ -102,6 +102,13 @@ def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_
     assert f"{value / 4.2e9:.0%} of the limit, 4200 MPa" in first
 
 
+def test_every_line_of_the_terminal_names_its_end(stressed):
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    lines = comparison_lines(found, verdict_of(found))
+    for change in (c for c in found.changes if c.difference is not None):
+        assert sum(line[2:].startswith(f"{change.title}  ") for line in lines) == 1
+
+
 def test_the_first_page_says_what_could_not_be_compared(comparison):
     lost = [
         replace(c, difference=None, flag=False, why="no two usable probes see it") if c.end == "NDE" else c
