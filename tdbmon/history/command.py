@@ -112,6 +112,8 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     from tdbmon.history.matching import clock_remarks
 
     entries = open_archive(folder).entries(machine)
+    if not entries:
+        typer.echo(f"{folder}: no drops yet")
     for name in dict.fromkeys(e.machine for e in entries):
         own = [e for e in entries if e.machine == name]
         typer.echo(f"{name}: {len(own)} drop{'' if len(own) == 1 else 's'}")
