@@ -125,6 +125,7 @@ def _prepared(archive: Archive, order: Order) -> Order | Outcome:
         why = (
             f"{order.record}: is filed already, with the {' and the '.join(other)}; take it out first"
             f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
+            + ("" if entry.dropped or order.dropped else " with --dropped TIME: without a time it would be the latest")
         )
         return Outcome(order.record, entry.id, "failed", why)
     if any(archive.has(entry, name) for name in satisfying_names(__version__, machine, order.forces)):

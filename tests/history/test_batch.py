@@ -99,6 +99,13 @@ def test_another_assembly_or_time_of_a_filed_drop_is_refused_with_the_cure(empty
     assert (entry.assembly, entry.dropped) == ("", "2015-05-11T09:00:00Z")
 
 
+def test_whoever_takes_a_drop_without_a_time_out_is_told_that_it_loses_its_place(empty, tmp_path):
+    record = undated(tmp_path / "many", 1)
+    list(add_all(empty, orders(record)))
+    (outcome,) = add_all(empty, [replace(orders(record)[0], assembly="rebuilt")])
+    assert "with --dropped TIME: without a time it would be the latest" in outcome.why
+
+
 @pytest.mark.parametrize("place", ["raw", "results"])
 def test_adding_again_mends_a_file_that_was_damaged(empty, place):
     list(add_all(empty, orders(RECORDS[:1])))
