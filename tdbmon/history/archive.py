@@ -27,7 +27,7 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.filing import Filing
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
-from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
+from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
 from tdbmon.history.twin import laid, twin_of
 from tdbmon.sha256 import sha256_of
 
@@ -48,6 +48,12 @@ class Archive:
     def settings(self, machine: str = "") -> Settings:
         """Return the owner's settings, for one machine where `archive.toml` has its own."""
         return load_settings(self.folder / SETTINGS, machine)
+
+    def settings_of_nobody(self) -> tuple[str, ...]:
+        """Return the machines that `archive.toml` has settings for and that have no drops here."""
+        stated = machines_stated(self.folder / SETTINGS)
+        known = self.machines() if stated else []
+        return tuple(name for name in stated if name not in known)
 
     def entries(self, machine: str = "") -> list[Entry]:
         """Return the drops in the order of their fall, of one machine or of all."""

@@ -201,7 +201,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
-        remarks=tuple(_remarks(drop.entry, of_machine, doubted, other)),
+        remarks=(*_remarks(drop.entry, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
         settings=settings,
     )
 
@@ -220,6 +220,15 @@ def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other:
     if entry.failed_checks:
         remarks.append(f"checks of the record that failed: {', '.join(entry.failed_checks)}")
     return remarks
+
+
+def _settings_remarks(archive: Archive, machine: str) -> list[str]:
+    """Return for whom there are settings that nobody has: a name that is written otherwise than in the machine file, say."""
+    return [
+        f"archive.toml has settings for a machine '{name}', of which no drop is filed; if it is this one, write its name as"
+        f" its machine file does: '{machine}'"
+        for name in archive.settings_of_nobody()
+    ]
 
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:

@@ -102,12 +102,7 @@ def load_settings(path: Path, machine: str = "") -> Settings:
     InputError
         If the file is no TOML, of a newer format, or a key or value is wrong.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; the folder is no archive") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is no TOML ({error}); correct it there") from None
+    content = _read(path)
     form = content.pop("format", None)
     if not isinstance(form, int):
         raise InputError(f"{path}: 'format' is missing; write format = {FORMAT}")
@@ -125,6 +120,20 @@ def load_settings(path: Path, machine: str = "") -> Settings:
         _check_tables(path, part, f'machine."{name}".')
         _validated(path, _merged(content, part), f'machine."{name}".')
     return _validated(path, _merged(content, own.get(machine, {})), "")
+
+
+def machines_stated(path: Path) -> tuple[str, ...]:
+    """Return the names of the machines that have settings of their own."""
+    return tuple(_read(path).get("machine", {}))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; the folder is no archive") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is no TOML ({error}); correct it there") from None
 
 
 def _check_tables(path: Path, content: dict[str, Any], where: str) -> None:

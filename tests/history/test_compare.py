@@ -247,6 +247,16 @@ def test_the_agreed_number_is_counted_down(empty, tmp_path):
     assert "4 full drops of 4 agreed" in verdict.reasons[0]
 
 
+def test_settings_of_a_name_that_no_drop_bears_are_told(empty, tmp_path):
+    """The number agreed for it would never be counted down."""
+    drop = add(empty, tmp_path, 0, dropped="2020-01-01")
+    for name, told in (("Made up", True), ("made up", False)):
+        (empty.folder / "archive.toml").write_text(f'format = 1\n[machine."{name}".life]\nagreed_drops = 4\n')
+        comparison, verdict = judged(empty, drop)
+        assert any("settings for a machine 'Made up'" in reason for reason in verdict.reasons) == told
+        assert comparison.life.agreed == (None if told else 4)
+
+
 def test_damage_counts_a_harder_drop_as_many(empty, tmp_path):
     (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 10\n")
     add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
