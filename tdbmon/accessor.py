@@ -22,6 +22,7 @@ from tdbsim.machine import Machine, load_machine
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.history.compare import Comparison
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.progress import silent
 from tdbmon.quantity import words
@@ -90,29 +91,30 @@ class AnalysisView:
 
 @dataclass(frozen=True)
 class ComparisonView:
-    """A comparison that a notebook shows as a table, with its verdict."""
+    """A comparison that a notebook shows as a table, with its verdict and the alarms of earlier drops that stand."""
 
     result: Comparison
     verdict: Verdict
+    standing: tuple[Judged, ...]
 
     @property
     def json(self) -> dict[str, Any]:
         """What `tdbmon compare --json` writes."""
         from tdbmon.history.contract import comparison_json
 
-        return comparison_json(self.result, self.verdict)
+        return comparison_json(self.result, self.verdict, self.standing)
 
     @property
     def report(self) -> Document:
         """The report; `tdbmon.report.html.write_html` and `tdbmon.report.pdf.write_pdf` write it."""
         from tdbmon.report.compare_report import build_compare_report
 
-        return build_compare_report(self.result, self.verdict)
+        return build_compare_report(self.result, self.verdict, self.standing)
 
     def __repr__(self) -> str:
         from tdbmon.history.summary import comparison_lines
 
-        return "\n".join(comparison_lines(self.result, self.verdict))
+        return "\n".join(comparison_lines(self.result, self.verdict, self.standing))
 
     def _repr_html_(self) -> str:
         from tdbmon.history.summary import difference_of
@@ -122,7 +124,10 @@ class ComparisonView:
             for c in self.result.changes
             if c.difference is not None
         ]
-        caption = f"{self.verdict.word}: {'; '.join(self.verdict.reasons)}"
+        judged = [Judged(self.result, self.verdict), *self.standing]
+        said = [f"{each.verdict.word}: {'; '.join(each.verdict.reasons)}" for each in judged]
+        names = ["", *(f"an earlier alarm stands: {each.name}: " for each in self.standing)]
+        caption = ". ".join(name + words for name, words in zip(names, said, strict=True))
         return _table(caption, ("", "Quantity", "This drop", "Difference (95 %)"), rows)
 
 
@@ -184,19 +189,29 @@ class TouchdownAccessor:
         Raises
         ------
         InputError
-            If the dataset was not read by `tdbmon.record.read`, or as `tdbmon.history.unfiled.drop_to_compare`.
+            If the dataset was not read by `tdbmon.record.read`, was changed since while its file is filed, or as
+            `tdbmon.history.unfiled.drop_to_compare`.
         """
         from tdbmon.history.archive import open_archive
         from tdbmon.history.compare import compare
+        from tdbmon.history.standing import standing_beside
         from tdbmon.history.unfiled import record_to_compare
         from tdbmon.history.verdict import verdict_of
+        from tdbmon.record.read import read
 
         if "sha256" not in self._record.attrs:
             raise InputError("this dataset has no SHA-256 of a file; read it with tdbmon.record.read.read")
         opened = open_archive(Path(archive))
+        filed = opened.drop_of(self._record.attrs["sha256"])
+        if filed is not None and not read(opened.folder / filed.raw).equals(self._record):
+            raise InputError(
+                f"{filed.raw_name}: this dataset was changed since it was read, and what is filed is the unchanged drop"
+                f" {filed.id}; write it to a file of its own (tdbmon.record.read.write) and read that"
+            )
         place = None if machine is None else Path(machine)
-        result = compare(opened, record_to_compare(opened, self._record, place, forces, lambda _: None))
-        return ComparisonView(result, verdict_of(result))
+        result = compare(opened, record_to_compare(opened, self._record, place, forces, silent))
+        verdict = verdict_of(result)
+        return ComparisonView(result, verdict, standing_beside(opened, Judged(result, verdict)))
 
 
 def _table(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

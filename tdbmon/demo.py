@@ -108,12 +108,12 @@ def _years(out: Path, progress: Progress) -> list[str]:
     progress("archive: drawing the figures and writing the reports")
     last = history.last
     for name, document in (
-        ("comparison", build_compare_report(last.comparison, last.verdict)),
+        ("comparison", build_compare_report(last.comparison, last.verdict, history.standing_earlier)),
         ("machine", build_machine_report(history)),
     ):
         write_html(document, out / f"{name}.html")
         write_pdf(document, out / f"{name}.pdf")
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf")
-    content = comparison_json(last.comparison, last.verdict)
+    content = comparison_json(last.comparison, last.verdict, history.standing_earlier)
     write_text(out / "comparison.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
     return lines

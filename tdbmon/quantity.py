@@ -100,11 +100,13 @@ def rpm(speed: Estimate) -> str:
 
 
 def moment(text: str) -> str:
-    """Return an ISO 8601 date and time as people write it; other words as they are."""
+    """Return an ISO 8601 date and time as people write it, the date alone where no time is stated; other words as they are."""
     try:
         when = datetime.fromisoformat(text)
     except ValueError:
         return text
+    if len(text) <= len("2026-03-11"):
+        return f"{when:%Y-%m-%d}"
     zone = "" if when.tzinfo is None else f" {when.tzname()}"
     return f"{when:%Y-%m-%d %H:%M:%S}{zone}"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import seconds_of, speed_of
+from tdbmon.progress import Progress
 
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
@@ -24,7 +25,7 @@ _EXACT = "a simulated value, without an interval"
 
 
 def simulate_drop(
-    machine: Machine, speed: str, seconds: str, effects: Sequence[str], seed: int, progress: Callable[[str], None]
+    machine: Machine, speed: str, seconds: str, effects: Sequence[str], seed: int, progress: Progress
 ) -> xr.Dataset:
     """Simulate a drop from texts as the command line takes them.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from tdbmon.figures.style import (
     BLACK,
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
     SKY,
@@ -46,29 +48,32 @@ def machine_courses(history: MachineHistory) -> Figure:
     figure = new_figure(28 + 42 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
     axes = subplots(figure, rows, 2, Margins(17, 3, 13, 17, across=18, down=13))
     place = {entry.id: i for i, entry in enumerate(history.entries, start=1)}
+    overhauls = [place[b.id] for a, b in pairwise(history.entries) if a.assembly != b.assembly]
     speed_class = dict(zip((e.id for e in history.entries), history.classes, strict=True))
+    names = _class_names(history)
     for ax, course in zip(axes.flat, shown, strict=False):
         factor, unit = scale_of(KINDS[course.name].unit)
-        for number in sorted(set(history.classes)):
-            own = [(place[e.id], s, e.speed) for e, s in course.values if speed_class[e.id] == number]
+        for number, name in names.items():
+            own = [(place[e.id], s) for e, s in course.values if speed_class[e.id] == number]
             if not own:
                 continue
             colour, marker = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
-            speeds = [speed for _, _, speed in own if speed is not None]
-            label = f"{np.median(speeds):.4g} Hz" if speeds else "speed unknown"
             ax.plot(
-                [x for x, _, _ in own], [(s.value or 0) * factor for _, s, _ in own], marker, color=colour, markersize=3.5,
-                label=label, zorder=3,
+                [x for x, _ in own], [(s.value or 0) * factor for _, s in own], marker, color=colour, markersize=3.5,
+                label=name, zorder=3,
             )  # fmt: skip
-            off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get((course.name, course.end), ())]
-            ax.plot(
-                [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
-                markerfacecolor="none", label="changed against those before" if off else "_", zorder=4,
-            )  # fmt: skip
-            for x, s, _ in own:
+            for x, s in own:
                 if s.low is not None and s.high is not None:
                     ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
-        ax.set_title(f"{KINDS[course.name].title}{', ' + course.end if course.end else ''}", fontsize=7)
+        off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get((course.name, course.end), ())]
+        if off:
+            ax.plot(
+                [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
+                markerfacecolor="none", label="changed against those before", zorder=4,
+            )  # fmt: skip
+        for number in overhauls:
+            ax.axvline(number - 0.5, color=GREY, linewidth=0.8, linestyle=":")
+        ax.set_title(course.title, fontsize=7)
         ax.set_ylabel(f"[{unit or 1}]")
         drop_axis(ax, len(place), 8)
     for ax in axes.flat[len(shown) :]:
@@ -77,6 +82,14 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_xlabel("drop")
     legend_below(figure, 5)
     return figure
+
+
+def _class_names(history: MachineHistory) -> dict[int, str]:
+    """Return each class of speed by its median speed."""
+    speeds: dict[int, list[float]] = {number: [] for number in sorted(set(history.classes))}
+    for entry, number in zip(history.entries, history.classes, strict=True):
+        speeds[number] += [] if entry.speed is None else [entry.speed]
+    return {number: f"{np.median(own):.4g} Hz" if own else "speed unknown" for number, own in speeds.items()}
 
 
 def _rank(course: Course, flagged: dict[tuple[str, str], tuple[str, ...]]) -> tuple[int, int]:

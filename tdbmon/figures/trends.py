@@ -57,8 +57,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         ax.axvline(edge, color=GREY, linewidth=0.5, linestyle=":")
     elif trend is not None and trend.p <= _SEEN and trend.slope.value is not None:
         slope = trend.slope.value * factor
-        order = np.arange(len(values))
-        ax.plot(at, np.median(values - slope * order) + slope * order, color=GREEN, linewidth=0.9)
+        ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
     ax.set_ylabel(f"[{unit or 1}]")
     drop_axis(ax, len(place), 8)

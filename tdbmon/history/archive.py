@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -27,7 +27,7 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.filing import Filing
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
-from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings
+from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
 from tdbmon.history.twin import laid, twin_of
 from tdbmon.sha256 import sha256_of
 
@@ -48,6 +48,12 @@ class Archive:
     def settings(self, machine: str = "") -> Settings:
         """Return the owner's settings, for one machine where `archive.toml` has its own."""
         return load_settings(self.folder / SETTINGS, machine)
+
+    def settings_of_nobody(self) -> tuple[str, ...]:
+        """Return the machines that `archive.toml` has settings for and that have no drops here."""
+        stated = machines_stated(self.folder / SETTINGS)
+        known = self.machines() if stated else []
+        return tuple(name for name in stated if name not in known)
 
     def entries(self, machine: str = "") -> list[Entry]:
         """Return the drops in the order of their fall, of one machine or of all."""
@@ -102,12 +108,15 @@ class Archive:
             raise InputError(f"{self.folder}: no drop '{drop}'")
         return read_result(self.folder / row[0])
 
-    def has(self, sha256: str, name: str) -> bool:
-        """Return whether a raw file has a result of this name (see `Filing.name`)."""
-        file = f"results/{sha256[:12]}/{name}"
+    def drop_of(self, sha256: str) -> Entry | None:
+        """Return the drop of a raw file, or None where it is not filed."""
         with catalogue.reading(self.catalogue) as base:
-            row = base.execute("SELECT file_sha256 FROM results WHERE file = ?", (file,)).fetchone()
-        return row is not None and (self.folder / file).exists()
+            return next(iter(catalogue.entries(base, "sha256 = ?", (sha256,))), None)
+
+    def has(self, entry: Entry, name: str) -> bool:
+        """Return whether a drop has a result of this name (see `Filing.name`), it and the raw file as they were filed."""
+        with catalogue.reading(self.catalogue) as base:
+            return self._whole(base, entry.raw, entry.sha256, f"results/{entry.id}/{name}")
 
     def add(self, filing: Filing, raw: Path, machine: Path) -> Filed:
         """File a drop; the same again changes nothing.
@@ -136,9 +145,11 @@ class Archive:
                 raw_place = before[0].raw
             else:
                 self._refuse_twin(base, filing, raw, machine)
-            if before and base.execute("SELECT 1 FROM results WHERE file = ?", (result_place,)).fetchone():
-                if (self.folder / result_place).exists() and (self.folder / raw_place).exists():
-                    return "already filed"
+            if self._whole(base, raw_place, filing.sha256, result_place):
+                return "already filed"
+            again = base.execute("SELECT filed FROM results WHERE file = ?", (result_place,)).fetchone()
+            if again:  # its file was lost or damaged
+                filing = replace(filing, filed=again[0])
             self._copy(raw, raw_place, filing.sha256)
             self._copy(machine, machine_place, filing.machine_sha256)
             put(self.folder, self.folder / result_place, lambda part: _write(part, result_bytes(filing)))
@@ -156,9 +167,17 @@ class Archive:
             (self.folder / entry.raw).unlink(missing_ok=True)
         return entry
 
-    def _copy(self, source: Path, place: str, sha256: str) -> None:
+    def _whole(self, base: sqlite3.Connection, raw: str, sha256: str, result: str) -> bool:
+        """Return whether a result is catalogued, and its file and the raw file are as they were filed."""
+        row = base.execute("SELECT file_sha256 FROM results WHERE file = ?", (result,)).fetchone()
+        return row is not None and self._holds(result, row[0]) and self._holds(raw, sha256)
+
+    def _holds(self, place: str, sha256: str) -> bool:
         target = self.folder / place
-        if target.exists() and sha256_of(target) == sha256:
+        return target.exists() and sha256_of(target) == sha256
+
+    def _copy(self, source: Path, place: str, sha256: str) -> None:
+        if self._holds(place, sha256):
             return
 
         def write(part: Path) -> None:
@@ -166,7 +185,7 @@ class Archive:
             if sha256_of(part) != sha256:
                 raise InputError(f"{source}: changed while it was filed; file it once it is written whole")
 
-        put(self.folder, target, write)
+        put(self.folder, self.folder / place, write)
 
     def _same_drop(self, entry: Entry, filing: Filing, raw: Path) -> None:
         if entry.sha256 != filing.sha256:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -43,7 +44,7 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """The record is not in the archive."""
+        """The record was not filed, or not as it was asked."""
         return self.state == "failed"
 
 
@@ -78,12 +79,15 @@ def add_all(
         If the scheduler cannot be reached, or the archive cannot be written.
     """
     todo: list[Order] = []
-    for order in orders:
-        passed = _already(archive, order)
-        if passed is None:
-            todo.append(replace(order, machine=order.machine.resolve(), record=order.record.resolve()))
-        else:
-            yield passed
+    begun = datetime.now(UTC)
+    for number, order in enumerate(orders):
+        wanted = _prepared(archive, order)
+        if isinstance(wanted, Outcome):
+            yield wanted
+            continue
+        # workers end in any order; drops without a time come in that in which they were given
+        filed = (begun + timedelta(microseconds=number)).isoformat(timespec="microseconds")
+        todo.append(replace(wanted, machine=order.machine.resolve(), record=order.record.resolve(), filed=filed))
     for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
         progress(f"{done} of {len(todo)} drops studied")
         if isinstance(found, Filing):
@@ -95,17 +99,38 @@ def add_all(
             yield Outcome(order.record, "", "failed", found)
 
 
-def _already(archive: Archive, order: Order) -> Outcome | None:
-    """Pass a record over whose result by this version and machine file is filed; so a stopped batch goes on."""
+def _prepared(archive: Archive, order: Order) -> Order | Outcome:
+    """Return an order with what is filed of its drop: assembly and time hold on, unless other ones are stated, which is refused.
+
+    A record whose result by this version and machine file is filed is passed over; so a stopped batch goes on.
+    """
     from tdbmon import __version__
 
     try:
         sha256, machine = sha256_of(order.record), sha256_of(order.machine)
     except OSError:
-        return None  # the study tells what is wrong with it
-    if any(archive.has(sha256, name) for name in satisfying_names(__version__, machine, order.forces)):
-        return Outcome(order.record, sha256[:12], "already filed")
-    return None
+        return order  # the study tells what is wrong with it
+    entry = archive.drop_of(sha256)
+    if entry is None:
+        return order
+    other = [
+        f"{name} '{before}', not '{stated}'"
+        for name, before, stated in (
+            ("assembly", entry.assembly, order.assembly),
+            ("time", entry.dropped, order.dropped),
+        )
+        if stated and stated != before
+    ]
+    if other:
+        why = (
+            f"{order.record}: is filed already, with the {' and the '.join(other)}; take it out first"
+            f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
+            + ("" if entry.dropped or order.dropped else " with --dropped TIME: without a time it would be the latest")
+        )
+        return Outcome(order.record, entry.id, "failed", why)
+    if any(archive.has(entry, name) for name in satisfying_names(__version__, machine, order.forces)):
+        return Outcome(order.record, entry.id, "already filed")
+    return replace(order, assembly=entry.assembly, dropped=entry.dropped)
 
 
 def _studies(

@@ -21,8 +21,9 @@ from tdbsim.errors import InputError
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing, StressBox
+from tdbmon.quantity import moment
 
-SCHEMA = 1  # PRAGMA user_version
+SCHEMA = 2  # PRAGMA user_version; 2: a drop keeps the time of its first filing
 NAME = "catalogue.sqlite"
 _WAIT_S = 120.0  # for another writer
 
@@ -67,8 +68,10 @@ class Entry:
 
     Attributes
     ----------
-    id, sha256, raw_name, machine, assembly, dropped, filed
+    id, sha256, raw_name, machine, assembly, dropped
         As in `Filing`.
+    filed : str
+        When it was filed first: an analysis by a newer program gives it no other place among the drops.
     raw : str
         Where the raw file lies in the archive.
     moment : float
@@ -94,6 +97,16 @@ class Entry:
     synthetic: bool
     failed_checks: tuple[str, ...]
     result: int
+
+    @property
+    def when(self) -> str:
+        """When it was dropped, or filed where that is not known, as people write it."""
+        return moment(self.dropped) if self.dropped else f"filed {moment(self.filed)}"
+
+    @property
+    def speed_words(self) -> str:
+        """Its speed at the release, as text."""
+        return "speed unknown" if self.speed is None else f"{self.speed:.4g} Hz"
 
     @property
     def order(self) -> tuple[float, str, str]:
@@ -200,10 +213,13 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
             "INSERT OR REPLACE INTO drops VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)",
             (
                 filing.drop, filing.sha256, raw, filing.raw_name, filing.machine, filing.assembly, filing.dropped,
-                moment_of(filing), filing.filed, _speed(filing.features), filing.synthetic,
-                json.dumps(filing.failed_checks), best[4],
+                0.0, filing.filed, speed_of(filing.features), filing.synthetic, json.dumps(filing.failed_checks), best[4],
             ),
         )  # fmt: skip
+    dropped, first = base.execute(
+        "SELECT d.dropped, min(r.filed) FROM drops d JOIN results r ON r.drop_id = d.id WHERE d.id = ?", (filing.drop,)
+    ).fetchone()
+    base.execute("UPDATE drops SET filed = ?, moment = ? WHERE id = ?", (first, moment_of(dropped, first), filing.drop))
 
 
 def forget_result(base: sqlite3.Connection, file: str) -> None:
@@ -266,10 +282,10 @@ def version_key(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", version))
 
 
-def moment_of(filing: Filing) -> float:
+def moment_of(dropped: str, filed: str) -> float:
     """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as that of its filing."""
-    dropped, filed = seconds(filing.dropped), seconds(filing.filed)
-    return (filed or 0.0) if dropped is None else dropped
+    stated, known = seconds(dropped), seconds(filed)
+    return (known or 0.0) if stated is None else stated
 
 
 def seconds(time: str) -> float | None:
@@ -334,7 +350,8 @@ def _stress_row(result: int | None, box: StressBox) -> tuple[object, ...]:
     return (result, box.end, *numbers, json.dumps([factor * x for x in box.outliers]))
 
 
-def _speed(found: tuple[Feature, ...]) -> float | None:
+def speed_of(found: tuple[Feature, ...]) -> float | None:
+    """Return the speed at the release among a drop's features, Hz; None where it is not known."""
     return next((f.estimate.value for f in found if f.name == "initial_hz"), None)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import typer
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
-from tdbmon.history.matching import doubts
+from tdbmon.history.matching import assembly_remarks, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
+from tdbmon.quantity import moment
 from tdbmon.report_file import ReportWriter
 
 
@@ -29,22 +31,13 @@ def add(
     tell: Progress,
 ) -> int:
     """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
-    from datetime import datetime
-
     from tdbsim.machine import load_machine
 
     from tdbmon.history.batch import add_all
     from tdbmon.history.study import Order
 
     if dropped:
-        try:
-            datetime.fromisoformat(dropped)
-        except ValueError:
-            raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
-        if len(records) > 1:
-            raise InputError(
-                f"--dropped is the time of one drop, but {len(records)} records are given: add them one by one"
-            )
+        _check_time(dropped, len(records))
     load_machine(machine)
     archive = open_archive(folder, create=True)
     orders = [Order(machine, record, forces, assembly, dropped) for record in records]
@@ -52,7 +45,7 @@ def add(
     for outcome in add_all(archive, orders, workers, scheduler, tell):
         outcomes.append(outcome)
         if outcome.failed:
-            sys.stderr.write("tdbmon: " + " ".join(outcome.why.split()) + "\n")
+            _warn(" ".join(outcome.why.split()))
         else:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
     remarks = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
@@ -60,9 +53,14 @@ def add(
         failed_checks = () if outcome.failed else archive.entry(outcome.drop).failed_checks
         if outcome.state != "already filed" and failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
-            sys.stderr.write(f"tdbmon: {outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}\n")
+            _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
+    if not assembly:
+        for outcome in (o for o in outcomes if o.state == "filed"):
+            entry = archive.entry(outcome.drop)
+            for remark in assembly_remarks(entry, archive.entries(entry.machine)):
+                _warn(f"{outcome.record.name}: {remark}")
     for drop, remark in remarks.items():
-        sys.stderr.write(f"tdbmon: drop {drop}: {remark}\n")
+        _warn(f"drop {drop}: {remark}")
     failed = [o for o in outcomes if o.failed]
     typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
     rows = [
@@ -77,6 +75,19 @@ def add(
     ]
     write_json(json_file, {"archive": str(folder), "records": rows})
     return 2 if failed else 0
+
+
+def _check_time(dropped: str, records: int) -> None:
+    try:
+        datetime.fromisoformat(dropped)
+    except ValueError:
+        raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
+    if records > 1:
+        raise InputError(f"--dropped is the time of one drop, but {records} records are given: add them one by one")
+
+
+def _warn(line: str) -> None:
+    sys.stderr.write(f"tdbmon: {line}\n")
 
 
 def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
@@ -101,17 +112,20 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     from tdbmon.history.matching import clock_remarks
 
     entries = open_archive(folder).entries(machine)
+    if not entries:
+        typer.echo(f"{folder}: no drops yet")
     for name in dict.fromkeys(e.machine for e in entries):
         own = [e for e in entries if e.machine == name]
-        typer.echo(f"{name}: {len(own)} drops")
+        typer.echo(f"{name}: {len(own)} drop{'' if len(own) == 1 else 's'}")
         for entry in own:
-            speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []
-            notes += [f"{len(entry.failed_checks)} checks failed"] if entry.failed_checks else []
+            failed = len(entry.failed_checks)
+            notes += [f"{failed} check{'' if failed == 1 else 's'} failed"] if failed else []
             notes += ["synthetic"] if entry.synthetic else []
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
-            when = entry.dropped or f"filed {entry.filed}"
-            typer.echo(f"  {entry.id}  {when:<34}{speed:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip())
+            typer.echo(
+                f"  {entry.id}  {entry.when:<34}{entry.speed_words:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip()
+            )
     write_json(json_file, {"drops": [entry_json(e) for e in entries]})
 
 
@@ -125,7 +139,8 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     filing = archive.filing(entry.id)
     typer.echo(f"{entry.id}  {entry.raw_name}  {entry.machine}")
     typer.echo(f"raw file: {archive.folder / entry.raw}")
-    typer.echo(f"dropped: {entry.dropped or 'not stated'}; filed: {entry.filed}; tdbmon {filing.version}")
+    when = moment(entry.dropped) if entry.dropped else "not stated"
+    typer.echo(f"dropped: {when}; filed: {moment(entry.filed)}; tdbmon {filing.version}")
     for feature in filing.features:
         if feature.estimate.known:
             typer.echo(f"  {feature.name:<28}{feature.end:<6}{feature.estimate}")
@@ -233,6 +248,7 @@ def compare(
     """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
     from tdbmon.history.compare import compare as run
     from tdbmon.history.contract import comparison_json
+    from tdbmon.history.standing import Judged, standing_beside
     from tdbmon.history.summary import comparison_lines
     from tdbmon.history.unfiled import drop_to_compare
     from tdbmon.history.verdict import verdict_of
@@ -243,14 +259,15 @@ def compare(
     tell("reading the drop")
     comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
     verdict = verdict_of(comparison)
-    for line in comparison_lines(comparison, verdict):
+    standing = standing_beside(archive, Judged(comparison, verdict))
+    for line in comparison_lines(comparison, verdict, standing):
         typer.echo(line)
-    write_json(json_file, comparison_json(comparison, verdict))
+    write_json(json_file, comparison_json(comparison, verdict, standing))
     if writers:
         from tdbmon.report.compare_report import build_compare_report
 
         tell("drawing the figures")
-        document = build_compare_report(comparison, verdict)
+        document = build_compare_report(comparison, verdict, standing)
         for write in writers:
             write(document)
-    return 3 if fail_on == "alarm" and verdict.alarm else 0
+    return 3 if fail_on == "alarm" and (verdict.alarm or standing) else 0

@@ -13,18 +13,18 @@ from tdbmon.history import catalogue
 from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.difference import Difference, baseline, compare_value
+from tdbmon.history.correction import corrected
+from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, clock_remarks, conditions, doubts, foreign
+from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, doubts, foreign
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
 _TREND = 60  # of the latest, for a trend
-_LEAST_FLAG = 3  # drops before: with two, the scatter rests on a single difference
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class Change:
         Of the drop.
     earlier : tuple of (str, Estimate)
         Of the matching drops that have it, by identifier, in order.
+    numbers : tuple of int
+        Number of each of these among the matching drops, and that of the drop, which is the last.
     left_out : tuple of str
         Those of them that were off themselves, and are no measure for this drop.
     difference : Difference or None
@@ -55,6 +57,7 @@ class Change:
     end: str
     estimate: Estimate
     earlier: tuple[tuple[str, Estimate], ...]
+    numbers: tuple[int, ...]
     left_out: tuple[str, ...]
     difference: Difference | None
     p_adjusted: float | None
@@ -64,7 +67,7 @@ class Change:
     @property
     def title(self) -> str:
         """Name and end, as a report says it."""
-        return f"{self.kind.title}, {self.end}" if self.end else self.kind.title
+        return self.kind.title_at(self.end)
 
     @property
     def since(self) -> str:
@@ -82,7 +85,11 @@ class Change:
     @cached_property
     def trend(self) -> Trend | None:
         """Its course over the matching drops and this one, the latest sixty; None below four."""
-        return trend_of([e for _, e in self.earlier[-_TREND:]] + ([self.estimate] if self.estimate.known else []))
+        earlier = [e for _, e in self.earlier[-_TREND:]]
+        numbers = self.numbers[-1 - len(earlier) :]
+        if not self.estimate.known:
+            return trend_of(earlier, numbers[:-1])
+        return trend_of([*earlier, self.estimate], numbers)
 
     def trend_drops(self, current: str) -> list[str]:
         """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
@@ -168,8 +175,8 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ?", (drop.entry.machine,))
         fitting = [e for e in of_machine if e.id != drop.entry.id and wanted.fits(e)]
-        doubted = {e.id: failed for e in fitting if (failed := doubts(e.failed_checks))}
-        matched = [e for e in fitting if e.id not in doubted][-_MOST:]
+        doubted = [e for e in fitting if doubts(e.failed_checks)]
+        matched = [e for e in fitting if e not in doubted][-_MOST:]
         before = catalogue.features(base, [e.result for e in matched])
         boxes = catalogue.stress(base, [e.result for e in matched])
         fatigue, greatest = (
@@ -177,17 +184,6 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
             for name in ("fatigue_cycles", "stress_max_mpa")
         )
         other = _otherwise_made(base, drop, matched)
-    remarks = clock_remarks(drop.entry, of_machine)
-    if doubted:
-        names = ", ".join(f"{e.raw_name} ({', '.join(doubted[e.id])})" for e in fitting if e.id in doubted)
-        remarks.append(f"not compared with, since checks of their records failed: {names}")
-    if other:
-        remarks.append(
-            f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
-            " values may differ for that reason; add them again to have them analysed alike"
-        )
-    if drop.entry.failed_checks:
-        remarks.append(f"checks of the record that failed: {', '.join(drop.entry.failed_checks)}")
     changes, tested = _changes(drop, matched, before, settings)
     ends: dict[str, list[tuple[str, StressBox]]] = {}
     for entry in matched:
@@ -205,9 +201,34 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
-        remarks=tuple(remarks),
+        remarks=(*_remarks(drop.entry, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
         settings=settings,
     )
+
+
+def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
+    """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
+    remarks = [*clock_remarks(entry, of_machine), *assembly_remarks(entry, of_machine)]
+    if doubted:
+        names = ", ".join(f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in doubted)
+        remarks.append(f"not compared with, since checks of their records failed: {names}")
+    if other:
+        remarks.append(
+            f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
+            " values may differ for that reason; add them again to have them analysed alike"
+        )
+    if entry.failed_checks:
+        remarks.append(f"checks of the record that failed: {', '.join(entry.failed_checks)}")
+    return remarks
+
+
+def _settings_remarks(archive: Archive, machine: str) -> list[str]:
+    """Return for whom there are settings that nobody has: a name that is written otherwise than in the machine file, say."""
+    return [
+        f"archive.toml has settings for a machine '{name}', of which no drop is filed; if it is this one, write its name as"
+        f" its machine file does: '{machine}'"
+        for name in archive.settings_of_nobody()
+    ]
 
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:
@@ -231,21 +252,34 @@ def _changes(
     keys.sort(key=lambda key: (ranks[key[0]], key[1]))
     judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
-    found = [_compared(key, mine.get(key), theirs.get(key, []), level / max(1, judged)) for key in keys]
-    tested = [c for c in found if c.kind.judged and c.difference is not None and c.difference.p is not None]
-    adjusted = _corrected([c.difference.p for c in tested if c.difference is not None], settings)
-    p_of = {(c.kind.name, c.end): p for c, p in zip(tested, adjusted, strict=True)}
+    place = {entry.id: number for number, entry in enumerate(matched)}
+    found = []
+    for key in keys:
+        earlier = theirs.get(key, [])
+        numbers = (*(place[drop] for drop, _ in earlier), len(matched))
+        found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
+    tested = {
+        (c.kind.name, c.end): c.difference.p
+        for c in found
+        if c.kind.judged and c.difference is not None and c.difference.p is not None
+    }
+    adjusted = corrected(list(tested.values()), settings.compare.correction)
+    p_of = dict(zip(tested, adjusted.tolist(), strict=True))
     changes = []
     for change in found:
         p = p_of.get((change.kind.name, change.end))
         n = 0 if change.difference is None else change.difference.before.n
-        flag = p is not None and p <= level and n >= _LEAST_FLAG
+        flag = p is not None and p <= level and n >= LEAST_JUDGED
         changes.append(replace(change, p_adjusted=p, flag=flag))
     return tuple(changes), len(tested)
 
 
 def _compared(
-    key: tuple[str, str], estimate: Estimate | None, earlier: list[tuple[str, Estimate]], level: float
+    key: tuple[str, str],
+    estimate: Estimate | None,
+    earlier: list[tuple[str, Estimate]],
+    numbers: tuple[int, ...],
+    level: float,
 ) -> Change:
     """Return one feature against the drops before, not yet corrected for the others."""
     kind, end = KINDS[key[0]], key[1]
@@ -264,15 +298,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), left_out, difference, None, False, why)
-
-
-def _corrected(p: list[float | None], settings: Settings) -> list[float]:
-    if not p:
-        return []
-    from statsmodels.stats.multitest import multipletests
-
-    return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]
+    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
 
 
 def sigma_of(estimate: Estimate) -> float:

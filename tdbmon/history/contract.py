@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.filing import StressBox
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 
 
-def comparison_json(comparison: Comparison, verdict: Verdict) -> dict[str, Any]:
-    """Return a comparison as plain dictionaries."""
+def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> dict[str, Any]:
+    """Return a comparison as plain dictionaries, with the alarms of earlier drops that stand."""
     wanted = comparison.conditions
     return {
         "verdict": verdict.word,
         "reasons": list(verdict.reasons),
+        "standing": [
+            {"drop": each.comparison.entry.id, "verdict": each.verdict.word, "reasons": list(each.verdict.reasons)}
+            for each in standing
+        ],
         "drop": comparison.entry.id,
         "matched": [entry.id for entry in comparison.matched],
         "matching": {

@@ -11,8 +11,8 @@ never believed.
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
 leaves out those that were beyond chance when they came.  Without that, a change would hide the next drop with the same change.
 
-With n = 1 there is no scatter to compare with and no probability is stated; with 2 or 3 the interval is so wide that only
-gross changes stand out: `detectable` says how large a change must be to be flagged at all.
+With n = 1 there is no scatter to compare with and no probability is stated; with 2 nothing is called off; with 3 the interval is
+so wide that only gross changes stand out: `detectable` says how large a change must be to be flagged at all.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _ROBUST_FROM = 15
 _TUNING = 9.0  # of the biweight's scale, in units of the median absolute deviation; 6 for its location
 _LOCATION = 6.0
 _TAIL = 0.975
-_FIRST_JUDGED = 3  # drops are needed before one can be called off
+LEAST_JUDGED = 3  # drops before, to call one off: with two, the scatter rests on a single difference
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ class Difference:
     error: float | None
 
     def detectable(self, level: float) -> float | None:
-        """Return the smallest difference that has a probability below a level."""
+        """Return the smallest difference that has a probability below a level; None where none is called off."""
         from scipy.special import stdtrit
 
-        if self.error is None:
+        if self.error is None or self.before.n < LEAST_JUDGED:
             return None
         return float(-stdtrit(self.before.freedom, level / 2) * self.error)
 
@@ -138,7 +138,7 @@ def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
     kept = np.ones(len(values), dtype=bool)
     n, mean, squares = 0, 0.0, 0.0  # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
     for i, value in enumerate(values.tolist()):
-        if n >= _FIRST_JUDGED:
+        if n >= LEAST_JUDGED:
             scatter = max(math.sqrt(squares / (n - 1)), least)
             off = abs(value - mean) / (scatter * math.sqrt(1 + 1 / n))
             if 2 * stdtr(n - 1.0, -off) < level:

@@ -62,6 +62,10 @@ class FeatureKind:
     forces: bool = False
     judged: bool = True
 
+    def title_at(self, end: str) -> str:
+        """Return title and end, as a report says them; an empty end for the whole rotor."""
+        return f"{self.title}, {end}" if end else self.title
+
 
 _KINDS = (
     FeatureKind(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -11,6 +10,7 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.compare import Comparison
 from tdbmon.history.standing import Judged, judge, standing
 from tdbmon.history.verdict import Verdict
+from tdbmon.progress import Progress, silent
 
 _WORST = ("inspect", "changed", "too few drops", "as before")
 
@@ -70,7 +70,7 @@ class Member:
         }
 
 
-def fleet(archive: Archive, progress: Callable[[str], None] = lambda _: None) -> list[Member]:
+def fleet(archive: Archive, progress: Progress = silent) -> list[Member]:
     """Return the machines of an archive, worst first."""
     members = []
     names = archive.machines()

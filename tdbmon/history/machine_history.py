@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -10,17 +9,19 @@ from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.feature import KINDS
-from tdbmon.history.mixed_trend import mixed_trend
+from tdbmon.history.common_slope import common_slope
+from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.matching import doubts
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.standing import Judged, judge, standing
+from tdbmon.progress import Progress, silent
 
 _MOST = 40  # of the latest drops are judged one by one
 
 
 @dataclass(frozen=True)
 class Course:
-    """A feature over all drops of the machine.
+    """A feature over all drops of the machine whose records show it (see `tdbmon.history.matching.doubts`).
 
     Attributes
     ----------
@@ -28,13 +29,18 @@ class Course:
     values : tuple of (Entry, Estimate)
         In order; those that are known.
     slope : Estimate
-        A drop, over all speeds.
+        A drop, over all speeds and assemblies.
     """
 
     name: str
     end: str
     values: tuple[tuple[Entry, Estimate], ...]
     slope: Estimate
+
+    @property
+    def title(self) -> str:
+        """Name and end, as a report says it."""
+        return KINDS[self.name].title_at(self.end)
 
 
 @dataclass(frozen=True)
@@ -72,12 +78,17 @@ class MachineHistory:
         return found
 
     @property
+    def standing_earlier(self) -> tuple[Judged, ...]:
+        """The alarms that stand of drops before the latest."""
+        return tuple(each for each in self.standing if each is not self.last)
+
+    @property
     def last(self) -> Judged:
         """The latest drop."""
         return self.judged[-1]
 
 
-def machine_history(archive: Archive, machine: str, progress: Callable[[str], None] = lambda _: None) -> MachineHistory:
+def machine_history(archive: Archive, machine: str, progress: Progress = silent) -> MachineHistory:
     """Return the history of a machine (raises `InputError` where the archive has no drops of it)."""
     entries = archive.entries(machine)
     settings = archive.settings(machine)
@@ -90,17 +101,27 @@ def machine_history(archive: Archive, machine: str, progress: Callable[[str], No
         judged.append(of_drop(entry.id))
     stand = standing(entries, of_drop)
     classes = speed_classes([e.speed for e in entries], settings.matching.speed)
-    ends = sorted({f.end for e in entries for f in features[e.result]})
-    courses = []
-    for name, kind in KINDS.items():
-        for end in ends:
-            series = [
-                next((f.estimate for f in features[e.result] if (f.name, f.end) == (name, end)), None) for e in entries
-            ]
-            known = [(e, s) for e, s in zip(entries, series, strict=True) if s is not None and s.known]
-            if not kind.judged or not known:
-                continue
-            missing = Estimate.missing(kind.unit, "not filed")
-            slope = mixed_trend([s or missing for s in series], list(range(len(entries))), classes, kind.unit)
-            courses.append(Course(name, end, tuple(known), slope))
+    courses = _courses(entries, classes, [features[e.result] for e in entries])
     return MachineHistory(machine, tuple(entries), tuple(classes), tuple(judged), stand, tuple(courses))
+
+
+def _courses(entries: list[Entry], classes: list[int], features: list[tuple[Feature, ...]]) -> list[Course]:
+    levels = [(number, entry.assembly) for number, entry in zip(classes, entries, strict=True)]
+    drops: list[dict[tuple[str, str], Estimate]] = [
+        {} if doubts(entry.failed_checks) else {(f.name, f.end): f.estimate for f in found if f.estimate.known}
+        for entry, found in zip(entries, features, strict=True)
+    ]
+    courses = []
+    for name, end in sorted({key for drop in drops for key in drop if key[0] in KINDS}, key=_place):
+        kind = KINDS[name]
+        if not kind.judged:
+            continue
+        series = [drop.get((name, end), Estimate.missing(kind.unit, "not known")) for drop in drops]
+        known = tuple((entry, each) for entry, each in zip(entries, series, strict=True) if each.known)
+        courses.append(Course(name, end, known, common_slope(series, range(len(entries)), levels, kind.unit)))
+    return courses
+
+
+def _place(feature: tuple[str, str]) -> tuple[int, str]:
+    name, end = feature
+    return list(KINDS).index(name), end

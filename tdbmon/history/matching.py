@@ -7,10 +7,13 @@ from dataclasses import dataclass
 
 from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
+from tdbmon.quantity import moment
 
 _FOREIGN = "machine"  # whole: of the record, without a channel; "machine and record NDE" is another check
 # inverted, swapped, doubled, exchanged probes and those of a wrong scale, each followed by its channel
 _OF_PROBES = ("fall ", "whirl ", "identical ", "cabling ", "probe scales ")
+
+_DAY_S = 86400.0
 
 
 @dataclass(frozen=True)
@@ -64,11 +67,13 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
         return ["the record states no time of the drop: its place in the order is the time of its filing"]
     found = []
     filed = seconds(entry.filed)
-    if filed is not None and entry.moment > filed + 86400:
+    if filed is not None and entry.moment > filed + _DAY_S:
         found.append(
-            f"the time of the drop, {entry.dropped}, lies after its filing ({entry.filed}): the recorder's clock is wrong"
+            f"the time of the drop, {entry.dropped}, lies after its filing ({moment(entry.filed)}): the recorder's clock is wrong"
         )
-    later = [e for e in others if e.id != entry.id and e.dropped and e.moment > entry.moment and e.filed < entry.filed]
+    later = [
+        e for e in others if e.id != entry.id and e.dropped and e.moment > entry.moment and _filed_before(e, entry)
+    ]
     if later:
         found.append(
             f"the time of the drop, {entry.dropped}, lies before that of {len(later)} drop{'s' if len(later) > 1 else ''}"
@@ -76,3 +81,20 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
             " if so, remove it and file it with --dropped"
         )
     return found
+
+
+def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
+    """Return that a drop leaves out the word of its assembly where drops before it state one."""
+    words = [e.assembly for e in others if e.assembly and e.order < entry.order]
+    if entry.assembly or not words:
+        return []
+    return [
+        f"no assembly is stated of this drop, and '{words[-1]}' of drops before it: it is compared with those of which none is"
+        " stated; if it is of that assembly, remove it and file it with --assembly"
+    ]
+
+
+def _filed_before(one: Entry, other: Entry) -> bool:
+    """Return whether a drop was filed on an earlier day: a folder of drops, filed at once, comes in any order."""
+    first, second = seconds(one.filed), seconds(other.filed)
+    return first is not None and second is not None and second - first > _DAY_S

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from tdbsim.errors import InputError, did_you_mean
@@ -12,6 +12,7 @@ from tdbsim.fatigue import STATIC_LIMIT
 from tdbsim.units import to_si
 
 from tdbmon.atomic import write_text
+from tdbmon.history.correction import Correction
 
 SETTINGS = "archive.toml"
 FORMAT = 1
@@ -61,13 +62,13 @@ class Compare(_Part):
 
     least_drops: int = Field(5, ge=2)
     significance: Annotated[float, _si("1")] = Field(0.05, gt=0, lt=0.5)
-    correction: Literal["holm", "fdr_bh"] = "holm"
+    correction: Correction = "holm"
 
 
 class Inspect(_Part):
     """Limits of the verdict "inspect"."""
 
-    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0)
+    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0, le=1)  # 20 for 20 % would never be passed
     stress: Annotated[float, _si("Pa")] = Field(STATIC_LIMIT, gt=0)
     backward_whirl: Annotated[float, _si("s")] = Field(0.1, ge=0)
 
@@ -101,23 +102,46 @@ def load_settings(path: Path, machine: str = "") -> Settings:
     InputError
         If the file is no TOML, of a newer format, or a key or value is wrong.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; the folder is no archive") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is no TOML ({error}); correct it there") from None
+    content = _read(path)
     form = content.pop("format", None)
     if not isinstance(form, int):
         raise InputError(f"{path}: 'format' is missing; write format = {FORMAT}")
     if form > FORMAT:
         raise InputError(f"{path}: archive format {form} is of a newer tdbmon than this one ({FORMAT}): update tdbmon")
     own = content.pop("machine", {})
+    _check_tables(path, content, "")
     if not isinstance(own, dict):
-        raise InputError(f'{path}: write [machine."name".life] and the like')
+        raise InputError(f'{path}: machine = {own!r} is no table; write [machine."name".life] and the like')
     for name, part in own.items():
+        if not isinstance(part, dict):
+            raise InputError(
+                f'{path}: machine."{name}" = {part!r} is no table; write [machine."{name}".life] and the like'
+            )
+        _check_tables(path, part, f'machine."{name}".')
         _validated(path, _merged(content, part), f'machine."{name}".')
     return _validated(path, _merged(content, own.get(machine, {})), "")
+
+
+def machines_stated(path: Path) -> tuple[str, ...]:
+    """Return the names of the machines that have settings of their own."""
+    return tuple(_read(path).get("machine", {}))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; the folder is no archive") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is no TOML ({error}); correct it there") from None
+
+
+def _check_tables(path: Path, content: dict[str, Any], where: str) -> None:
+    for key, value in content.items():
+        if not isinstance(value, dict):
+            raise InputError(
+                f"{path}: {where}{key} = {value!r} is no table; write [{where}{key}] with its keys under it"
+            )
 
 
 def _merged(content: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
@@ -135,9 +159,8 @@ def _validated(path: Path, content: dict[str, Any], where: str) -> Settings:
             raise InputError(
                 f"{path}: unknown key '{where}{place}'{did_you_mean(str(first['loc'][-1]), known)}"
             ) from None
-        raise InputError(f"{path}: {where}{place}: {first['msg']}; correct it there") from None
-    except InputError as error:
-        raise InputError(f"{path}: {where}: {error}") from None
+        said = first["msg"].removeprefix("Value error, ")
+        raise InputError(f"{path}: {where}{place} = {first['input']!r}: {said}; correct it there") from None
 
 
 def _keys(location: tuple[int | str, ...]) -> list[str]:

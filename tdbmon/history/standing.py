@@ -10,7 +10,6 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
 from tdbmon.history.verdict import Verdict, verdict_of
-from tdbmon.quantity import moment
 
 
 @dataclass(frozen=True)
@@ -24,9 +23,7 @@ class Judged:
     def name(self) -> str:
         """The drop's record, with what tells it from others: time and speed."""
         entry = self.comparison.entry
-        when = moment(entry.dropped) if entry.dropped else f"filed {moment(entry.filed)}"
-        speed = "speed unknown" if entry.speed is None else f"{entry.speed:.4g} Hz"
-        return f"{entry.raw_name} ({when}, {speed})"
+        return f"{entry.raw_name} ({entry.when}, {entry.speed_words})"
 
 
 def judge(archive: Archive, drop: str) -> Judged:
@@ -61,6 +58,21 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
         if found.verdict.alarm:
             alarms.append(found)
     return tuple(sorted(alarms, key=lambda each: each.verdict.word != "inspect"))
+
+
+def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:
+    """Return the alarms of drops before one that still stand after it: its own verdict is not theirs.
+
+    Parameters
+    ----------
+    archive : Archive
+    own : Judged
+        The drop, filed or not.
+    """
+    last = own.comparison.entry
+    before = [e for e in archive.entries(last.machine) if e.id != last.id and e.order < last.order]
+    found = standing([*before, last], lambda drop: own if drop == last.id else judge(archive, drop))
+    return tuple(each for each in found if each is not own)
 
 
 def _since_assembled(entries: Sequence[Entry]) -> Sequence[Entry]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +29,8 @@ class Order:
     assembly : str
     dropped : str
         ISO 8601 time of the drop, where the record's own is missing or wrong.
+    filed : str
+        ISO 8601 time of the filing; the present by default.
     """
 
     machine: Path
@@ -36,6 +38,7 @@ class Order:
     forces: bool = False
     assembly: str = ""
     dropped: str = ""
+    filed: str = ""
 
 
 def study(order: Order, progress: Progress = silent) -> Filing:
@@ -55,9 +58,10 @@ def study(order: Order, progress: Progress = silent) -> Filing:
     record = read(order.record)
     if sha256_of(order.record) != record.attrs["sha256"]:
         raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
-    return study_record(
+    found = study_record(
         record, machine, sha256_of(order.machine), order.forces, order.assembly, order.dropped, progress
     )
+    return replace(found, filed=order.filed) if order.filed else found
 
 
 def study_record(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import short, words
 
 
-def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
-    """Return verdict, reasons and differences as lines of text."""
+def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
+    """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {wanted.tolerance:.0%}"
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
@@ -22,12 +24,14 @@ def comparison_lines(comparison: Comparison, verdict: Verdict) -> list[str]:
         f"matching: {speed}{assembly}: {n} drop{'' if n == 1 else 's'} before",
         f"verdict: {verdict.word}",
         *(f"  {reason}" for reason in verdict.reasons),
+        *(line for each in standing for line in _standing_lines(each)),
         *not_compared_sentences(comparison),
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
+    width = max((len(change.title) for change in compared), default=0) + 2
     if compared:
-        lines.append(f"{'':<50}{'this drop':>14}{'before':>14}   difference (95 %)")
-    lines += [_line(change) for change in compared]
+        lines.append(f"{'':<{width + 2}}{'this drop':>14}{'before':>14}   difference (95 %)")
+    lines += [_line(change, width) for change in compared]
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
     lines.append(f"full drops: {life.full_drops} ({agreed}); margin {words(life.margin)}")
@@ -53,7 +57,12 @@ def values_of(change: Change) -> tuple[str, str]:
     return short(change.estimate, width=width), short(before, width=width)
 
 
-def _line(change: Change) -> str:
+def _standing_lines(alarm: Judged) -> list[str]:
+    said = f"an earlier alarm stands: {alarm.name}: {alarm.verdict.word}"
+    return [said, *(f"  {reason}" for reason in alarm.verdict.reasons)]
+
+
+def _line(change: Change, width: int) -> str:
     this, before = values_of(change)
     mark = "*" if change.flag else " "
-    return f"{mark} {change.title[:47]:<48}{this:>14}{before:>14}   {words(difference_of(change))}"
+    return f"{mark} {change.title:<{width}}{this:>14}{before:>14}   {words(difference_of(change))}"

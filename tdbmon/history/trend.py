@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.change_point import ChangePoint, change_point
 
 _LEAST = 4  # drops: with three, six orders are possible and none is unlikely
+_LEAST_INTERVAL = 5  # of four, the least and the greatest slope hold 92 %
 
 
 @dataclass(frozen=True)
@@ -32,18 +34,27 @@ class Trend:
     change: ChangePoint | None
 
 
-def trend_of(series: list[Estimate]) -> Trend | None:
+def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None:
     """Return the trend of a feature over drops in order; None below four.
 
+    Parameters
+    ----------
+    series : sequence of Estimate
+        Those that are known.
+    numbers : sequence of int
+        Number of each drop: those that lack the feature count, or a slope a drop would be too steep.
+
+    Notes
+    -----
     Sources: P. K. Sen, J. Am. Stat. Assoc. 63 (1968) 1379; M. G. Kendall, Biometrika 30 (1938) 81 (exact for few drops
     without ties).
     """
-    values = np.array([e.value for e in series if e.value is not None], float)
+    values = np.array([e.value for e in series], float)
     if len(values) < _LEAST:
         return None
     from scipy.stats import kendalltau, theilslopes
 
-    order: NDArray[np.float64] = np.arange(len(values), dtype=float)
+    order: NDArray[np.float64] = np.array(numbers, float)
     unit = series[0].unit
     if np.ptp(values) == 0:
         flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
@@ -51,9 +62,9 @@ def trend_of(series: list[Estimate]) -> Trend | None:
     found = theilslopes(values, order, alpha=0.95)
     low, high = float(found.low_slope), float(found.high_slope)
     rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
-    if np.isfinite([low, high]).all():
+    if len(values) >= _LEAST_INTERVAL and np.isfinite([low, high]).all():
         slope = Estimate(float(found.slope), low, high, unit, rule)
     else:
-        slope = Estimate(float(found.slope), unit=unit, method=rule, why="too few drops for an interval")
+        slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
     p = float(kendalltau(order, values).pvalue)
     return Trend(slope, p if np.isfinite(p) else 1.0, change_point(values))

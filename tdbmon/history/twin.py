@@ -48,9 +48,10 @@ def twin_of(
     mine = _numbers(filing)
     speed = mine.get(("initial_hz", ""))
     if speed is None:
-        return None
-    limits = (filing.machine, speed * (1 - _NEAR), speed * (1 + _NEAR))
-    near = catalogue.entries(base, "machine = ? AND speed_hz BETWEEN ? AND ?", limits)
+        near = catalogue.entries(base, "machine = ? AND speed_hz IS NULL", (filing.machine,))
+    else:
+        limits = (filing.machine, speed * (1 - _NEAR), speed * (1 + _NEAR))
+        near = catalogue.entries(base, "machine = ? AND speed_hz BETWEEN ? AND ?", limits)
     found = catalogue.features(base, [entry.result for entry in near])
     samples = None
     for entry in near:

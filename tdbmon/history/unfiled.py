@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import load_machine
 
@@ -14,16 +13,18 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import filed_drop
 from tdbmon.history.drop import Drop
+from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import twin_of
-from tdbmon.record.assign import assign
+from tdbmon.progress import Progress
 from tdbmon.sha256 import sha256_of
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def drop_to_compare(
-    archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Callable[[str], None]
-) -> Drop:
+
+def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Progress) -> Drop:
     """Return the drop of an identifier, of a record's file, or the last one filed.
 
     Parameters
@@ -40,25 +41,26 @@ def drop_to_compare(
     Raises
     ------
     InputError
-        If the archive is empty, there is no such drop or file, or it is not clear of which machine.
+        If the archive is empty, there is no such drop or file, it is not clear of which machine, or a filed drop is filed
+        without the forces or under another machine than asked for.
     """
     if not drop:
         entries = archive.entries()
         if not entries:
             raise InputError(f"{archive.folder}: holds no drops yet; file some with 'tdbmon archive add'")
-        return filed_drop(archive, entries[-1].id)
+        return _filed(archive, entries[-1].id, machine, forces)
     path = Path(drop)
     if not path.exists():
         if path.suffix or len(path.parts) > 1:
             raise InputError(f"{drop}: no such file; give a record, or the identifier of a filed drop")
-        return filed_drop(archive, drop)
+        return _filed(archive, archive.entry(drop).id, machine, forces)
     from tdbmon.record.read import read
 
     return record_to_compare(archive, read(path), machine, forces, progress)
 
 
 def record_to_compare(
-    archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Callable[[str], None]
+    archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Progress
 ) -> Drop:
     """Return a record as a drop to compare; what is filed of it where it, or another file of it, is filed.
 
@@ -67,7 +69,7 @@ def record_to_compare(
     entries = archive.entries()
     same = [entry for entry in entries if entry.sha256 == record.attrs.get("sha256")]
     if same:
-        return filed_drop(archive, same[0].id)
+        return _filed(archive, same[0].id, machine, forces)
     if machine is None:
         names = archive.machines()
         if len(names) != 1:
@@ -76,6 +78,8 @@ def record_to_compare(
                 " say whose drop it is with --machine machine.toml"
             )
         machine = archive.machine_file(entries[-1].id)
+    from tdbmon.record.assign import assign
+
     plan = load_machine(machine)
     of_machine = [entry for entry in entries if entry.machine == plan.name]
     if not of_machine:
@@ -87,7 +91,24 @@ def record_to_compare(
     found = study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress)
     with catalogue.reading(archive.catalogue) as base:
         twin = twin_of(archive, base, found, lambda: assign(record, plan))
-    return as_drop(found) if twin is None else filed_drop(archive, twin.id)
+    return as_drop(found) if twin is None else _filed(archive, twin.id, machine, forces)
+
+
+def _filed(archive: Archive, drop: str, machine: Path | None, forces: bool) -> Drop:
+    """Return a filed drop; what is asked of it otherwise than it is filed is refused, as it would do nothing."""
+    found = filed_drop(archive, drop)
+    name = found.entry.machine if machine is None else load_machine(machine).name
+    if name != found.entry.machine:
+        raise InputError(
+            f"{machine}: is of machine '{name}', and drop {drop} ({found.entry.raw_name}) is filed as one of"
+            f" '{found.entry.machine}'; leave --machine out"
+        )
+    if forces and not any(f.estimate.known for f in found.features if f.name in KINDS and KINDS[f.name].forces):
+        raise InputError(
+            f"drop {drop} ({found.entry.raw_name}) is filed without forces; add its record again with"
+            f" tdbmon archive add --archive {archive.folder} --forces, then compare it"
+        )
+    return found
 
 
 def as_drop(filing: Filing) -> Drop:
@@ -100,9 +121,9 @@ def as_drop(filing: Filing) -> Drop:
         machine=filing.machine,
         assembly=filing.assembly,
         dropped=filing.dropped,
-        moment=catalogue.moment_of(filing),
+        moment=catalogue.moment_of(filing.dropped, filing.filed),
         filed=filing.filed,
-        speed=next((f.estimate.value for f in filing.features if f.name == "initial_hz"), None),
+        speed=catalogue.speed_of(filing.features),
         synthetic=filing.synthetic,
         failed_checks=filing.failed_checks,
         result=0,

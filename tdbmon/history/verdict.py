@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Literal
 
@@ -102,14 +103,19 @@ def _blind(comparison: Comparison) -> list[str]:
         for change in comparison.changes
         if change.kind.judged and not change.kind.forces and sum(known.known for _, known in change.earlier) >= least
     ]
-    known = sum(change.estimate.known for change in told)
+    lost = [change for change in told if not change.estimate.known]
+    known = len(told) - len(lost)
     if known >= _BLIND * len(told):
         return []
+    said = f"this drop tells only {known} of {len(told)} quantities that earlier drops tell"
     failed = comparison.entry.failed_checks
-    why = f"; its record failed {len(failed)} checks: {', '.join(failed)}" if failed else ""
+    if failed:
+        some = f"{len(failed)} check{'' if len(failed) == 1 else 's'}"
+        return [f"{said}; its record failed {some}: {', '.join(failed)}: see to the probes before the next drop"]
+    ((why, _),) = Counter(change.estimate.why for change in lost).most_common(1)
     return [
-        f"this drop tells only {known} of {len(told)} quantities that earlier drops tell{why}: see to the probes before the"
-        " next drop"
+        f"{said}, so that it does not show whether the bearings are as before; no check of its record failed, most is missing"
+        f" since {why}"
     ]
 
 

@@ -56,7 +56,7 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
                 faults += _checked(folder, f"machines/{sha256}.toml", sha256, "put the machine file back")
             for file, sha256, _, number in results:
                 progress(file)
-                found = _checked(folder, file, sha256, "add the drop again, and rebuild the catalogue")
+                found = _checked(folder, file, sha256, "add the drop again with the same machine file")
                 faults += found or _disagreements(folder, file, catalogue.features(base, [number])[number])
             named = {entry.raw for entry in entries}
     except InputError as error:
@@ -78,26 +78,24 @@ def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
     The old catalogue is kept beside the new one where it is damaged or of an older version.
     """
     folder, place = archive.folder, archive.catalogue
-    faults, read = [], []
-    for path in sorted((folder / "results").glob("*/*.nc")):
-        file = str(path.relative_to(folder).as_posix())
-        progress(file)
-        try:
-            filing = read_result(path)
-        except InputError as error:
-            faults.append(Fault(file, str(error)))
-            continue
-        raw = raw_of(folder, filing)
-        if raw is None:
-            faults.append(Fault(file, f"its raw file {filing.sha256} is missing; add the record again"))
-            continue
-        read.append((filing, raw, file, sha256_of(path)))
+    faults = []
     _set_aside(place)
-    with catalogue.writing(place) as base:
+    with catalogue.writing(place) as base:  # held from the first file on: what is filed meanwhile would be left out
         sweep(folder)
         catalogue.clear(base)
-        for filing, raw, file, sha256 in read:
-            catalogue.insert(base, filing, raw, file, sha256)
+        for path in sorted((folder / "results").glob("*/*.nc")):
+            file = str(path.relative_to(folder).as_posix())
+            progress(file)
+            try:
+                filing = read_result(path)
+            except InputError as error:
+                faults.append(Fault(file, str(error)))
+                continue
+            raw = raw_of(folder, filing)
+            if raw is None:
+                faults.append(Fault(file, f"its raw file {filing.sha256} is missing; add the record again"))
+                continue
+            catalogue.insert(base, filing, raw, file, sha256_of(path))
     return faults
 
 

@@ -18,6 +18,12 @@ from tdbmon.sha256 import sha256_of
 
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
+_DAYS = ("%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%b-%y", "%d %b %Y")
+_TIMES = (
+    *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S", "%H:%M", "%H:%M:%S.%f")),
+    "%a %b %d %H:%M:%S %Y",
+)
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -135,10 +141,15 @@ def si_unit(unit: str) -> tuple[str, float]:
 
 def _iso(date: str) -> str:
     """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
-    text = date.strip()
-    for form in ("%d.%m.%Y", "%d.%m.%Y %H:%M:%S", "%d.%m.%Y %H:%M", "%d-%b-%y %H:%M:%S", "%d-%b-%Y %H:%M:%S"):
+    text = _day_first(re.sub(r" (UTC|GMT)$", "Z", date.strip()))
+    for form in _DAYS:
         try:
-            return datetime.strptime(text, form).isoformat()
+            return datetime.strptime(text, form).date().isoformat()
+        except ValueError:
+            continue
+    for form in _TIMES:
+        try:
+            return datetime.strptime(text.removesuffix("Z"), form).isoformat() + "Z" * text.endswith("Z")
         except ValueError:
             continue
     try:
@@ -146,6 +157,18 @@ def _iso(date: str) -> str:
     except ValueError:
         return ""
     return text
+
+
+def _day_first(text: str) -> str:
+    """Return a date with slashes as day.month.year, where its numbers tell which is the day."""
+    found = re.match(r"(\d{1,2})/(\d{1,2})/(?=\d{4})", text)
+    if found is None:
+        return text
+    first, second = int(found[1]), int(found[2])
+    if first <= 12 and second <= 12 and first != second:
+        return text
+    day, month = (first, second) if first > 12 else (second, first)
+    return f"{day}.{month}.{text[found.end() :]}"
 
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:

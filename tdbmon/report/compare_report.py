@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tdbmon import __version__
 from tdbmon.history.compare import Comparison
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import moment
 from tdbmon.record.synthetic import synthetic_note
@@ -11,7 +14,9 @@ from tdbmon.report.document import Document, Section
 from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
 
 
-def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "") -> Document:
+def build_compare_report(
+    comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = (), note: str = ""
+) -> Document:
     """Return the report of a comparison as a document; `write_html` and `write_pdf` write it.
 
     Parameters
@@ -19,6 +24,8 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "
     comparison : Comparison
     verdict : Verdict
         Of `tdbmon.history.verdict.verdict_of`.
+    standing : sequence of Judged, optional
+        Alarms of earlier drops that stand (`tdbmon.history.standing.standing_beside`).
     note : str, optional
         Said under the title.  Records that say of themselves that they are synthetic need none.
     """
@@ -26,7 +33,7 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, note: str = "
     if not note and (entry.synthetic or any(e.synthetic for e in comparison.matched)):
         note = synthetic_note(1 + len(comparison.matched))
     parts: list[Section | None] = [
-        judgement.section(comparison, verdict),
+        judgement.section(comparison, verdict, standing),
         changes.section(comparison),
         stress_history.section(comparison),
         trends.section(comparison),

@@ -29,6 +29,11 @@ class Paragraph:
     text: str
 
 
+def sentence(text: str) -> Paragraph:
+    """Return words as a sentence of its own: a capital in front, a stop behind."""
+    return Paragraph(f"{text[:1].upper()}{text[1:]}.")
+
+
 @dataclass(frozen=True)
 class Verdict:
     """A finding that stands out; `tone` says whether it asks for attention."""

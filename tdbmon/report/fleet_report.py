@@ -7,7 +7,7 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import moment, words
+from tdbmon.quantity import words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
@@ -31,7 +31,7 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
                     member.verdict.word,
                     member.judged.name,
                     f"{member.drops}",
-                    moment(latest.entry.dropped) if latest.entry.dropped else "–",
+                    latest.entry.when,
                     "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
                     not_compared_count(member.comparison),
                     words(latest.life.margin) if latest.life.margin.known else "–",

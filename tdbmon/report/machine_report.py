@@ -5,15 +5,15 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon import __version__
-from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import MachineHistory
+from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import moment, words
+from tdbmon.quantity import words
 from tdbmon.record.synthetic import synthetic_note
-from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone
+from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.sections import comparison_methods, life, stress_history
-from tdbmon.report.sections.judgement import STANDING, WORDS
+from tdbmon.report.sections.judgement import WORDS, standing_blocks
 
 _TONE: dict[str, Tone] = {word: tone for word, (_, tone) in WORDS.items()}
 
@@ -32,7 +32,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
     ]
     return Document(
         "Machine report",
-        f"{history.machine} · {len(history.entries)} drops",
+        f"{history.machine} · {len(history.entries)} drop{'' if len(history.entries) == 1 else 's'}",
         tuple(parts),
         note=note,
         made=f"tdbmon {__version__}",
@@ -41,26 +41,18 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
 
 def _summary(history: MachineHistory) -> Section:
     last = history.last
-    sentence, tone = WORDS[last.verdict.word]
-    blocks: list[Block] = []
-    earlier = [each for each in history.standing if each.comparison.entry.id != last.comparison.entry.id]
-    for each in earlier:
-        word = WORDS[each.verdict.word][0]
-        blocks.append(Finding(f"The alarm of {each.name} stands: {word[0].lower()}{word[1:]}", "attention"))
-        blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in each.verdict.reasons]
-    if earlier:
-        blocks.append(Paragraph(STANDING))
-    blocks.append(Finding(f"The latest drop: {sentence[0].lower()}{sentence[1:]}", tone))
-    blocks += [Paragraph(f"{reason[:1].upper()}{reason[1:]}.") for reason in last.verdict.reasons]
-    blocks += [Paragraph(f"{text[:1].upper()}{text[1:]}.") for text in not_compared_sentences(last.comparison)]
+    judged_as, tone = WORDS[last.verdict.word]
+    blocks = standing_blocks(history.standing_earlier)
+    blocks.append(Finding(f"The latest drop: {judged_as[0].lower()}{judged_as[1:]}", tone))
+    blocks += map(sentence, (*last.verdict.reasons, *not_compared_sentences(last.comparison)))
     rows = []
     for judged in history.judged:
         entry, changed = judged.comparison.entry, judged.comparison.flagged
-        when = moment(entry.dropped) if entry.dropped else "–"
-        speed = "–" if entry.speed is None else f"{entry.speed:.4g} Hz"
         what = "; ".join(c.title for c in changed[:3]) + (f"; {len(changed) - 3} more" if len(changed) > 3 else "")
         word, lost = judged.verdict.word, not_compared_count(judged.comparison)
-        rows.append(Row((entry.id, entry.raw_name, when, speed, word, what or "–", lost), _TONE[word]))
+        rows.append(
+            Row((entry.id, entry.raw_name, entry.when, entry.speed_words, word, what or "–", lost), _TONE[word])
+        )
     header = ("Drop", "Record", "Time", "Speed", "Verdict", "Changed", "Not compared")
     older = len(history.entries) - len(history.judged)
     caption = "Every drop against those before it" + (f" ({older} older ones not judged)" if older else "")
@@ -71,30 +63,36 @@ def _courses(history: MachineHistory) -> Section:
     from tdbmon.figures.machine_courses import machine_courses
 
     rows = tuple(
-        Row((_title(c.name, c.end), f"{len(c.values)}", words(c.slope)), _slope_tone(c.slope.low, c.slope.high))
+        Row((c.title, f"{len(c.values)}", words(c.slope)), _slope_tone(c.slope.low, c.slope.high))
         for c in history.courses
         if c.slope.known
     )
+    shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
             "What was flagged in any drop, and the main quantities, over all drops in their order, with 95 % intervals as far"
-            " as they are known; a colour for each class of speed. Rings: changed against the drops before.",
+            f" as they are known; a colour for each class of speed. Rings: changed against the drops before{shown}.",
             "For each quantity, its value against the number of the drop.",
             partial(machine_courses, history),
         )
     ]
+    doubted = [e.raw_name for e in history.entries if doubts(e.failed_checks)]
+    if doubted:
+        blocks.append(Paragraph(f"Left out, since checks of their records failed: {', '.join(doubted)}."))
     if rows:
-        blocks.append(Table("Trends over all speeds (mixed model)", ("Quantity", "Drops", "Slope a drop (95 %)"), rows))
+        blocks += [
+            Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)"), rows),
+            Paragraph(
+                "One slope by least squares, with a level of its own for each speed and each assembly. Marked where its interval"
+                " leaves out zero, as one in twenty does by chance."
+            ),
+        ]
     else:
         why = next((c.slope.why for c in history.courses), "no quantity is known")
-        blocks.append(Paragraph(f"A trend over all speeds together is not estimated: it {why}."))
+        blocks.append(Paragraph(f"A trend over all drops together is not estimated: it {why}."))
     return Section("Course over the drops", tuple(blocks))
 
 
 def _slope_tone(low: float | None, high: float | None) -> Tone:
     return "attention" if low is not None and high is not None and low * high > 0 else "plain"
-
-
-def _title(name: str, end: str) -> str:
-    return f"{KINDS[name].title}, {end}" if end else KINDS[name].title

@@ -28,6 +28,12 @@ def test_the_accessor_says_what_the_command_line_says(years):
     assert view.report.title == "Comparison with earlier drops"
 
 
+def test_a_filed_record_that_was_changed_is_not_told_as_the_filed_one(years):
+    record = read(YEARS / "drop_08.nc")
+    with pytest.raises(InputError, match=r"drop_08.nc: this dataset was changed .*\(tdbmon.record.read.write\)"):
+        record.assign(NDE_A=2 * record["NDE_A"]).tdb.compare(years.folder)
+
+
 def test_the_analysis_shows_itself():
     view = read(YEARS / "drop_08.nc").tdb.analyse(YEARS / "machine.toml")
     assert view.json["machine"] == view.result.machine.name

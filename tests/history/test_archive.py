@@ -27,7 +27,7 @@ from tdbmon.history.twin import laid, twin_of
 from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.history.verify import rebuild, verify
 from tdbmon.progress import silent
-from tdbmon.record.read import read
+from tdbmon.record.read import read, write
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, newer
 
@@ -148,6 +148,17 @@ def test_the_same_measurement_in_another_format_is_refused_and_compared_as_the_f
     assert [o.state for o in add_all(archive, [Order(YEARS / "machine.toml", exported)])] == ["filed"]
 
 
+def test_the_same_measurement_without_a_speed_is_refused_too(empty, tmp_path):
+    """Displacements alone, as recorded and rounded to a nanometre."""
+    probes = read(YEARS / "drop_01.nc").isel(time=slice(0, 12000))[["NDE_A", "NDE_B", "DE_A", "DE_B"]]
+    rounded = probes.map(lambda channel: channel.round(9), keep_attrs=True)
+    for name, record in (("a.nc", probes), ("b.nc", rounded)):
+        write(record, tmp_path / name)
+    first, second = add_all(empty, [Order(YEARS / "machine.toml", tmp_path / name) for name in ("a.nc", "b.nc")])
+    assert first.state == "filed"
+    assert f"holds the same measurement as drop {first.drop} (a.nc)" in second.why
+
+
 def test_two_drops_of_like_features_are_two(years):
     """Where but half of the features are alike, the samples decide."""
     entry = years.entries()[0]
@@ -242,6 +253,25 @@ def test_an_archive_of_an_older_version_is_brought_up_to_date_and_nothing_is_los
     with sqlite3.connect(again.catalogue) as base:
         assert base.execute("PRAGMA user_version").fetchone()[0] == catalogue.SCHEMA
     base.close()
+
+
+def test_a_drop_that_is_filed_while_the_catalogue_is_made_anew_is_in_it(empty, tmp_path, monkeypatch):
+    """Another writer waits for the lock; it did not, and what it filed was lost from the catalogue."""
+    fill(empty, tmp_path, 2)
+    monkeypatch.setattr(catalogue, "_WAIT_S", 0.1)
+    raw, machine = files(tmp_path, 7)
+    refused = []
+
+    def file_one_more(_: str) -> None:
+        try:
+            empty.add(filing(raw, machine, seed=7), raw, machine)
+        except InputError as error:
+            refused.append(str(error))
+
+    assert rebuild(empty, file_one_more) == []
+    assert all("another program holds it" in each for each in refused)
+    assert len(empty.entries()) == (2 if refused else 3)
+    assert verify(empty) == []
 
 
 def test_a_catalogue_of_a_newer_version_is_left_alone(empty, tmp_path):
@@ -344,6 +374,18 @@ def test_a_folder_with_other_things_is_no_archive(tmp_path):
         ("format = 1\n[compare]\nleast_drops = 1\n", "compare.least_drops"),
         ("format = 1\n[inspect]\nstress = '4200 N'\n", "inspect.stress"),
         ('format = 1\n[machine."a".life]\nagreed = 3\n', 'machine."a".life.agreed'),
+        ('format = 1\n[machine]\n"a" = 5\n', 'machine."a" = 5 is no table; write [machine."a".life]'),
+        ('format = 1\n[machine."a"]\nlife = 5\n', 'machine."a".life = 5 is no table'),
+        (
+            'format = 1\ncompare = 5\n[machine."a".compare]\nleast_drops = 3\n',
+            "compare = 5 is no table; write [compare]",
+        ),
+        ("format = 1\nmachine = 5\n", "machine = 5 is no table"),
+        (
+            "format = 1\n[inspect]\ngap_growth = 20\n",
+            "inspect.gap_growth = 20.0: Input should be less than or equal to 1",
+        ),
+        ("format = 1\n[matching]\nspeed = '5 um'\n", "matching.speed = '5 um': 'um' is not a unit"),
         ("format = 2\n", "newer tdbmon"),
         ("formt = 1\n", "'format' is missing"),
         ("format = ", "no TOML"),

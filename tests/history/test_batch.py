@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.batch import add_all
-from tdbmon.history.study import Order
+from tdbmon.history.study import Order, study
+from tdbmon.history.verify import verify
+from tdbmon.record.read import read, write
 from tests.history.conftest import YEARS
 
 RECORDS = sorted(YEARS.glob("*.nc"))[:3]
@@ -37,6 +40,82 @@ def test_two_processes_file_what_one_does(serial, empty):
     outcomes = list(add_all(empty, orders(RECORDS), workers=2))
     assert sorted(outcome.record.name for outcome in outcomes) == [record.name for record in RECORDS]
     assert contents(empty) == contents(serial)
+
+
+def undated(folder: Path, count: int) -> list[Path]:
+    """Copies of a shipped drop that state no time, no two alike."""
+    folder.mkdir(exist_ok=True)
+    drop = read(RECORDS[0]).isel(time=slice(0, 12000))
+    for name in ("drop_time", "date"):
+        drop.attrs.pop(name, None)
+    found = []
+    for i in range(count):
+        rng = np.random.default_rng(i)
+        own = drop.copy(deep=True)
+        for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+            own[name] = own[name] + rng.normal(0, 1e-6, own.sizes["time"])
+        found.append(folder / f"drop {i} ü.nc")
+        write(own, found[-1])
+    return found
+
+
+def test_drops_without_a_time_come_as_they_were_given_whoever_is_ready_first(empty, tmp_path, monkeypatch):
+    """Workers end in any order, and several drops are filed within a second."""
+    from tdbmon.history import batch
+
+    def backwards(orders, workers, scheduler, progress):
+        yield from reversed([(order, study(order)) for order in orders])
+
+    monkeypatch.setattr(batch, "_studies", backwards)
+    records = undated(tmp_path / "many", 4)
+    assert {outcome.state for outcome in add_all(empty, orders(records))} == {"filed"}
+    assert [entry.raw_name for entry in empty.entries()] == [record.name for record in records]
+
+
+def test_a_drop_that_is_analysed_again_keeps_assembly_time_and_place(empty, tmp_path):
+    """With a mended machine file, say: nobody states the words of ten years again."""
+    records = undated(tmp_path / "many", 2)
+    first = [replace(orders([records[0]])[0], assembly="rebuilt", dropped="2031-05-01"), orders([records[1]])[0]]
+    assert [outcome.state for outcome in add_all(empty, first)] == ["filed", "filed"]
+    before = {entry.id: entry for entry in empty.entries()}
+    mended = tmp_path / "mended.toml"
+    mended.write_text((YEARS / "machine.toml").read_text() + "# mended\n")
+    again = [replace(order, machine=mended) for order in orders(reversed(records))]
+    assert [outcome.state for outcome in add_all(empty, again)] == ["analysed again"] * 2
+    after = {entry.id: entry for entry in empty.entries()}
+    assert list(after) == list(before)
+    for drop, entry in after.items():
+        assert replace(entry, result=before[drop].result) == before[drop]
+        assert empty.machine_file(drop).read_text().endswith("# mended\n")
+
+
+@pytest.mark.parametrize("words", [{"assembly": "rebuilt"}, {"dropped": "2031-05-01"}])
+def test_another_assembly_or_time_of_a_filed_drop_is_refused_with_the_cure(empty, words):
+    (first,) = add_all(empty, orders(RECORDS[:1]))
+    (outcome,) = add_all(empty, [replace(orders(RECORDS[:1])[0], **words)])
+    assert outcome.failed
+    assert f"tdbmon archive remove --archive {empty.folder} {first.drop}" in outcome.why
+    (entry,) = empty.entries()
+    assert (entry.assembly, entry.dropped) == ("", "2015-05-11T09:00:00Z")
+
+
+def test_whoever_takes_a_drop_without_a_time_out_is_told_that_it_loses_its_place(empty, tmp_path):
+    record = undated(tmp_path / "many", 1)
+    list(add_all(empty, orders(record)))
+    (outcome,) = add_all(empty, [replace(orders(record)[0], assembly="rebuilt")])
+    assert "with --dropped TIME: without a time it would be the latest" in outcome.why
+
+
+@pytest.mark.parametrize("place", ["raw", "results"])
+def test_adding_again_mends_a_file_that_was_damaged(empty, place):
+    list(add_all(empty, orders(RECORDS[:1])))
+    (file,) = (empty.folder / place).glob("*/*")
+    sound = file.read_bytes()
+    file.write_bytes(sound[: len(sound) // 2])
+    assert [fault.harmless for fault in verify(empty)] == [False]
+    assert [outcome.state for outcome in add_all(empty, orders(RECORDS[:1]))] == ["analysed again"]
+    assert verify(empty) == []
+    assert len(file.read_bytes()) == len(sound)
 
 
 @pytest.mark.slow

@@ -10,9 +10,11 @@ import pandas as pd
 import pytest
 
 from tdbmon.cli import main
+from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 
 MACHINE = str(YEARS / "machine.toml")
+OTHER = str(shipped("short/machine.toml"))
 
 
 def run(capsys, *arguments):
@@ -111,6 +113,16 @@ def test_an_archive_that_cannot_be_written_to_can_be_read(capsys, years, tmp_pat
         (["archive", "report", "--archive", "ARCHIVE"], "no --report file"),
         (["archive", "list", "--archive", "ARCHIVE", "--machine", "Compresor rotor"], "did you mean 'Compressor rotor"),
         (["compare", "--archive", "ARCHIVE", "nowhere.nc"], "nowhere.nc: no such file"),
+        (["compare", "--archive", "ARCHIVE", "--machine", "nowhere.toml"], "nowhere.toml"),
+        (
+            ["compare", "--archive", "ARCHIVE", "--machine", OTHER],
+            "and drop 1e9d536f2c65 (drop_10.nc) is filed as one of",
+        ),
+        (
+            ["compare", "--archive", "ARCHIVE", "0810", "--forces"],
+            "drop 0810c0837e77 (drop_01.nc) is filed without forces",
+        ),
+        (["compare", "--archive", "ARCHIVE", str(YEARS / "drop_01.nc"), "--forces"], "tdbmon archive add --archive"),
         (["compare", "--archive", "ARCHIVE", "--fail-on", "everything"], "--fail-on alarm"),
         (["compare", "--archive", "ARCHIVE", str(YEARS / "machine.toml")], "machine.toml"),
     ],

@@ -161,6 +161,21 @@ def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tm
     assert "the 6 matching drops before (p =" in verdict.reasons[0]
 
 
+def test_the_trend_counts_the_drops_that_lack_the_quantity(empty, tmp_path):
+    """A probe dead in every second drop does not double the slope a drop, in a comparison and in the report of the machine."""
+    for i in range(16):
+        values = {("fall_time_ms", "NDE"): 1 + 0.01 * i}
+        drop = add(
+            empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", **({"few": True} if i % 2 else {"values": values})
+        )
+    comparison, _ = judged(empty, drop)
+    change = next(c for c in comparison.changes if (c.kind.name, c.end) == ("fall_time_ms", "NDE"))
+    assert not change.estimate.known
+    assert change.trend.slope.value == pytest.approx(0.01 * 7e-3)
+    courses = {(course.name, course.end): course for course in machine_history(empty, "made up").courses}
+    assert courses["fall_time_ms", "NDE"].slope.value == pytest.approx(0.01 * 7e-3)
+
+
 def test_a_drop_that_was_off_the_other_way_is_no_beginning(empty, tmp_path):
     fill(empty, tmp_path, 6)
     add(empty, tmp_path, 6, dropped="2021-01-06", values={("gap_um", "DE"): 0.85})
@@ -230,6 +245,16 @@ def test_the_agreed_number_is_counted_down(empty, tmp_path):
     assert (last.life.full_drops, last.life.partial_drops, last.life.margin.value) == (4, 1, 0.0)
     assert verdict.word == "inspect"
     assert "4 full drops of 4 agreed" in verdict.reasons[0]
+
+
+def test_settings_of_a_name_that_no_drop_bears_are_told(empty, tmp_path):
+    """The number agreed for it would never be counted down."""
+    drop = add(empty, tmp_path, 0, dropped="2020-01-01")
+    for name, told in (("Made up", True), ("made up", False)):
+        (empty.folder / "archive.toml").write_text(f'format = 1\n[machine."{name}".life]\nagreed_drops = 4\n')
+        comparison, verdict = judged(empty, drop)
+        assert any("settings for a machine 'Made up'" in reason for reason in verdict.reasons) == told
+        assert comparison.life.agreed == (None if told else 4)
 
 
 def test_damage_counts_a_harder_drop_as_many(empty, tmp_path):
@@ -347,6 +372,27 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     assert any("went back" in reason for reason in verdict.reasons)
 
 
+def test_a_word_for_the_assembly_that_is_left_out_after_an_overhaul_is_told(empty, tmp_path):
+    """Such a drop compares with those before the overhaul, whose assembly has no word either."""
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 10, dropped="2020-02-01", assembly="rebuilt")
+    _, verdict = judged(empty, add(empty, tmp_path, 11, dropped="2020-02-02"))
+    assert any(
+        "no assembly is stated of this drop, and 'rebuilt' of drops before it" in each for each in verdict.reasons
+    )
+    for drop in (empty.entries()[5].id, empty.entries()[6].id):
+        assert not any("no assembly is stated" in each for each in judged(empty, drop)[1].reasons)
+
+
+def test_a_folder_filed_at_once_in_any_order_says_nothing_of_a_clock(empty, tmp_path):
+    for i in (2, 0, 1):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
+        empty.add(replace(made, filed=f"2026-01-01T0{3 - i}:00:00+00:00"), raw, machine)
+    entries = empty.entries()
+    assert [clock_remarks(entry, entries) for entry in entries] == [[], [], []]
+
+
 def test_results_of_another_version_among_the_drops_before_are_told(empty, tmp_path):
     for i in range(4):
         add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", version="0.1.0" if i else "0.0.9")
@@ -366,9 +412,10 @@ def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(yea
     seventh = machine_history(years, years.machines()[0]).judged[6]
     assert seventh.verdict.word == "as before"
     found = seventh.comparison
-    entry = replace(found.entry, failed_checks=("dead NDE_A", "dead DE_B"))
+    sick = ("dead NDE_A", "dead DE_B")
 
-    def without(share: float):
+    def without(share: float, failed_checks: tuple[str, ...] = sick):
+        entry = replace(found.entry, failed_checks=failed_checks)
         lost = [
             replace(change, estimate=Estimate.missing(change.kind.unit, "a probe is dead"), flag=False)
             if k < share * len(found.changes)
@@ -382,4 +429,7 @@ def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(yea
     assert blind.word == "inspect"
     assert blind.alarm
     assert "tells only" in blind.reasons[0]
-    assert "2 checks: dead NDE_A, dead DE_B" in blind.reasons[0]
+    assert "2 checks: dead NDE_A, dead DE_B: see to the probes" in blind.reasons[0]
+    sound = without(0.8, ()).reasons[0]  # the arc is too short, say: no fault of the probes
+    assert "no check of its record failed, most is missing since a probe is dead" in sound
+    assert "see to" not in sound

@@ -102,6 +102,13 @@ def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_
     assert f"{value / 4.2e9:.0%} of the limit, 4200 MPa" in first
 
 
+def test_every_line_of_the_terminal_names_its_end(stressed):
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    lines = comparison_lines(found, verdict_of(found))
+    for change in (c for c in found.changes if c.difference is not None):
+        assert sum(line[2:].startswith(f"{change.title}  ") for line in lines) == 1
+
+
 def test_the_first_page_says_what_could_not_be_compared(comparison):
     lost = [
         replace(c, difference=None, flag=False, why="no two usable probes see it") if c.end == "NDE" else c
@@ -164,6 +171,28 @@ def test_a_machine_report_draws_what_it_flags(years):
         assert set(drops) <= {e.id for e in history.entries}
     rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against those before"]
     assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
+
+
+def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_no_drop_of_the_machine(empty, tmp_path):
+    """A speed has one name in all panels, though quantities are missing here and there."""
+    for i in range(12):
+        raw, machine = files(tmp_path, i)
+        made = filing(
+            raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", speed=(60.0, 100.0)[i % 2] + 0.1 * i, few=i > 8,
+            assembly="new" if i >= 6 else "", failed_checks=("machine",) if i == 3 else (),
+        )  # fmt: skip
+        empty.add(made, raw, machine)
+    history = machine_history(empty, empty.machines()[0])
+    figure = machine_courses(history)
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {"60.5 Hz", "100.6 Hz"}
+    for ax in (ax for ax in figure.axes if ax.get_visible()):
+        assert [line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":"] == [6.5]
+    assert "drop_3.nc" not in {entry.raw_name for course in history.courses for entry, _ in course.values}
+    assert "Left out, since checks of their records failed: drop_3.nc." in render_html(build_machine_report(history))
+
+
+def test_a_machine_of_one_speed_has_trends_too(years):
+    assert "Trends over all drops" in render_html(build_machine_report(machine_history(years, years.machines()[0])))
 
 
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 
 import pytest
 
+from tdbmon.cli import main
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.standing import judge, standing
@@ -45,13 +47,38 @@ def test_a_drop_at_another_speed_does_not_hide_an_alarm(worn, tmp_path):
     (member,) = fleet(worn)
     assert member.verdict.word == "changed"
     assert member.latest.verdict.word == "too few drops"
-    said = "drop_6.nc (2021-01-06 00:00:00, 100 Hz)"
+    said = "drop_6.nc (2021-01-06, 100 Hz)"
     document = build_fleet_report([member])
     assert "1 of 1 machines asks for attention." in render_html(document)
     assert said in render_html(document)
     html = render_html(build_machine_report(machine_history(worn, worn.machines()[0])))
     assert f"The alarm of {said} stands: changed" in html
     assert "The latest drop: too few matching drops for a verdict." in html
+
+
+def test_a_comparison_fails_on_an_earlier_alarm_that_stands(worn, tmp_path, capsys):
+    """The drop at another speed has too few before it; whoever asks whether all is well gets no clean bill."""
+    add(worn, tmp_path, 7, speed=160.0)
+    told, report = tmp_path / "c.json", tmp_path / "c.html"
+    asked = ["compare", "--archive", str(worn.folder), "--fail-on", "alarm"]
+    with pytest.raises(SystemExit) as end:
+        main([*asked, "--json", str(told), "--report", str(report)])
+    assert end.value.code == 3
+    alarm = worn.entries()[6]
+    content = json.loads(told.read_text())
+    assert content["verdict"] == "too few drops"
+    assert [(each["drop"], each["verdict"]) for each in content["standing"]] == [(alarm.id, "changed")]
+    said = "drop_6.nc (2021-01-06, 100 Hz)"
+    assert f"an earlier alarm stands: {said}: changed" in capsys.readouterr().out
+    assert f"The alarm of {said} stands: changed" in report.read_text()
+    for drop, code in ((worn.entries()[5].id, 0), (alarm.id, 3)):  # as it was after that drop
+        with pytest.raises(SystemExit) as end:
+            main([*asked[:3], drop, *asked[3:]])
+        assert end.value.code == code
+    add(worn, tmp_path, 8, speed=102.0)
+    with pytest.raises(SystemExit) as end:
+        main(asked)
+    assert end.value.code == 0
 
 
 def test_a_matching_drop_that_is_as_before_clears_it(worn, tmp_path):

@@ -273,6 +273,29 @@ def test_a_day_that_may_be_two_is_left_open(first: str, last: str, day: str, tmp
     assert record.attrs["drop_time"] == day
 
 
+@pytest.mark.parametrize(
+    ("stated", "read"),
+    [
+        ("2026/03/10 09:15:00", "2026-03-10T09:15:00"),
+        ("10.03.2026 09:15:00.5", "2026-03-10T09:15:00.500000"),
+        ("10-Mar-2026", "2026-03-10"),
+        ("10.03.2026", "2026-03-10"),  # and no time of day that nobody stated
+        ("10 Mar 2026 09:15", "2026-03-10T09:15:00"),
+        ("Tue Mar 10 09:15:00 2026", "2026-03-10T09:15:00"),
+        ("2026-03-10 09:15:00 UTC", "2026-03-10 09:15:00Z"),
+        ("10.03.2026 09:15:00 GMT", "2026-03-10T09:15:00Z"),
+        ("31/03/2026 09:15:00", "2026-03-31T09:15:00"),
+        ("03/31/2026", "2026-03-31"),
+        ("03/10/2026 09:15:00", ""),  # two dates at two places
+        ("31/31/2026", ""),
+        ("yesterday", ""),
+    ],
+)
+def test_a_date_in_the_header_is_read_where_it_is_one(stated: str, read: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"# date: {stated}\ntime [s],A [um]\n0,1\n0.001,2\n0.002,3\n")
+    assert record.attrs["drop_time"] == read
+
+
 def test_seconds_of_an_epoch_have_the_rate_that_they_were_sampled_at(tmp_path: Path) -> None:
     path = tmp_path / "epoch.csv"
     path.write_text("time;A\n" + "".join(f"{1773219600 + k * 50e-6:.6f};{k % 7}\n" for k in range(2000)))

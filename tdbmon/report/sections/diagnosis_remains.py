@@ -10,7 +10,7 @@ from tdbmon.diagnosis.contender import EXPLAINED
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.left_over import Line, spectra
 from tdbmon.diagnosis.unexplained import Unexplained, unexplained
-from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
+from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict, sentence
 from tdbmon.report.sections.diagnosis_force import table
 
 
@@ -101,4 +101,4 @@ def _against_contacts(evidence: Evidence) -> str:
 def next_test(evidence: Evidence) -> Section:
     """Return the advice."""
     text = evidence.diagnosis.next_test
-    return Section("What to do next", (Paragraph(f"{text[:1].upper()}{text[1:]}."),))
+    return Section("What to do next", (sentence(text),))

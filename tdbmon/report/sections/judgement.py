@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
+from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import moment, short
+from tdbmon.quantity import short
 from tdbmon.quantity import words as quantity
-from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
 
 _HARDEST = ("peak_force_n", "stress_max_mpa")
@@ -27,13 +30,24 @@ STANDING = (
 )
 
 
-def section(comparison: Comparison, verdict: Verdict) -> Section:
-    """Return the verdict."""
+def standing_blocks(standing: Sequence[Judged]) -> list[Block]:
+    """Return the alarms of earlier drops that stand, with their reasons."""
+    blocks: list[Block] = []
+    for each in standing:
+        word = WORDS[each.verdict.word][0]
+        blocks.append(Finding(f"The alarm of {each.name} stands: {word[0].lower()}{word[1:]}", "attention"))
+        blocks += map(sentence, each.verdict.reasons)
+    return [*blocks, Paragraph(STANDING)] if blocks else []
+
+
+def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]) -> Section:
+    """Return the verdict, and the alarms of earlier drops that stand beside it."""
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
     speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {wanted.tolerance:.0%} off"
-    blocks: list[Block] = [Finding(words, tone), *(Paragraph(_capital(reason) + ".") for reason in verdict.reasons)]
-    blocks += [Paragraph(f"{_capital(sentence)}.") for sentence in not_compared_sentences(comparison)]
+    blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
+    blocks += map(sentence, not_compared_sentences(comparison))
+    blocks += standing_blocks(standing)
     blocks += _hit(comparison)
     rows = [
         Row(("Drop", f"{entry.id} ({entry.raw_name})")),
@@ -46,17 +60,7 @@ def section(comparison: Comparison, verdict: Verdict) -> Section:
     ]
     blocks.append(Table("What was compared", ("What", "Value"), tuple(rows)))
     if comparison.matched:
-        listed = tuple(
-            Row(
-                (
-                    e.id,
-                    e.raw_name,
-                    moment(e.dropped) if e.dropped else "–",
-                    "–" if e.speed is None else f"{e.speed:.4g} Hz",
-                )
-            )
-            for e in (*comparison.matched[-20:], entry)
-        )
+        listed = tuple(Row((e.id, e.raw_name, e.when, e.speed_words)) for e in (*comparison.matched[-20:], entry))
         more = len(comparison.matched) - 20
         caption = "The drops, this one last" + (f" ({more} older ones not listed)" if more > 0 else "")
         blocks.append(Table(caption, ("Drop", "Record", "Time", "Speed"), listed))
@@ -98,7 +102,3 @@ def _hit(comparison: Comparison) -> list[Block]:
             tuple(rows),
         )
     ]
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
