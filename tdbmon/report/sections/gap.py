@@ -8,6 +8,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.sections.left_out import left_out
 
 
 def section(analysis: Analysis) -> Section | None:
@@ -16,6 +17,7 @@ def section(analysis: Analysis) -> Section | None:
     if not ends:
         return None
     from tdbmon.figures.gap_map import gap_map
+    from tdbmon.figures.style import circled_ends
 
     words_ = (
         "At rest the shaft centre lies at the radius that the air gap, the balls' travel (half of their clearance, and"
@@ -31,12 +33,12 @@ def section(analysis: Analysis) -> Section | None:
     blocks.append(
         Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement)
     )
-    if any(end.gap is not None for end in ends):
+    if circled := circled_ends(analysis):
         caption = (
             "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
             " gap of the drawing about the same centre. Below: the settled radius less the fitted one over the angle,"
             " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
-            " is a continuation."
+            f" is a continuation.{left_out(analysis, circled, 'no clearance circle')}"
         )
         alt = "For each end a circle with settled positions at its bottom, and a strip of radial deviations over the angle."
         blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
