@@ -111,7 +111,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         float(time[-1]),
         released,
         min(touched) if touched else None,
-        max(settled) if len(settled) == len(ends) and settled else None,
+        max(settled) if settled and len(settled) == sum(end.plane != "none" for end in ends.values()) else None,
         standstill,
     )
     return Analysis(

@@ -9,6 +9,7 @@ from typing import Any
 
 from tdbmon.atomic import write_bytes
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
+from tdbmon.report.typeset import typeset
 
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
@@ -52,7 +53,7 @@ def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
             root=folder,
             font_paths=[str(Path(get_data_path()) / "fonts" / "ttf")],
             ignore_system_fonts=True,
-            sys_inputs={"report": json.dumps(_tree(document, place), allow_nan=False)},
+            sys_inputs={"report": typeset(json.dumps(_tree(document, place), allow_nan=False))},
             **output,
         )
     return made if isinstance(made, list) else [made]

@@ -27,7 +27,8 @@ def section(analysis: Analysis) -> Section | None:
     )
     blocks: list[Block] = [Paragraph(words_)]
     header = ("Quantity", *(end.name for end in ends))
-    rows = [_row(name, [pick(end) for end in ends]) for name, pick in _PARTS]
+    told: list[set[str]] = [set() for _ in ends]
+    rows = [_row(name, [pick(end) for end in ends], told) for name, pick in _PARTS]
     blocks.append(Table("How the radius at rest adds up (95 % intervals)", header, tuple(rows)))
     agreement = tuple(Row((end.name, _agreement(end))) for end in ends)
     blocks.append(
@@ -70,8 +71,13 @@ _PARTS = (
 )
 
 
-def _row(name: str, values: list[Estimate]) -> Row:
-    return Row((name, *(words(value) for value in values)))
+def _row(name: str, values: list[Estimate], told: list[set[str]]) -> Row:
+    """Return a row; a reason that was told of that end above is not told again."""
+    cells = []
+    for value, above in zip(values, told, strict=True):
+        cells.append("not estimated, as above" if value.why in above and not value.known else words(value))
+        above.add(value.why)
+    return Row((name, *cells))
 
 
 def _agreement(end: EndResult) -> str:
