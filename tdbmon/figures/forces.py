@@ -27,7 +27,7 @@ def forces(drop: DropForces) -> Figure:
             time, low, high, color=SKY, alpha=0.6, linewidth=0, label="95 % of the ensemble", rasterized=True
         )
         ax.plot(time, history.force[together] / 1e3, color=BLUE, label="median", rasterized=True)
-        if not together.all():
+        if history.parted > history.time[-1]:
             ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
         ax.set_ylabel(f"{name} force [kN]")
         ax.set_ylim(bottom=0)

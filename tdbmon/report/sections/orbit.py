@@ -83,10 +83,10 @@ def _centreline_caption(analysis: Analysis, courses: Courses) -> str:
 
 
 def _filtered(analysis: Analysis) -> Block:
-    from tdbmon.figures.filtered_orbit import filtered_orbit, settled_stretch
+    from tdbmon.figures.filtered_orbit import filtered_orbit, telling_stretch
 
     try:
-        stretch = settled_stretch(analysis)
+        stretch = telling_stretch(analysis)
     except InputError as error:
         return Paragraph(f"Filtered orbits are not drawn: {error}.")
     return Figure(
@@ -94,9 +94,8 @@ def _filtered(analysis: Analysis) -> Block:
         f"The settled orbit over {stretch.revolutions} revolutions: as it is, its 1X (fitted over these revolutions, about"
         " the mean position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
         " revolution about it. The swing in the clearance is not locked to the shaft but does not cancel wholly over so"
-        " few revolutions: filtered orbits that are small beside it may be its remainder, and an average that does not"
-        " close shows it. The Bode plot has 1X with its uncertainty. A dot marks the pulse of the keyphasor. Runout is not"
-        f" taken off.{left_out(analysis, stretch.ends, 'no clearance circle')}",
+        " few revolutions: an average that does not close shows its remainder. A dot marks the pulse of the keyphasor."
+        f" Runout is not taken off.{left_out(analysis, stretch.ends, 'no clearance circle')}",
         "For each end three panels of the settled orbit: not filtered, filtered to 1X, and averaged over revolutions.",
         partial(filtered_orbit, analysis),
     )
