@@ -11,6 +11,9 @@ from tdbmon.atomic import write_bytes
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
 from tdbmon.report.typeset import typeset
 
+_LETTERS = 108  # of a table that a page is wide
+_BESIDE = 2  # letters' room between columns
+_LONG = 80  # letters of a cell, beyond which it is no reason for a wider column
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
@@ -74,6 +77,23 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
     }
 
 
+def _widths(table: Table) -> list[int] | list[None]:
+    """Return the columns' shares of the page by their words; None for columns of a table that fits as it is.
+
+    A column that needs less than its share of the page gets what it needs; the others share the rest by their longest cells.
+    """
+    columns = list(zip(table.header, *(row.cells for row in table.rows), strict=True))
+    wished = {k: min(max(map(len, cells)), _LONG) + _BESIDE for k, cells in enumerate(columns)}
+    if sum(wished.values()) <= _LETTERS:
+        return [None] * len(columns)
+    widths: dict[int, int] = {}
+    while narrow := [k for k in wished if wished[k] <= (_LETTERS - sum(widths.values())) / len(wished)]:
+        widths |= {k: wished.pop(k) for k in narrow}
+    left = _LETTERS - sum(widths.values())
+    widths |= {k: round(left * each / sum(wished.values())) for k, each in wished.items()}
+    return [widths[k] for k in range(len(columns))]
+
+
 def _block(block: Block, folder: Path) -> dict[str, Any] | None:
     """A block as data; None for one that paper cannot show."""
     if isinstance(block, Paragraph):
@@ -87,7 +107,7 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
             "caption": block.caption,
             "header": list(block.header),
             "rows": rows,
-            "columns": len(block.header),
+            "widths": _widths(block),
         }
     if isinstance(block, Figure):
         image = block.image

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 _PRINTED = {"um": "µm", "us": "µs", "m/s2": "m/s²"}
-_AFTER_A_NUMBER = re.compile(r"(?<=\d )(um|us|m/s2)\b")
+_AFTER_A_NUMBER = re.compile(r"(?<=[\d)] )(um|us|m/s2)\b")
 
 
 def typeset(text: str) -> str:

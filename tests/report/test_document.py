@@ -245,13 +245,13 @@ def test_provenance_is_complete(short: Analysis) -> None:
 def test_units_are_printed_the_same_in_figures_checks_and_reasons(short: Analysis) -> None:
     """Checks and reasons are written for the terminal too; a name that looks like a unit is left."""
     checks = (
-        Check("set point", "um", True, "the shaft levitated 12.5 um from the centre"),
+        Check("set point", "um", True, "the shaft levitated 12.5 (12 to 13) um from the centre"),
         Check("keyphasor", "us", True, "edges to 29 us"),
         Check("free fall", "", True, "falls with 9.8 m/s2, \u00b13 um"),
     )
     html = render_html(build_report(replace(short, checks=checks)))
     table = html[html.index("Checks that passed") :]
-    for printed in ("12.5 µm from", "29 µs", "9.8 m/s², ±3 µm", ">um<", ">us<"):
+    for printed in ("12.5 (12 to 13) µm from", "29 µs", "9.8 m/s², ±3 µm", ">um<", ">us<"):
         assert printed in table
 
 
