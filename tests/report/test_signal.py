@@ -41,6 +41,17 @@ def test_a_short_signal_is_drawn_sample_by_sample() -> None:
     assert len(thinned[0]) == len(thinned[1]) == 10
 
 
+@pytest.mark.parametrize("bins", [5, 500])
+def test_a_line_is_broken_where_no_sample_was_taken(bins: int) -> None:
+    """Drawn or thinned: across a hole in the time axis a straight line would be invented."""
+    time = np.append(np.arange(100) * 0.1, 50 + np.arange(100) * 0.1)
+    at, values = envelope_line(time, np.arange(200.0), bins)
+    spans = np.flatnonzero(np.diff(at) > 20)
+    assert len(spans) == 1 and np.isnan(values[spans]).all()
+    assert np.nanmin(values) == 0.0 and np.nanmax(values) == 199.0
+    assert np.nanmax(values[at < 20]) == 99.0 and np.nanmin(values[at > 40]) == 100.0
+
+
 def _packed(values: np.ndarray, rate: float, spans: tuple[tuple[float, float], ...]) -> dict:
     time = np.arange(len(values)) / rate
     return Signals((Signal("a", "pane", "µm", time, values),), spans, (("fall", 1.0),)).packed()["channels"][0]
