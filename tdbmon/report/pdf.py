@@ -12,8 +12,8 @@ from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Ve
 from tdbmon.report.typeset import typeset
 
 _LETTERS = 108  # of a table that a page is wide
-_BESIDE = 2  # letters' room between columns
 _LONG = 80  # letters of a cell, beyond which it is no reason for a wider column
+_BESIDE = 3  # letters' room between columns
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
@@ -80,17 +80,19 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
 def _widths(table: Table) -> list[int] | list[None]:
     """Return the columns' shares of the page by their words; None for columns of a table that fits as it is.
 
-    A column that needs less than its share of the page gets what it needs; the others share the rest by their longest cells.
+    A column that needs less than its share of the page gets what it needs; the others share the rest by what they hold.
     """
     columns = list(zip(table.header, *(row.cells for row in table.rows), strict=True))
-    wished = {k: min(max(map(len, cells)), _LONG) + _BESIDE for k, cells in enumerate(columns)}
+    wished = {k: max(map(len, cells)) + _BESIDE for k, cells in enumerate(columns)}
     if sum(wished.values()) <= _LETTERS:
         return [None] * len(columns)
     widths: dict[int, int] = {}
     while narrow := [k for k in wished if wished[k] <= (_LETTERS - sum(widths.values())) / len(wished)]:
         widths |= {k: wished.pop(k) for k in narrow}
     left = _LETTERS - sum(widths.values())
-    widths |= {k: round(left * each / sum(wished.values())) for k, each in wished.items()}
+    # the longest cell alone would widen a column for one row, the mean alone make a tower of it
+    held = {k: (min(most, _LONG) * sum(map(len, columns[k])) / len(columns[k])) ** 0.5 for k, most in wished.items()}
+    widths |= {k: round(left * each / sum(held.values())) for k, each in held.items()}
     return [widths[k] for k in range(len(columns))]
 
 
