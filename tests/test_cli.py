@@ -155,7 +155,8 @@ def test_every_number_that_is_missing_says_why(capsys, tmp_path, name, why):
     assert "first contact           not estimated (as radius at rest)" in lost
     said = report.read_text()
     assert "those at NDE are not known" in said
-    assert why in said.split("The first contact at NDE is not estimated:")[1].split("</p>")[0]
+    printed = said.split("The first contact at NDE is not estimated:")[1].split("</p>")[0]
+    assert why.replace(" um", " µm") in printed
 
 
 @pytest.mark.slow

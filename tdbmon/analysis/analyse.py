@@ -33,6 +33,7 @@ from tdbmon.analysis.swing import Swing, predicted_swing
 from tdbmon.analysis.whirl import Whirl, find_whirl
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
+from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
@@ -70,7 +71,9 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     record = assign(record, machine)
     checks = list(check(record, machine))
     checks += _effects(machine)
-    record = with_skipped_samples(without_refuted(record, machine))
+    record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
+    checks += jumps
+    record = with_skipped_samples(record)
     record = _bridged(without_lost_samples(record, machine), machine)
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
@@ -112,7 +115,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         float(time[-1]),
         released,
         min(touched) if touched else None,
-        max(settled) if len(settled) == len(ends) and settled else None,
+        max(settled) if settled and len(settled) == sum(end.plane != "none" for end in ends.values()) else None,
         standstill,
     )
     return Analysis(

@@ -1,4 +1,4 @@
-"""The phases of a drop: levitated, fall, contacts, run-down, rest."""
+"""The phases of a drop: levitated, fall, contacts, run-down, rest; fall and contacts are one where no first contact is told."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def split_phases(
 
     Parameters are times in s; None where not known.
     """
-    borders = [("levitated", start), ("fall", release), ("contacts", first_contact), ("run-down", settled)]
+    fall = "fall" if first_contact is not None else "fall and contacts"
+    borders = [("levitated", start), (fall, release), ("contacts", first_contact), ("run-down", settled)]
     borders.append(("rest", standstill))
     known = [(name, at) for name, at in borders if at is not None and start <= at < end]
     if release is None:

@@ -36,13 +36,20 @@ def summary_lines(analysis: Analysis) -> list[str]:
             "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
         )
     lines.append(f"{'rotor':<26}{weight(analysis)}")
-    lines += [f"{name:<26}{value}{_BY_INERTIA if name == _DRAG and value.known else ''}" for name, value in rows]
+    lines += [f"{name:<26}{value}{_beside(name, value)}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
         lines += _end_lines(end, analysis.machine.bearing(name).radial_gap, released)
     return lines + [f"  {FORCES_TELL}"] * analysis.forces_tell_contacts
+
+
+def _beside(name: str, value: Estimate) -> str:
+    """Return what the interval of a number holds, or why it has none."""
+    if value.known and value.low is None and value.why:
+        return f" ({value.why})"
+    return _BY_INERTIA if name == _DRAG and value.known else ""
 
 
 def weight(analysis: Analysis) -> str:

@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
     from tdbmon.analysis.result import Analysis
 
+_BINS = 2.0  # of a window of revolutions, as wide as the order filter is at half power (Blackman-Harris)
 _SEEN = 3.0  # standard deviations that an amplitude must have for its phase to be drawn
+_FEWEST = 2  # clear circles that make a polar plot
 _MARKED_HZ = 20.0  # speeds named in the polar plot
 _NAMED = 0.12  # of the greatest circle: smaller ones lie in a heap that no name tells apart
 # about a point of the polar plot, points of type: near it, then farther away
@@ -50,28 +52,64 @@ def bode(analysis: Analysis) -> Figure:
     Raises
     ------
     InputError
-        If the orders were not tracked: without a keyphasor there is no phase.
+        If 1X was not tracked (`tracked_1x`).
     """
-    tracks = analysis.tracks
-    if tracks is None or tracks.sizes["time"] < 2:
-        raise InputError("1X was not tracked: it needs a keyphasor over at least 16 revolutions")
-    first = tracks.sel(order=1.0)
-    if not np.isfinite(first.amplitude).any():
-        raise InputError("1X was not tracked: no window of it has all its samples")
+    first = tracked_1x(analysis)
     ends = seen_ends(analysis)
-    figure = new_figure(166, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
-    axes = subplots(figure, 3, len(ends), Margins(15, 3, 11, 16, across=17, down=15), [1, 0.8, 1.8])
+    polar = has_polar(first.sel(end=ends))
+    height, ratios = (166, [1, 0.8, 1.8]) if polar else (92, [1, 0.8])
+    figure = new_figure(height, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))
+    axes = subplots(figure, len(ratios), len(ends), Margins(15, 3, 11, 16, across=17, down=15), ratios)
     for column, end in enumerate(ends):
-        amplitude, lag, polar = axes[:, column]
+        amplitude, lag = axes[:2, column]
         part = first.sel(end=end)
+        lag.sharex(amplitude)
         _amplitude(amplitude, part)
         _lag(lag, part)
-        _polar(polar, part)
         amplitude.set_title(f"{end}: 1X")
-        polar.set_title(f"{end}: forward circle of 1X")
-        lag.sharex(amplitude)
+        if polar:
+            _polar(axes[2, column], part)
+            axes[2, column].set_title(f"{end}: forward circle of 1X")
     legend_below(figure, 4)
     return figure
+
+
+def tracked_1x(analysis: Analysis) -> xr.Dataset:
+    """Return 1X of all ends as it was tracked.
+
+    Raises
+    ------
+    InputError
+        If 1X was not tracked (without a keyphasor there is no phase), or if the speed changes by less than a window tells
+        apart: what such a plot shows is the noise of one speed.
+    """
+    tracks = analysis.tracks
+    if tracks is None:
+        raise InputError("the record holds no keyphasor pulses, so that there is no phase")
+    if tracks.sizes["time"] < 2:
+        raise InputError("the keyphasor covers fewer than 16 revolutions")
+    first = tracks.sel(order=1.0)
+    if not np.isfinite(first.amplitude).any():
+        raise InputError("no window of 1X has all its samples")
+    revolutions = tracks.attrs["window_revolutions"]
+    high, low = float(first.speed.max()), float(first.speed.min())
+    width = _BINS / revolutions * high
+    if high - low < width:
+        raise InputError(
+            f"the speed changes by {high - low:.2g} Hz in the record, and a window of {revolutions} revolutions, {width:.2g} Hz"
+            " wide, does not tell 1X at one of these speeds from 1X at another; a longer record is needed"
+        )
+    return first
+
+
+def has_polar(first: xr.Dataset) -> bool:
+    """Whether the forward circle of 1X stands out of the noise at an end, so that a polar plot shows it."""
+    return bool((_clear(first).sum("time") >= _FEWEST).any())
+
+
+def _clear(first: xr.Dataset) -> xr.DataArray:
+    """Where the forward circle stands out of the noise."""
+    return first.forward > _SEEN * first.forward_sigma
 
 
 def _amplitude(ax: Axes, part: xr.Dataset) -> None:
@@ -106,10 +144,10 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel("in phase with the mark [µm 0-pk]")
     ax.set_ylabel("90° ahead of it [µm 0-pk]")
-    value, sigma, lag = (part[name].to_numpy() for name in ("forward", "forward_sigma", "forward_lag"))
+    value, lag = (part[name].to_numpy() for name in ("forward", "forward_lag"))
     speed = part.speed.to_numpy()
-    clear = np.isfinite(value) & (value > _SEEN * sigma)
-    if clear.sum() < 2:
+    clear = _clear(part).to_numpy()
+    if clear.sum() < _FEWEST:
         say(ax, "1X does not stand out of the noise")
         return
     x, y = value * np.cos(lag) * UM, -value * np.sin(lag) * UM

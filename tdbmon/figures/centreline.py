@@ -10,6 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from tdbsim.errors import InputError
 
 from tdbmon.analysis import orbit
 from tdbmon.figures.style import (
@@ -18,13 +19,13 @@ from tdbmon.figures.style import (
     UM,
     Margins,
     centre_of,
+    circled_ends,
     colour_bar,
     legend_below,
     new_figure,
     released,
     said,
     say,
-    seen_ends,
     styled,
     subplots,
 )
@@ -44,22 +45,28 @@ _FEWEST = 2  # settled positions that show a course
 def centreline(analysis: Analysis) -> Figure:
     """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below.
 
-    The lower row is left out where no end is on its circle for long enough.
+    Ends without a course are left out, and the lower row where no end is on its circle for long enough.
+
+    Raises
+    ------
+    InputError
+        If no end has both a clearance circle and two windows after the release.
     """
-    ends, courses = seen_ends(analysis), courses_of(analysis)
+    courses = courses_of(analysis)
+    if not courses:
+        raise InputError(f"no end has both a clearance circle and {2 * _WINDOW_S:g} s after the release")
     rows = 2 if any_settled(analysis, courses) else 1
     figure = new_figure(29 + 43 * rows + 17 * (rows - 1), said(analysis, f"mean over {_WINDOW_S:g} s"))
-    axes = subplots(figure, rows, len(ends), Margins(16, 24, 11, 18, across=18, down=17))
+    axes = subplots(figure, rows, len(courses), Margins(16, 24, 11, 18, across=18, down=17))
     scale = Normalize()
-    scale.autoscale(np.concatenate([[], *(_colour(analysis, time) for time, _ in courses.values())]))
-    for column, end in enumerate(ends):
-        _whole(axes[0, column], analysis, end, courses.get(end), scale)
+    scale.autoscale(np.concatenate([_colour(analysis, time) for time, _ in courses.values()]))
+    for column, (end, course) in enumerate(courses.items()):
+        _whole(axes[0, column], analysis, end, course, scale)
         if rows > 1:
-            _near(axes[1, column], analysis, end, courses.get(end), scale)
+            _near(axes[1, column], analysis, end, course, scale)
     legend_below(figure)
-    if courses:
-        words = "speed [Hz]" if analysis.has_speed else "time [s]"
-        colour_bar(figure, ScalarMappable(scale, "viridis"), words)
+    words = "speed [Hz]" if analysis.has_speed else "time [s]"
+    colour_bar(figure, ScalarMappable(scale, "viridis"), words)
     return figure
 
 
@@ -68,38 +75,29 @@ def any_settled(analysis: Analysis, courses: Courses) -> bool:
     return any(_settled(analysis, end, time).sum() >= _FEWEST for end, (time, _) in courses.items())
 
 
-def _whole(ax: Axes, analysis: Analysis, end: str, course: Course | None, scale: Normalize) -> None:
+def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The clearance circle with all positions."""
     _frame(ax, f"{end}: clearance")
-    gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None:
-        say(ax, "no clearance circle is known")
-        return
-    centre, radius = centre_of(analysis, end) * UM, gap.radius.value * UM
+    centre, radius = centre_of(analysis, end) * UM, _radius(analysis, end)
     _circle(ax, centre, radius)
     ax.set_xlim(centre[0] - 1.15 * radius, centre[0] + 1.15 * radius)
     ax.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
     ax.plot(*centre, "+", color=BLACK, markersize=7, label="centre")
-    if course is not None:
-        _scatter(ax, analysis, *course, scale)
+    _scatter(ax, analysis, *course, scale)
     if analysis.release is not None and end in analysis.release.levitated:
         x, y = analysis.release.levitated[end]
         ax.plot(x * UM, y * UM, "D", color=GREEN, markersize=4, label="levitated")
 
 
-def _near(ax: Axes, analysis: Analysis, end: str, course: Course | None, scale: Normalize) -> None:
+def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The settled positions alone."""
     _frame(ax, f"{end}: from settling on, magnified")
-    gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None or course is None:
-        say(ax, "no clearance circle is known")
-        return
     time, mean = course
     settled = _settled(analysis, end, time)
     if settled.sum() < _FEWEST:
         say(ax, f"settled for less than {_FEWEST * _WINDOW_S:g} s")
         return
-    _circle(ax, centre_of(analysis, end) * UM, gap.radius.value * UM)
+    _circle(ax, centre_of(analysis, end) * UM, _radius(analysis, end))
     _scatter(ax, analysis, time[settled], mean[settled], scale)
     low, high = mean[settled].min(axis=0), mean[settled].max(axis=0)
     middle, reach = (low + high) / 2, 0.65 * float(max(high - low)) + 0.2
@@ -112,6 +110,12 @@ def _frame(ax: Axes, title: str) -> None:
     ax.set_xlabel("x (right) [µm]")
     ax.set_ylabel("y (up) [µm]")
     ax.set_aspect("equal", adjustable="box")
+
+
+def _radius(analysis: Analysis, end: str) -> float:
+    """Radius of the clearance circle of an end that has one, µm."""
+    gap = analysis.ends[end].gap
+    return 0.0 if gap is None or gap.radius.value is None else gap.radius.value * UM
 
 
 def _circle(ax: Axes, centre: np.ndarray, radius: float) -> None:
@@ -137,11 +141,10 @@ def courses_of(analysis: Analysis) -> Courses:
     if after.sizes["time"] < 2 * _WINDOW_S * planes.attrs["sampling_hz"]:
         return {}
     path, found = orbit.centreline(after, _WINDOW_S), {}
-    for end in seen_ends(analysis):
-        gap = analysis.ends[end].gap
+    for end in circled_ends(analysis):
         time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
         whole = np.isfinite(mean).all(axis=1)
-        if gap is not None and gap.radius.value is not None and whole.any():
+        if whole.any():
             thin = max(1, int(whole.sum()) // _POINTS)
             found[end] = time[whole][::thin], mean[whole][::thin]
     return found

@@ -36,11 +36,11 @@ def coast_down_waterfalls(whole: CoastDown) -> Figure:
             frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
             top_hz = top_frequency(whole.measured, float(frequency[-1]))
             keep = frequency <= top_hz
-            db = decibel(spectra.amplitude.sel(axis=axis).max("end").transpose("time", "frequency").to_numpy()[:, keep])
+            db = decibel(spectra.amplitude.sel(axis=axis).max("end").transpose("time", "frequency").to_numpy())
             limits = limits or colour_limits(db)
             half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
             extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
-            image = draw_map(ax, db, extent, limits)
+            image = draw_map(ax, db[:, keep], extent, limits)
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])
             if analysis.has_speed:

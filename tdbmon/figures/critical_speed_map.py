@@ -100,10 +100,10 @@ def _spectra(figure: Figure, ax: Axes, analysis: Analysis, top: float) -> None:
         return
     frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
     keep = frequency <= top
-    db = decibel(spectra.amplitude.max(("end", "axis")).transpose("frequency", "time").to_numpy()[keep])
+    db = decibel(spectra.amplitude.max(("end", "axis")).transpose("frequency", "time").to_numpy())
     half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
     extent = (time[0] - half_t, time[-1] + half_t, frequency[0] - half_f, frequency[keep][-1] + half_f)
-    image = draw_map(ax, db, extent, colour_limits(db))
+    image = draw_map(ax, db[keep], extent, colour_limits(db))
     ax.set_aspect("auto")
     ax.grid(False)
     if analysis.has_speed:

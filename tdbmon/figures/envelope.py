@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tdbmon.analysis.unbroken import pieces
+
 
 def envelope(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
     """Return least and largest value of nearly equal bins of consecutive samples, each (bins,).
@@ -20,7 +22,19 @@ def envelope(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def envelope_line(time: np.ndarray, values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line through least and largest value of each bin; the signal itself where it has at most 2 * bins samples."""
+    """Return a line through least and largest value of each bin; the signal itself where it has at most 2 * bins samples.
+
+    A hole in the time axis breaks the line: there is NaN, and no bin spans it.
+    """
+    whole = pieces(time)
+    if len(whole) == 1:
+        return _line(time, values, bins)
+    lines = [_line(time[each], values[each], max(1, bins * (each.stop - each.start) // len(time))) for each in whole]
+    ends = [np.append(line, np.nan) for _, line in lines]
+    return np.concatenate([np.append(at, at[-1]) for at, _ in lines])[:-1], np.concatenate(ends)[:-1]
+
+
+def _line(time: np.ndarray, values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
     if len(values) <= 2 * bins:
         return time, values
     low, high = envelope(values, bins)

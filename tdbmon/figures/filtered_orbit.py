@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _MOST, _FEWEST = 16, 8  # revolutions
+_SEEN = 3.0  # standard deviations by which 1X stands out
 _DENSE = 500  # samples, beyond which the line is drawn as an image
 _PANEL_MM, _DOWN_MM = 38.0, 19.0
 
@@ -104,6 +105,31 @@ def settled_stretch(analysis: Analysis) -> Stretch:
             f" orbits need {_FEWEST + 1}"
         )
     return Stretch(planes, angle, tuple(settled), start, revolutions)
+
+
+def telling_stretch(analysis: Analysis) -> Stretch:
+    """Return the settled stretch whose filtered orbits show the shaft's own.
+
+    Raises
+    ------
+    InputError
+        As `settled_stretch`; or if at no end 1X stands out of what a swing that is not locked to the shaft leaves of itself
+        in so few revolutions.
+    """
+    stretch = settled_stretch(analysis)
+    cuts = [
+        orbit(stretch.planes, stretch.angle, stretch.start, stretch.revolutions, kind, analysis.machine.sense)
+        for kind in ("1X", "averaged")
+    ]
+    first, mean = (cut.sel(end=list(stretch.ends)) for cut in cuts)
+    size = (first.displacement.max("sample") - first.displacement.min("sample")) / 2
+    sigma = np.sqrt((mean.deviation**2).mean("sample") * 2 / stretch.revolutions)
+    if bool((size > _SEEN * sigma).any()) or not bool(np.isfinite(size).any()):
+        return stretch
+    raise InputError(
+        f"over the {stretch.revolutions} revolutions after settling 1X is {float(size.max()) * UM:.2g} µm 0-pk at most, and the"
+        f" swing, which is not locked to the shaft, leaves ±{1.96 * float(sigma.max()) * UM:.3g} µm of itself in it"
+    )
 
 
 def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:

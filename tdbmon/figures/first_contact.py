@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tdbsim.errors import InputError
 
 from tdbmon.figures.style import (
     BLACK,
@@ -19,12 +20,11 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     centre_of,
+    circled_ends,
     legend_below,
     new_figure,
     released,
     said,
-    say,
-    seen_ends,
     styled,
     subplots,
 )
@@ -38,8 +38,16 @@ _AFTER_S = 0.008  # shown after the lift-off
 
 @styled
 def first_contact(analysis: Analysis) -> Figure:
-    """Draw displacement along the first contact's direction against time, an end a panel."""
-    ends = seen_ends(analysis)
+    """Draw displacement along the first contact's direction against time, an end a panel.
+
+    Raises
+    ------
+    InputError
+        If the first contact is known at no end.
+    """
+    ends = touched_ends(analysis)
+    if not ends:
+        raise InputError("the first contact is not known at any end")
     figure = new_figure(92, said(analysis))
     axes = subplots(figure, 1, len(ends), Margins(15, 3, 11, 23, across=17))[0]
     for ax, end in zip(axes, ends, strict=True):
@@ -48,15 +56,24 @@ def first_contact(analysis: Analysis) -> Figure:
     return figure
 
 
+def touched_ends(analysis: Analysis) -> list[str]:
+    """Ends whose first contact is known."""
+    return [
+        end
+        for end in circled_ends(analysis)
+        if (contacts := analysis.ends[end].contacts) is not None
+        and contacts.first is not None
+        and contacts.first.touch.known
+    ]
+
+
 def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     result = analysis.ends[end]
     release = released(analysis)
     ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
-    ax.set_ylabel("outward from the clearance centre [µm 0-pk]")
+    ax.set_ylabel("outward from the clearance centre [µm]")
     first = result.contacts.first if result.contacts is not None else None
     if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
-        ax.set_title(f"{end}: no first contact")
-        say(ax, "the first contact is not known")
         return
     ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
     origin = 0.0 if release is None else release

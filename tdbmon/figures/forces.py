@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @styled
 def forces(drop: DropForces) -> Figure:
-    """Draw the normal force at each end from the release on, as long as the ensemble stays together."""
+    """Draw the normal force at each end from the release on, as long as the ensembles stay together."""
     note = f"Normal force of rotor on inner ring · fitted simulation, ensemble of {drop.members} · not measured"
     figure = new_figure(90, note)
     axes = subplots(figure, len(drop.ends), 1, Margins(17, 3, 11, 20, down=5), sharex=True)[:, 0]
@@ -27,10 +27,13 @@ def forces(drop: DropForces) -> Figure:
             time, low, high, color=SKY, alpha=0.6, linewidth=0, label="95 % of the ensemble", rasterized=True
         )
         ax.plot(time, history.force[together] / 1e3, color=BLUE, label="median", rasterized=True)
-        ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
+        if history.parted > history.time[-1]:
+            ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
         ax.set_ylabel(f"{name} force [kN]")
         ax.set_ylim(bottom=0)
     axes[-1].set_xlabel("time from the release [ms]")
-    axes[-1].set_xlim(0, drop.seconds * 1e3)
+    # a little beyond where the later one parts: nothing is drawn there
+    parted = max(end.history.parted for end in drop.ends.values())
+    axes[-1].set_xlim(0, min(drop.seconds, 1.05 * parted) * 1e3)
     legend_below(figure)
     return figure

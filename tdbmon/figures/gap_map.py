@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from tdbsim.errors import InputError
 
 from tdbmon.figures.style import (
     BLACK,
@@ -19,17 +20,16 @@ from tdbmon.figures.style import (
     SKY,
     UM,
     Margins,
+    centre_of,
+    circled_ends,
     legend_below,
     new_figure,
     said,
-    say,
-    seen_ends,
     styled,
     subplots,
 )
 
 if TYPE_CHECKING:
-    from tdbmon.analysis.gap import Gap
     from tdbmon.analysis.result import Analysis
 
 _BIN_DEG = 2.0
@@ -37,13 +37,21 @@ _BIN_DEG = 2.0
 
 @styled
 def gap_map(analysis: Analysis) -> Figure:
-    """Draw the clearance circle of each end, and below it the settled radius over the angle, where micrometres show."""
-    ends = seen_ends(analysis)
+    """Draw the clearance circle of each end that has one, and below it the settled radius over the angle.
+
+    Raises
+    ------
+    InputError
+        If no clearance circle is known.
+    """
+    ends = circled_ends(analysis)
+    if not ends:
+        raise InputError("no clearance circle is known at any end")
     figure = new_figure(142, said(analysis, "settled positions only, thinned", "not filtered"))
     axes = subplots(figure, 2, len(ends), Margins(16, 3, 11, 24, across=18, down=13), height_ratios=[1.9, 1])
     for column, end in enumerate(ends):
         _plan(axes[0, column], analysis, end)
-        _strip(axes[1, column], analysis.ends[end].gap)
+        _strip(axes[1, column], analysis, end)
     legend_below(figure)
     return figure
 
@@ -53,22 +61,26 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_xlabel("x (right) [µm]")
     ax.set_ylabel("y (up) [µm]")
     ax.set_aspect("equal", adjustable="box")
-    gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
-        say(ax, "no clearance circle is known")
+    gap, centre = analysis.ends[end].gap, centre_of(analysis, end) * UM
+    if gap is None or gap.radius.value is None:
         return
-    centre = (gap.centre[0].value * UM, gap.centre[1].value * UM)
     radius = gap.radius.value * UM
     ax.plot(*(gap.points.T * UM), ".", markersize=1.5, color=BLUE, rasterized=True, label="settled positions")
-    ax.add_patch(Circle(centre, radius, fill=False, color=BLACK, linewidth=1.0, label="fitted circle, radius at rest"))
+    ax.add_patch(
+        Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=1.0, label="fitted circle, radius at rest")
+    )
     if gap.radius.low is not None and gap.radius.high is not None:
         for limit in (gap.radius.low, gap.radius.high):
-            ax.add_patch(Circle(centre, limit * UM, fill=False, color=BLACK, linewidth=0.5, linestyle=(0, (4, 2))))
+            ax.add_patch(
+                Circle(tuple(centre), limit * UM, fill=False, color=BLACK, linewidth=0.5, linestyle=(0, (4, 2)))
+            )
     air, drawing = analysis.ends[end].air_gap.value, analysis.machine.bearing(end).radial_gap.nominal
     if air is not None:
-        ax.add_patch(Circle(centre, air * UM, fill=False, color=GREEN, linewidth=1.0, label="air gap"))
+        ax.add_patch(Circle(tuple(centre), air * UM, fill=False, color=GREEN, linewidth=1.0, label="air gap"))
     dotted = (0, (1, 1))
-    ax.add_patch(Circle(centre, drawing * UM, fill=False, color=ORANGE, linestyle=dotted, label="gap on the drawing"))
+    ax.add_patch(
+        Circle(tuple(centre), drawing * UM, fill=False, color=ORANGE, linestyle=dotted, label="gap on the drawing")
+    )
     ax.plot(*centre, "+", color=BLACK, markersize=8, label="centre")
     rest = np.nanmean(gap.points[-max(1, len(gap.points) // 10) :], axis=0) * UM
     ax.plot(
@@ -85,14 +97,14 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_ylim(centre[1] - reach, centre[1] + reach)
 
 
-def _strip(ax: Axes, gap: Gap | None) -> None:
+def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
     ax.set_xlabel("angle from the bottom, towards +x [°]")
     ax.set_ylabel("residual radius [µm]")
-    if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
-        say(ax, "no clearance circle")
+    gap = analysis.ends[end].gap
+    if gap is None or gap.radius.value is None:
         return
-    away = gap.points - np.array([gap.centre[0].value, gap.centre[1].value])
+    away = gap.points - centre_of(analysis, end)
     deviation = (np.hypot(*away.T) - gap.radius.value) * UM
     angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
     bins = np.round(angle / _BIN_DEG).astype(int)

@@ -13,13 +13,17 @@ from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.style import UM
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.result import Analysis
 
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 RANGE_DB = 100.0
 FLOOR_M = 1e-12
-LEAST_HZ = 200.0  # both swings and the bounce on touchdown bearings lie below
+LEAST_HZ = 100.0  # both swings on touchdown bearings lie below
+_DARK = 0.25  # of the colours, the lowest: what the eye takes for empty
+_BRIGHT = 0.98  # of all that is brighter
 _INK: dict[str, Any] = {"color": "white", "linewidth": 0.6, "alpha": 0.9}
 _SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the height, below which a name may begin
 # names stand before the lines on a patch of the map's darkest colour
@@ -35,10 +39,23 @@ def decibel(amplitude: np.ndarray) -> np.ndarray:
 
 
 def top_frequency(analysis: Analysis, highest: float) -> float:
-    """Highest frequency worth drawing, Hz: four and a half orders of the first speed, and all named lines."""
-    speed = float(np.nanmax(analysis.speed_hz)) if len(analysis.speed_hz) else highest / 4.5
+    """Highest frequency worth drawing, Hz: nearly all that is bright in the waterfall, all lines found and 1X."""
+    speed = float(np.nanmax(analysis.speed_hz)) if analysis.has_speed else 0.0
     named = [line.frequency.value for line in analysis.lines if line.kind != "order" and line.frequency.value]
-    return min(highest, max(LEAST_HZ, 4.5 * speed, 1.15 * max(named, default=0.0)))
+    return min(
+        highest, max(LEAST_HZ, 1.2 * speed, 1.15 * max(named, default=0.0), 1.1 * _bright_up_to(analysis.waterfall))
+    )
+
+
+def _bright_up_to(spectra: xr.Dataset | None) -> float:
+    """Frequency up to which nearly all of a waterfall lies that the eye takes for more than empty, Hz."""
+    if spectra is None:
+        return 0.0
+    db = decibel(spectra.amplitude.transpose(..., "frequency").to_numpy())
+    low, high = colour_limits(db)
+    bright = np.nansum(np.maximum(db - low - _DARK * (high - low), 0.0), axis=tuple(range(db.ndim - 1)))
+    within = int((np.cumsum(bright) <= _BRIGHT * bright.sum()).sum())
+    return float(spectra.frequency[min(within, len(bright) - 1)])
 
 
 def colour_limits(db: np.ndarray) -> tuple[float, float]:

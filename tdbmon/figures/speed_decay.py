@@ -21,7 +21,6 @@ from tdbmon.figures.style import (
     legend_below,
     mark_phases,
     new_figure,
-    say,
     styled,
     subplots,
 )
@@ -35,7 +34,7 @@ _BINS = 700
 
 @styled
 def speed_decay(analysis: Analysis) -> Figure:
-    """Draw speed against time with the chosen law, and below it measured less law.
+    """Draw speed against time; with a law that was chosen for it, and below measured less law, where there is one.
 
     Raises
     ------
@@ -48,22 +47,21 @@ def speed_decay(analysis: Analysis) -> Figure:
     time, speed = analysis.speed_time, analysis.speed_hz
     means, spreads, at = _binned(time, speed)
     each = (time[-1] - time[0]) / len(at)
+    height, ratios = (72, [1.0]) if rundown.law is None else (105, [1.8, 1.0])
     figure = new_figure(
-        105, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
+        height, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
     )
     margins = Margins(15, 3, 11, 20, down=5)
-    upper, lower = subplots(figure, 2, 1, margins, height_ratios=[1.8, 1], sharex=True)[:, 0]
+    upper, *lower = subplots(figure, len(ratios), 1, margins, height_ratios=ratios, sharex=True)[:, 0]
     upper.set_xlim(float(time[0]), float(time[-1]))
     mark_phases(upper, analysis, names=True)
     upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
     upper.plot(at, means, color=BLUE, label="speed as recorded")
     upper.set_ylabel("speed [Hz]")
-    lower.set_ylabel("residual [mHz]")
-    lower.set_xlabel("time from the record's first sample [s]")
-    if rundown.law is None:
-        say(lower, f"no law was fitted: {rundown.decay_time.why}")
-    else:
-        _law(upper, lower, rundown, at, means)
+    for ax in lower:
+        ax.set_ylabel("residual [mHz]")
+        _law(upper, ax, rundown, at, means)
+    figure.axes[-1].set_xlabel("time from the record's first sample [s]")
     _standstill(upper, rundown)
     legend_below(figure)
     return figure

@@ -37,7 +37,8 @@ MEASURED = "#BBBBBB"  # beneath what was simulated
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
 PHASE_COLOUR = {
-    "levitated": "#E8F1F8", "fall": "#FFF3D6", "contacts": "#FBE3D6", "run-down": "#E6F4EE", "rest": "#F0F0F0",
+    "levitated": "#E8F1F8", "fall": "#FFF3D6", "contacts": "#FBE3D6", "fall and contacts": "#FBE3D6",
+    "run-down": "#E6F4EE", "rest": "#F0F0F0",
 }  # fmt: skip
 
 STYLE: dict[Any, Any] = {
@@ -216,19 +217,27 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
 
 
 def say(ax: Axes, words: str) -> None:
-    """Say in the axes why they are empty or incomplete; empty axes have no scale, for it would be invented."""
+    """Say in the axes why they are empty or incomplete.
+
+    Empty axes have no frame and no scale, for it would be invented, unless they share that of others.
+    """
     ax.apply_aspect()
     points = ax.get_window_extent().width * 72 / ax.figure.dpi
     lines = textwrap.fill(words, max(8, int(0.9 * points / _LETTER_PT)), break_long_words=False)
     ax.text(0.5, 0.5, lines, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    if not ax.has_data():
-        ax.tick_params(which="both", bottom=False, left=False, labelbottom=False, labelleft=False)
-        ax.grid(visible=False)
+    shared = any(len(axes.get_siblings(ax)) > 1 for axes in (ax.get_shared_x_axes(), ax.get_shared_y_axes()))
+    if not ax.has_data() and not shared:
+        ax.set_axis_off()
 
 
 def seen_ends(analysis: Analysis) -> list[str]:
     """Ends whose orbit the record holds."""
     return [end for end, result in analysis.ends.items() if result.plane != "none"]
+
+
+def circled_ends(analysis: Analysis) -> list[str]:
+    """Ends whose clearance circle is known."""
+    return [end for end in seen_ends(analysis) if has_circle(analysis, end)]
 
 
 def released(analysis: Analysis) -> float | None:

@@ -39,8 +39,7 @@ def waterfall(analysis: Analysis) -> Figure:
         notes.append("no speed: no orders")
     figure = new_figure(112, said(analysis, *notes))
     axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
-    amplitude = spectra.amplitude.sel(end=ends).to_numpy()[..., keep]
-    limits = colour_limits(decibel(amplitude))
+    limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()))
     half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
     extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
     for column, end in enumerate(ends):

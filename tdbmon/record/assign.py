@@ -145,8 +145,7 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
     if _is_voltage(units):
         if signal is None or signal.sensitivity is None:
             raise InputError(
-                f"{place} is in V; give its sensitivity in the machine file,"
-                ' e.g. [speed] sensitivity = "1 mV s" (volts a hertz)'
+                f'{place} is in V; give its sensitivity in the machine file, e.g. [speed] sensitivity = "1 mV/rpm"'
             )
         return _rescaled(array, scale(units, "V") / signal.sensitivity, 0.0, "Hz")
     if units in ("", "1"):

@@ -264,7 +264,6 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
         return np.arange(times.size), 0
     intervals = np.diff(times)
     steps = np.ones(n, dtype=int)
-    # the last interval of a rotor that comes to rest has nothing after it and may be as long as it likes
     for i in np.flatnonzero(intervals[:-1] > _LONG * _usual(intervals, 1 / 3)[:-1]):
         # the shortest nearby is a whole revolution even where every other pulse is missed; a rotor that comes to rest
         # has only longer ones ahead
@@ -273,7 +272,20 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
         expected = max(before, after)
         if intervals[i] > _LONG * expected:
             steps[i] = max(round(intervals[i] / expected), 1)
+    # the last interval has nothing after it, and that of a rotor that comes to rest may be as long as it likes
+    if intervals[-1] > _LONG * (slowest := _next(intervals[:-1] / steps[:-1])):
+        steps[-1] = round(intervals[-1] / slowest)
     return np.concatenate(([0], np.cumsum(steps))), int((steps - 1).sum())
+
+
+def _next(intervals: np.ndarray) -> float:
+    """Return the longest turn that can follow, by the strongest deceleration of the last ones; infinite where it is the last.
+
+    At a constant deceleration the square of the speed falls by as much every turn.
+    """
+    square = intervals[-_NEAR:] ** -2.0
+    left = square[-1] - 2 * max(float(-np.diff(square).min()), 0.0)
+    return float(left**-0.5) if left > 0 else np.inf
 
 
 def _scatter(times: np.ndarray, turns: np.ndarray) -> float:

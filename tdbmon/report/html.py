@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tdbmon.atomic import write_text
 from tdbmon.report.document import Document, Figure, Image, SignalViewer
 from tdbmon.report.svg import inline_svg
+from tdbmon.report.typeset import typeset
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -43,6 +44,7 @@ def render_html(document: Document) -> str:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=lambda value: typeset(value) if type(value) is str else value,
     )
     style = (TEMPLATES / "report.css").read_text(encoding="utf-8")
     viewers = any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)

@@ -9,7 +9,11 @@ from typing import Any
 
 from tdbmon.atomic import write_bytes
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
+from tdbmon.report.typeset import typeset
 
+_LETTERS = 108  # of a table that a page is wide
+_LONG = 80  # letters of a cell, beyond which it is no reason for a wider column
+_BESIDE = 3  # letters' room between columns
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
@@ -52,7 +56,7 @@ def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
             root=folder,
             font_paths=[str(Path(get_data_path()) / "fonts" / "ttf")],
             ignore_system_fonts=True,
-            sys_inputs={"report": json.dumps(_tree(document, place), allow_nan=False)},
+            sys_inputs={"report": typeset(json.dumps(_tree(document, place), allow_nan=False))},
             **output,
         )
     return made if isinstance(made, list) else [made]
@@ -73,6 +77,25 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
     }
 
 
+def _widths(table: Table) -> list[int] | list[None]:
+    """Return the columns' shares of the page by their words; None for columns of a table that fits as it is.
+
+    A column that needs less than its share of the page gets what it needs; the others share the rest by what they hold.
+    """
+    columns = list(zip(table.header, *(row.cells for row in table.rows), strict=True))
+    wished = {k: max(map(len, cells)) + _BESIDE for k, cells in enumerate(columns)}
+    if sum(wished.values()) <= _LETTERS:
+        return [None] * len(columns)
+    widths: dict[int, int] = {}
+    while narrow := [k for k in wished if wished[k] <= (_LETTERS - sum(widths.values())) / len(wished)]:
+        widths |= {k: wished.pop(k) for k in narrow}
+    left = _LETTERS - sum(widths.values())
+    # the longest cell alone would widen a column for one row, the mean alone make a tower of it
+    held = {k: (min(most, _LONG) * sum(map(len, columns[k])) / len(columns[k])) ** 0.5 for k, most in wished.items()}
+    widths |= {k: round(left * each / sum(held.values())) for k, each in held.items()}
+    return [widths[k] for k in range(len(columns))]
+
+
 def _block(block: Block, folder: Path) -> dict[str, Any] | None:
     """A block as data; None for one that paper cannot show."""
     if isinstance(block, Paragraph):
@@ -86,7 +109,7 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
             "caption": block.caption,
             "header": list(block.header),
             "rows": rows,
-            "columns": len(block.header),
+            "widths": _widths(block),
         }
     if isinstance(block, Figure):
         image = block.image

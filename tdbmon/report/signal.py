@@ -1,4 +1,8 @@
-"""Signals for the viewer of an HTML report: least and largest of bins as 16-bit integers, finer around the drop."""
+"""Signals for the viewer of an HTML report: least and largest of equal bins of time as 16-bit integers, finer around the drop.
+
+A bin in which no sample lies has no value, so that what follows a hole in the time axis stands where it belongs.  What is told
+turn by turn from a keyphasor goes on between its times.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tdbmon.figures.envelope import envelope
+from tdbmon.analysis.unbroken import pieces
+from tdbmon.record.timebase import usual_interval
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -63,7 +68,11 @@ def signals_of(analysis: Analysis) -> Signals | None:
                     Signal(f"{end} {axis}", f"displacement at the {result.plane} plane", "µm", time, values)
                 )
     if len(analysis.speed_time) > 1:
-        channels.append(Signal("speed", "speed", "Hz", analysis.speed_time, analysis.speed_hz))
+        time, hz = analysis.speed_time, analysis.speed_hz
+        if "speed" not in analysis.record:  # one value a turn
+            even = np.linspace(time[0], time[-1], _SAMPLES)
+            time, hz = even, np.interp(even, time, hz)
+        channels.append(Signal("speed", "speed", "Hz", time, hz))
     if not channels:
         return None
     release = analysis.release.time.value if analysis.release is not None else None
@@ -85,11 +94,14 @@ def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str
         time, values = channel.time[inside], (channel.values[inside] - middle) / scale
         if len(time) < 2:
             continue
-        bins = len(time) if len(time) <= _SAMPLES else _BINS
-        step = float(time[-1] - time[0]) / (len(time) - 1) * len(time) / bins
+        interval = usual_interval(time)
+        place = _places(time, interval)
+        places = int(place[-1]) + 1
+        bins = places if places <= _SAMPLES else _BINS
+        step = interval * places / bins
         if levels and step > 0.7 * levels[-1]["step"]:
             continue
-        sides = envelope(values, bins) if bins < len(time) else (values,)
+        sides = _envelope(values, place * bins // places, bins)[: 1 if bins == places else 2]
         data = [base64.b64encode(_integers(side)).decode() for side in sides]
         levels.append(
             {
@@ -101,6 +113,22 @@ def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str
             }
         )
     return {"scale": scale, "offset": middle, "levels": levels}
+
+
+def _places(time: np.ndarray, interval: float) -> np.ndarray:
+    """Number samples (n,) as if those that holes lack were there."""
+    number = np.arange(len(time))
+    for piece in pieces(time)[1:]:
+        number[piece] += round(float(time[piece.start] - time[0]) / interval) - piece.start
+    return number
+
+
+def _envelope(values: np.ndarray, number: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return least and largest value of each bin, (bins,); `number` (n,), rising, says in which one a value lies."""
+    filled, first = np.unique(number, return_index=True)
+    sides = np.full((2, bins), np.nan)
+    sides[0, filled], sides[1, filled] = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
+    return sides[0], sides[1]
 
 
 def _integers(values: np.ndarray) -> bytes:

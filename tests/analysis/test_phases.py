@@ -23,3 +23,9 @@ def test_phases_join(times):
     if phases:
         assert phases[-1].end == 10.0
     assert ("levitated" in [p.name for p in phases]) == (release is not None)
+
+
+def test_no_contact_that_is_told_leaves_no_fall_of_half_a_second():
+    """A drop of 0.3 mm lasts 8 ms: what follows is no fall, though the first contact is not known."""
+    assert [p.name for p in split_phases(0.0, 0.5, 0.1, None, None, None)] == ["levitated", "fall and contacts"]
+    assert [p.name for p in split_phases(0.0, 0.5, 0.1, 0.108, None, None)] == ["levitated", "fall", "contacts"]

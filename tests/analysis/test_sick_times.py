@@ -61,3 +61,15 @@ def test_probes_behind_a_filter_that_starts_with_the_record_have_no_levitated_st
     analysis = analyse(filtered, machine)
     assert analysis.release is None
     assert "no levitated stretch" in failed(analysis)
+
+
+def test_a_clock_that_jumps_leaves_the_run_down() -> None:
+    """Law, release and loss were those of a rotor that kept its speed for as long as the clock jumped."""
+    compressor, record = load_machine(shipped("years/machine.toml")), read(shipped("years/drop_03.nc"))
+    time = record.time.values
+    jumped = record.assign_coords(time=("time", time + 0.4 * (time >= 2.0), record.time.attrs))
+    whole, found = analyse(record, compressor), analyse(jumped, compressor)
+    assert whole.rundown is not None and found.rundown is not None
+    for name in ("initial", "lost_speed", "decay_time"):
+        assert getattr(found.rundown, name).value == pytest.approx(getattr(whole.rundown, name).value, rel=1e-6)
+    assert "the clock jumps by 0.4 s at 2 s" in failed(found) and "clock" not in failed(whole)

@@ -13,12 +13,13 @@ from tdbsim.rotor import build_rotor, static_loads
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
 from tdbmon.estimate import Estimate
+from tdbmon.figures.forces import forces
 from tdbmon.identify import fitted as module
 from tdbmon.identify.agreement import agreement
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.contract import fitted_json
 from tdbmon.identify.fitted import FittedDrop
-from tdbmon.identify.forces import forces_of
+from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table
 from tdbmon.report.sections import natural_frequencies
@@ -79,6 +80,29 @@ def test_no_label_covers_the_numbers_of_its_axis(report: Document) -> None:
             for number in ax.get_yticklabels():
                 box = number.get_window_extent(renderer)
                 assert not label.overlaps(box), f"{figure.name}: '{ax.get_ylabel()}' covers {number.get_text()}"
+
+
+def test_forces_are_drawn_as_far_as_they_are_told(fitted) -> None:
+    """Members that part at a fifth of the time simulated leave four fifths of nothing; where they never part nothing says so."""
+
+    def parting(history: ForceHistory, at: float) -> ForceHistory:
+        shown = history.time < at
+        columns = {name: getattr(history, name)[shown] for name in ("time", "force", "low", "high")}
+        return replace(history, **columns, parted=at)
+
+    whole = {
+        name: replace(end, history=replace(end.history, parted=float(end.history.time[-1])))
+        for name, end in fitted.forces.ends.items()
+    }
+    parts = {
+        name: replace(end, history=parting(end.history, at))
+        for (name, end), at in zip(whole.items(), (0.008, 0.01), strict=True)
+    }
+    for ends, right in ((whole, 1e3 * fitted.forces.seconds), (parts, 10.0)):
+        figure = rendered(forces(replace(fitted.forces, ends=ends)))
+        labels = {text.get_text() for text in figure.legends[0].get_texts()}
+        assert ("members have parted" in labels) == (ends is parts)
+        assert right <= figure.axes[0].get_xlim()[1] <= 1.1 * right
 
 
 def test_orbits_have_equal_axes(report: Document) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -160,6 +162,15 @@ def test_speed_in_many_units(signal: dict[str, str], unit: str, factor: float) -
 def test_a_speed_that_cannot_be_turned_into_hz_is_refused(unit: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         assign(_record(speed=unit), machine())
+
+
+def test_the_cure_for_a_speed_in_volts_can_be_copied_into_the_machine_file() -> None:
+    with pytest.raises(InputError) as caught:
+        assign(_record(speed="V"), machine())
+    told = re.search(r'\[speed\] sensitivity = "(.+)"', str(caught.value))
+    assert told is not None and told[1] == "1 mV/rpm"  # as tachometers are specified
+    out = assign(_record(speed="V"), machine(speed={"channel": "speed", "sensitivity": told[1]}))
+    np.testing.assert_allclose(out["speed"].values, np.arange(10.0) * 1000 / 60)
 
 
 def test_no_channel_at_all_lists_the_file_and_the_cure() -> None:

@@ -147,14 +147,28 @@ def test_a_missed_and_a_surplus_pulse_do_not_lose_the_angle() -> None:
     np.testing.assert_allclose(speed(found)[1], 50.0, rtol=1e-9)
 
 
-@pytest.mark.parametrize("lost", [{60, 62, 64}, {94}])
+@pytest.mark.parametrize("lost", [{60, 62, 64}, {94}, {-2}, {-3, -2}])
 def test_turns_are_counted_over_alternate_pulses_and_near_the_end(lost: set[int]) -> None:
     time, signal = _digital(100.0, 1.0, 0.05)
     whole = pulses(_record(signal, time), machine())
     turn = np.floor(_turns(time, 100.0)).astype(int)
-    assert max(lost) < turn[-1] - 1  # what the last pulse ends may be one slow turn
-    found = pulses(_record(np.where(np.isin(turn, list(lost)), 0.0, signal), time), machine())
+    last = turn[np.searchsorted(time, whole.times[-1]) + 1]
+    gone = [each if each >= 0 else last + 1 + each for each in lost]
+    found = pulses(_record(np.where(np.isin(turn, gone), 0.0, signal), time), machine())
     assert (found.missed, found.turns[-1]) == (len(lost), whole.turns[-1])
+
+
+@pytest.mark.parametrize("beyond", np.arange(0.02, 1.0, 0.07))
+def test_the_last_turn_before_rest_may_be_long(beyond: float) -> None:
+    """Dry friction: t of the turn that stops is 2.4 times that of the one before, with no pulse missed."""
+    deceleration, speed = 2.0, 20.0
+    stop = speed / deceleration
+    rest = speed * stop / 2
+    time = np.arange(int((stop + 1) * RATE)) / RATE
+    position = rest - deceleration / 2 * np.maximum(stop - time, 0.0) ** 2 + 1 - beyond  # so much of a turn is left
+    found = pulses(_record((position % 1.0 < 0.05).astype(float), time), machine())
+    assert found.missed == 0
+    np.testing.assert_array_equal(np.diff(found.turns), 1)
 
 
 def test_a_whole_coastdown_to_rest() -> None:

@@ -12,11 +12,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.summary import summary_lines
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.record.finding import Check
 from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
+from tdbmon.report.html import render_html
 from tdbmon.report.sections.findings import end_findings
 from tests.figure_checks import figures_of
 
@@ -252,3 +254,49 @@ def test_the_levitated_shaft_stands_beside_the_zones_of_the_standard(coastdown: 
         # the synthetic machine levitates within a tenth of its gap of 250 um about the middle
         assert reach.value < 0.3 * 250e-6
         assert row.cells[-1] == "A"
+
+
+def test_units_are_printed_the_same_in_figures_checks_and_reasons(short: Analysis) -> None:
+    """Checks and reasons are written for the terminal too; a name that looks like a unit is left."""
+    checks = (
+        Check("set point", "um", True, "the shaft levitated 12.5 (12 to 13) um from the centre"),
+        Check("keyphasor", "us", True, "edges to 29 us"),
+        Check("free fall", "", True, "falls with 9.8 m/s2, \u00b13 um"),
+    )
+    html = render_html(build_report(replace(short, checks=checks)))
+    table = html[html.index("Checks that passed") :]
+    for printed in ("12.5 (12 to 13) µm from", "29 µs", "9.8 m/s², ±3 µm", ">um<", ">us<"):
+        assert printed in table
+
+
+def test_a_reason_is_told_once_a_table(short: Analysis) -> None:
+    why = "the arc is too short to tell a circle from"
+    lost = Estimate.missing("um", why)
+    bare = {
+        name: replace(end, gap=None, contacts=None, air_gap=lost, stiffness=lost, gap_from_swing=lost, deepest=lost)
+        for name, end in short.ends.items()
+    }
+    tables = {
+        block.caption: block
+        for section in build_report(replace(short, ends=bare)).sections
+        for block in section.blocks
+        if isinstance(block, Table)
+    }
+    for caption in ("How the radius at rest adds up (95 % intervals)", "Not estimated"):
+        said = [cell for row in tables[caption].rows for cell in row.cells if why in cell]
+        assert len(said) == len(bare), caption  # once an end
+    assert any("Rebound" in row.cells[0] for row in tables["Not estimated"].rows)
+
+
+def test_an_extrapolated_standstill_says_what_it_rests_on(short: Analysis) -> None:
+    assert short.rundown is not None
+    why = "no interval: nothing tells whether the law holds down to rest"
+    rundown = replace(short.rundown, standstill_time=Estimate(60.4, unit="s", method="extrapolated", why=why))
+    far = replace(short, rundown=rundown)
+    assert any(line.startswith("standstill") and why in line for line in summary_lines(far))
+    table = next(
+        block
+        for block in build_report(far).sections[0].blocks
+        if isinstance(block, Table) and block.caption.startswith("The rotor")
+    )
+    assert any(row.cells[0].startswith("Standstill") and why in row.cells[1] for row in table.rows)

@@ -25,6 +25,9 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.speed_decay import speed_decay
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
+from tdbmon.report.document import Figure as Drawn
+from tdbmon.report.document import Paragraph
+from tdbmon.report.sections import spectra, tracking
 from tests.figure_checks import assert_readable, faults, rendered, texts
 
 DRAW: dict[str, Callable[[Analysis], Figure]] = {
@@ -64,10 +67,10 @@ def test_what_makes_a_figure_unreadable_is_found() -> None:
 
 
 @pytest.mark.parametrize("name", DRAW)
-def test_displacement_says_its_plane_filter_and_runout(name: str, short: Analysis) -> None:
+def test_displacement_says_its_plane_filter_and_runout(name: str, coastdown: Analysis) -> None:
     if name == "speed_decay":
         return
-    said = texts(DRAW[name](short))
+    said = texts(DRAW[name](coastdown))
     assert "bearing plane" in said
     assert re.search(r"not filtered|mean over|tracked|window", said)
     assert "runout" in said
@@ -91,14 +94,70 @@ def test_the_gap_map_is_round(short: Analysis) -> None:
         assert box.width / np.ptp(ax.get_xlim()) == pytest.approx(box.height / np.ptp(ax.get_ylim()), rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["time_history", "orbit_sequence", "centreline", "gap_map", "first_contact"])
+@pytest.mark.parametrize("name", ["time_history", "orbit_sequence"])
 def test_figures_can_do_without_release_gap_and_contacts(name: str, short: Analysis) -> None:
-    ends = {end: replace(result, gap=None, contacts=None) for end, result in short.ends.items()}
-    bare = replace(short, ends=ends, release=None, phases=(), swing=None, rundown=None, angle=None)
-    figure = rendered(DRAW[name](bare))
+    figure = rendered(DRAW[name](_bare(short, *short.ends)))
     assert any(text.get_text() for text in figure.findobj(Text))
-    if name in ("gap_map", "first_contact", "centreline"):
-        assert re.search(r"no clearance circle|first contact is not known", texts(figure))
+
+
+@pytest.mark.parametrize("name", ["centreline", "gap_map", "first_contact"])
+def test_an_end_without_a_circle_leaves_no_empty_axes(name: str, coastdown: Analysis) -> None:
+    both, one = rendered(DRAW[name](coastdown)), rendered(DRAW[name](_bare(coastdown, "NDE")))
+    assert all(ax.has_data() for ax in (*both.axes, *one.axes))
+    assert "NDE" in texts(both) and "NDE" not in texts(one) and "DE" in texts(one)
+    with pytest.raises(InputError, match=r"clearance circle|first contact"):
+        DRAW[name](_bare(coastdown, "NDE", "DE"))
+
+
+def _bare(analysis: Analysis, *ends: str) -> Analysis:
+    """Without release and speed, and without circles and contacts of some ends."""
+    unknown = {end: replace(analysis.ends[end], gap=None, contacts=None) for end in ends}
+    return replace(
+        analysis, ends={**analysis.ends, **unknown}, release=None, phases=(), swing=None, rundown=None, angle=None
+    )
+
+
+@pytest.mark.parametrize(("tone", "speed"), [(150.0, 100.0), (700.0, 20.0)])
+def test_the_waterfall_reaches_as_far_as_there_is_something_in_it(tone: float, speed: float, short: Analysis) -> None:
+    """Neither is what is loud cut off, nor are most of its colours those of nothing."""
+    assert short.waterfall is not None
+    rng = np.random.default_rng(1)
+    frequency = short.waterfall.frequency.to_numpy()
+    noise = rng.rayleigh(1e-8, short.waterfall.amplitude.shape)
+    made = short.waterfall.copy()
+    made["amplitude"] = made.amplitude.dims, noise + 1e-5 * np.exp(-(((frequency - tone) / 16) ** 2))
+    loud = replace(short, waterfall=made, lines=(), speed_hz=np.full_like(short.speed_hz, speed))
+    right = waterfall(loud).axes[0].get_xlim()[1]
+    assert tone + 16 < right < 1.5 * tone
+
+
+def test_spectra_of_a_speed_that_hardly_changes_are_not_drawn_against_it(short: Analysis, coastdown: Analysis) -> None:
+    """Orders move by less than a line is wide: within 0.4 s there are no other speeds to compare with."""
+    for draw, slow, name in ((cascade, spectra.section(short), "cascade"), (bode, tracking.section(short), "bode")):
+        with pytest.raises(InputError, match=r"the speed changes by \d"):
+            draw(short)
+        assert slow is not None
+        assert not any(isinstance(block, Drawn) and block.name == name for block in slow.blocks)
+        assert any(isinstance(block, Paragraph) and "speed changes by" in block.text for block in slow.blocks)
+        assert rendered(draw(coastdown)).axes
+
+
+def test_a_circle_of_1x_within_the_noise_leaves_no_empty_polar_plot(coastdown: Analysis) -> None:
+    assert coastdown.tracks is not None
+    noisy = coastdown.tracks.copy(deep=True)
+    noisy["forward_sigma"] = noisy.forward_sigma * 1e6
+    quiet = replace(coastdown, tracks=noisy)
+    assert [len(rendered(bode(each)).axes) for each in (coastdown, quiet)] == [6, 4]
+    section = tracking.section(quiet)
+    assert section is not None and isinstance(section.blocks[0], Drawn)
+    assert "no polar plot" in section.blocks[0].caption
+
+
+def test_a_speed_without_a_law_still_has_a_time_axis(short: Analysis) -> None:
+    assert short.rundown is not None
+    figure = rendered(speed_decay(replace(short, rundown=replace(short.rundown, law=None))))
+    assert len(figure.axes) == 1
+    assert any(tick.get_text() and tick.get_visible() for tick in figure.axes[0].get_xticklabels())
 
 
 @pytest.mark.parametrize("name", ["waterfall", "cascade", "full_spectrum", "bode"])

@@ -32,8 +32,10 @@ def _names(ax: Axes) -> list[Text]:
     return [text for text in ax.texts if text.get_text()]
 
 
-@pytest.mark.parametrize("which", ["short", "coastdown"])
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize(
+    ("name", "which"),
+    [*((name, "coastdown") for name in NAMED), ("waterfall", "short"), ("full_spectrum", "short")],
+)
 def test_no_name_covers_another_or_leaves_its_axes(name: str, which: str, request: pytest.FixtureRequest) -> None:
     figure = rendered(NAMED[name](request.getfixturevalue(which)))
     assert any(_names(ax) for ax in figure.axes)

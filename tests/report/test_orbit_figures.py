@@ -131,12 +131,20 @@ def test_filtered_orbits_are_refused_in_words(short: Analysis) -> None:
 
 
 def test_the_report_holds_filtered_orbits_or_says_why_not(short: Analysis) -> None:
-    whole, bare = orbit.section(short), orbit.section(replace(short, angle=None))
+    assert short.angle is not None
+    turned = np.nan_to_num(short.angle, nan=0.0)
+    swing = 100e-6 * np.sin(2 * np.pi * 28.6 * short.planes.time.to_numpy())  # type: ignore[union-attr]
+    round_ = _moved(short, 20e-6 * np.cos(turned), 20e-6 * np.sin(turned) - 250e-6)
+    whole, bare = orbit.section(round_), orbit.section(replace(short, angle=None))
     assert whole is not None and bare is not None
     drawn = [block for block in whole.blocks if isinstance(block, report.Figure) and block.name == "filtered-orbits"]
     assert len(drawn) == 1 and f"over {settled_stretch(short).revolutions} revolutions" in drawn[0].caption
     assert "no clearance circle" not in drawn[0].caption
-    half = orbit.section(replace(short, ends={**short.ends, "NDE": replace(short.ends["NDE"], gap=None)}))
+    hidden = orbit.section(_moved(short, 2e-6 * np.cos(turned) + swing, 2e-6 * np.sin(turned) + 0.3 * swing - 250e-6))
+    assert hidden is not None
+    assert not any(isinstance(block, report.Figure) and block.name == "filtered-orbits" for block in hidden.blocks)
+    assert any(isinstance(b, report.Paragraph) and "swing, which is not locked" in b.text for b in hidden.blocks)
+    half = orbit.section(replace(round_, ends={**short.ends, "NDE": replace(short.ends["NDE"], gap=None)}))
     assert half is not None
     assert any(
         isinstance(b, report.Figure) and "NDE has no clearance circle and is left out" in b.caption for b in half.blocks

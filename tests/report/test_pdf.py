@@ -10,6 +10,7 @@ from pypdf import PdfReader
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report import Document, build_report
+from tdbmon.report.document import Row, Section, Table
 from tdbmon.report.pdf import render_pdf
 
 
@@ -61,3 +62,13 @@ def test_markup_in_names_stays_text(hostile: Analysis, hostile_report: Document)
     text = _squeezed(_text(render_pdf(hostile_report)))
     assert _squeezed(hostile.machine.name) in text
     assert "#sys.inputs*b*_i_@ref" in text
+
+
+def test_a_table_gives_its_room_to_the_long_words() -> None:
+    """The typesetter shares a page evenly among columns that do not fit: reasons became towers beside half-empty names."""
+    why = " ".join(f"because{k:02}" for k in range(24))
+    cells = ("gap from arc and swing agree with one another", "NDE_A, NDE_B, DE_A, DE_B, speed, keyphasor", why)
+    document = Document("d", "s", (Section("a", (Table("t", ("Check", "Channels", "Why"), (Row(cells),)),)),))
+    page = PdfReader(io.BytesIO(render_pdf(document))).pages[0]
+    lines = [line for line in page.extract_text(extraction_mode="layout").splitlines() if "because" in line]
+    assert 1 < len(lines) < 7  # 240 letters

@@ -16,6 +16,7 @@ from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.read import read
 from tdbmon.report import build_report
 from tdbmon.report.html import render_html
+from tdbmon.report.typeset import typeset
 from tdbmon.shipped import shipped
 
 PROBES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
@@ -69,4 +70,4 @@ def test_a_sick_record_has_a_whole_report(which: str, machine: Machine) -> None:
     assert "NaN" not in words  # letters of an encoded picture may be anything
     for check in analysis.checks:
         if not check.passed:
-            assert check.detail.split(";")[0].split(":")[0][:30] in html
+            assert typeset(check.detail.split(";")[0].split(":")[0])[:30] in html

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tdbmon.analysis.result import Analysis
 from tdbmon.figures.envelope import envelope, envelope_line
-from tdbmon.report.signal import Signal, Signals
+from tdbmon.report.signal import Signal, Signals, signals_of
 
 
 def _decode(text: str) -> np.ndarray:
@@ -37,6 +39,17 @@ def test_a_short_signal_is_drawn_sample_by_sample() -> None:
     assert envelope_line(time, values, 10)[1] is values
     thinned = envelope_line(time, values, 5)
     assert len(thinned[0]) == len(thinned[1]) == 10
+
+
+@pytest.mark.parametrize("bins", [5, 500])
+def test_a_line_is_broken_where_no_sample_was_taken(bins: int) -> None:
+    """Drawn or thinned: across a hole in the time axis a straight line would be invented."""
+    time = np.append(np.arange(100) * 0.1, 50 + np.arange(100) * 0.1)
+    at, values = envelope_line(time, np.arange(200.0), bins)
+    spans = np.flatnonzero(np.diff(at) > 20)
+    assert len(spans) == 1 and np.isnan(values[spans]).all()
+    assert np.nanmin(values) == 0.0 and np.nanmax(values) == 199.0
+    assert np.nanmax(values[at < 20]) == 99.0 and np.nanmin(values[at > 40]) == 100.0
 
 
 def _packed(values: np.ndarray, rate: float, spans: tuple[tuple[float, float], ...]) -> dict:
@@ -69,6 +82,43 @@ def test_the_finest_level_is_the_signal_itself_to_half_a_step_of_the_packing() -
     assert level["high"] == ""
     shown = _decode(level["low"]) * channel["scale"] + channel["offset"]
     assert np.max(np.abs(shown - values)) <= 0.5001 * channel["scale"]
+
+
+def _times(level: dict, number: np.ndarray) -> np.ndarray:
+    """Where the viewer draws samples or bins, s."""
+    middle = 0.5 if level["high"] else 0.0
+    return level["start"] + (number + middle) * level["step"]
+
+
+@pytest.mark.parametrize("n", [4_000, 400_000])
+def test_what_follows_a_hole_in_the_time_axis_is_drawn_at_its_time(n: int) -> None:
+    rate = 10_000.0
+    time = np.arange(n) / rate
+    seconds = time[-1]
+    time[n // 4 :] += 0.5 * seconds  # the logger paused
+    values = np.where(np.arange(n) == n // 2, 5.0, 0.0)
+    level = Signals((Signal("a", "pane", "µm", time, values),), (), ()).packed()["channels"][0]["levels"][0]
+    high = _decode(level["high"] or level["low"])
+    assert _times(level, np.array(high.argmax())) == pytest.approx(time[n // 2], abs=level["step"])
+    empty = _times(level, np.flatnonzero(high == -32768))
+    assert np.ptp(empty) == pytest.approx(0.5 * seconds, rel=0.01)
+    assert time[n // 4 - 1] < empty.min() and empty.max() < time[n // 4]
+
+
+def test_the_speed_of_each_turn_is_drawn_at_its_time(coastdown: Analysis) -> None:
+    """A rotor that slows from 100 Hz to 5 Hz: turns grow twentyfold in length."""
+    decay = 12.0
+    turn = -decay * np.log(1 - np.arange(0, 1140) / (100 * decay))
+    turning = replace(
+        coastdown, record=coastdown.record.drop_vars("speed"), speed_time=turn, speed_hz=100 * np.exp(-turn / decay)
+    )
+    signals = signals_of(turning)
+    assert signals is not None
+    channel = signals.packed()["channels"][-1]
+    level = channel["levels"][0]
+    hz = _decode(level["low"]) * channel["scale"] + channel["offset"]
+    assert channel["name"] == "speed"
+    np.testing.assert_allclose(hz, 100 * np.exp(-_times(level, np.arange(len(hz))) / decay), atol=0.1)
 
 
 def test_missing_samples_and_a_constant_signal_can_be_packed() -> None:

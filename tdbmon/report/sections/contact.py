@@ -11,6 +11,7 @@ from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time
+from tdbmon.report.sections.left_out import left_out
 
 _LISTED = 10
 
@@ -39,7 +40,7 @@ def section(analysis: Analysis) -> Section | None:
 
 def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing: list[Block]) -> list[Block]:
     """Return the quantities of the first contacts and their figure."""
-    from tdbmon.figures.first_contact import first_contact
+    from tdbmon.figures.first_contact import first_contact, touched_ends
 
     rows = []
     for name, unit, pick in _QUANTITIES:
@@ -59,7 +60,7 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))
-    return [
+    blocks: list[Block] = [
         Paragraph(
             "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
             " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, on its way"
@@ -69,15 +70,16 @@ def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing
         ),
         *missing,
         Table("The first contact (95 % intervals; times from the release [in the record])", header, tuple(rows)),
-        Figure(
-            "first-contact",
+    ]
+    if touched := touched_ends(analysis):
+        caption = (
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
             " computed from the state at the release and fitted to nothing; the half sine is what the single-mass"
-            " stiffness assumes, so that its misfit shows how far to trust it.",
-            "For each end, displacement against time through the fall, the first contact and the rebound.",
-            partial(first_contact, analysis),
-        ),
-    ]
+            f" stiffness assumes, so that its misfit shows how far to trust it.{left_out(analysis, touched, 'no first contact')}"
+        )
+        alt = "For each end, displacement against time through the fall, the first contact and the rebound."
+        blocks.append(Figure("first-contact", caption, alt, partial(first_contact, analysis)))
+    return blocks
 
 
 _QUANTITIES = (

@@ -46,7 +46,8 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
         estimate = Estimate.missing(unit, _NO_SPEED) if rundown is None else getattr(rundown, attribute)
         found.append(Finding(name, "", estimate))
     still = Estimate.missing("s", _NO_SPEED) if rundown is None else rundown.standstill_time
-    found.append(Finding("Standstill, from the record's first sample", "", still))
+    unsure = f"; {still.why}" if still.known and still.low is None else ""
+    found.append(Finding("Standstill, from the record's first sample", "", still, beside=unsure))
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies

@@ -8,6 +8,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.sections.left_out import left_out
 
 
 def section(analysis: Analysis) -> Section | None:
@@ -16,6 +17,7 @@ def section(analysis: Analysis) -> Section | None:
     if not ends:
         return None
     from tdbmon.figures.gap_map import gap_map
+    from tdbmon.figures.style import circled_ends
 
     words_ = (
         "At rest the shaft centre lies at the radius that the air gap, the balls' travel (half of their clearance, and"
@@ -25,18 +27,19 @@ def section(analysis: Analysis) -> Section | None:
     )
     blocks: list[Block] = [Paragraph(words_)]
     header = ("Quantity", *(end.name for end in ends))
-    rows = [_row(name, [pick(end) for end in ends]) for name, pick in _PARTS]
+    told: list[set[str]] = [set() for _ in ends]
+    rows = [_row(name, [pick(end) for end in ends], told) for name, pick in _PARTS]
     blocks.append(Table("How the radius at rest adds up (95 % intervals)", header, tuple(rows)))
     agreement = tuple(Row((end.name, _agreement(end))) for end in ends)
     blocks.append(
         Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement)
     )
-    if any(end.gap is not None for end in ends):
+    if circled := circled_ends(analysis):
         caption = (
             "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
             " gap of the drawing about the same centre. Below: the settled radius less the fitted one over the angle,"
             " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
-            " is a continuation."
+            f" is a continuation.{left_out(analysis, circled, 'no clearance circle')}"
         )
         alt = "For each end a circle with settled positions at its bottom, and a strip of radial deviations over the angle."
         blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
@@ -68,8 +71,13 @@ _PARTS = (
 )
 
 
-def _row(name: str, values: list[Estimate]) -> Row:
-    return Row((name, *(words(value) for value in values)))
+def _row(name: str, values: list[Estimate], told: list[set[str]]) -> Row:
+    """Return a row; a reason that was told of that end above is not told again."""
+    cells = []
+    for value, above in zip(values, told, strict=True):
+        cells.append("not estimated, as above" if value.why in above and not value.known else words(value))
+        above.add(value.why)
+    return Row((name, *cells))
 
 
 def _agreement(end: EndResult) -> str:

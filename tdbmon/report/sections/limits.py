@@ -10,7 +10,7 @@ _MODEL = "displacement alone does not give it: it needs the simulation fitted to
 
 
 def section(analysis: Analysis, fitted: bool = False) -> Section:
-    """Return every quantity without a value, with the reason; `fitted` where a model gives the forces."""
+    """Return every quantity without a value, those of one reason together; `fitted` where a model gives the forces."""
     rows = []
     if not fitted:
         rows = [
@@ -19,7 +19,11 @@ def section(analysis: Analysis, fitted: bool = False) -> Section:
             Row(("Speed of the inner rings", "both", "no channel shows it")),
         ]
     findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
-    rows += [Row((f.name, f.end or "rotor", f.estimate.why)) for f in findings if not f.estimate.known]
+    missing: dict[tuple[str, str], list[str]] = {}
+    for finding in findings:
+        if not finding.estimate.known:
+            missing.setdefault((finding.end or "rotor", finding.estimate.why), []).append(finding.name)
+    rows += [Row(("; ".join(names), end, why)) for (end, why), names in missing.items()]
     blocks: list[Block] = [
         Paragraph(
             "Nothing is guessed: where the record does not bear a number, the number is missing and the reason stands here."

@@ -9,6 +9,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Figure, Paragraph, Section
+from tdbmon.report.sections.left_out import left_out
 
 if TYPE_CHECKING:
     from tdbmon.figures.centreline import Courses
@@ -73,33 +74,28 @@ def _centreline_caption(analysis: Analysis, courses: Courses) -> str:
     from tdbmon.figures.centreline import any_settled
 
     colour = "speed" if analysis.has_speed else "time, for no speed is known"
+    missing = left_out(analysis, courses, "no clearance circle, or too short a course in it,")
     below = " Below: from settling on, magnified." if any_settled(analysis, courses) else ""
     return (
         f"Shaft centreline: the mean position over successive windows, coloured by the {colour}.{below} The swing in the"
-        " clearance raises the mean above the circle's bottom until it has died away."
+        f" clearance raises the mean above the circle's bottom until it has died away.{missing}"
     )
 
 
 def _filtered(analysis: Analysis) -> Block:
-    from tdbmon.figures.filtered_orbit import filtered_orbit, settled_stretch
+    from tdbmon.figures.filtered_orbit import filtered_orbit, telling_stretch
 
     try:
-        stretch = settled_stretch(analysis)
+        stretch = telling_stretch(analysis)
     except InputError as error:
         return Paragraph(f"Filtered orbits are not drawn: {error}.")
-    unsettled = "".join(
-        f" {name} has no clearance circle and is left out."
-        for name, end in analysis.ends.items()
-        if end.plane != "none" and name not in stretch.ends
-    )
     return Figure(
         "filtered-orbits",
         f"The settled orbit over {stretch.revolutions} revolutions: as it is, its 1X (fitted over these revolutions, about"
         " the mean position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
         " revolution about it. The swing in the clearance is not locked to the shaft but does not cancel wholly over so"
-        " few revolutions: filtered orbits that are small beside it may be its remainder, and an average that does not"
-        " close shows it. The Bode plot has 1X with its uncertainty. A dot marks the pulse of the keyphasor. Runout is not"
-        f" taken off.{unsettled}",
+        " few revolutions: an average that does not close shows its remainder. A dot marks the pulse of the keyphasor."
+        f" Runout is not taken off.{left_out(analysis, stretch.ends, 'no clearance circle')}",
         "For each end three panels of the settled orbit: not filtered, filtered to 1X, and averaged over revolutions.",
         partial(filtered_orbit, analysis),
     )

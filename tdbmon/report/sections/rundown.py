@@ -45,11 +45,14 @@ def section(analysis: Analysis) -> Section:
     if analysis.has_speed:
         from tdbmon.figures.speed_decay import speed_decay
 
-        caption = (
-            "Above: the speed and the chosen law; below: what the law leaves. A law that lacks a term leaves a trend in the"
-            " fitted stretch, which no small rms hides. A scale or zero error of the speed signal shows below as an offset."
-        )
-        alt = "Speed against time falling to standstill, with the fitted law, and the residual below."
+        caption = "The speed; no law is drawn, for the reason in the table."
+        alt = "Speed against time."
+        if rundown.law is not None:
+            caption = (
+                "Above: the speed and the chosen law; below: what the law leaves. A law that lacks a term leaves a trend in the"
+                " fitted stretch, which no small rms hides. A scale or zero error of the speed signal shows below as an offset."
+            )
+            alt = "Speed against time, with the fitted law, and the residual below."
         blocks.append(Figure("speed-decay", caption, alt, partial(speed_decay, analysis)))
     return Section(title, tuple(blocks))
 

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.quantity import words
@@ -24,7 +25,7 @@ def section(analysis: Analysis) -> Section | None:
         return None
     if analysis.waterfall is None:
         return Section(_TITLE, (Paragraph("None: no stretch of the record as long as a window has all its samples."),))
-    from tdbmon.figures.cascade import cascade
+    from tdbmon.figures.cascade import cascade, slowing_spectra
     from tdbmon.figures.full_spectrum import full_spectrum
     from tdbmon.figures.waterfall import waterfall
 
@@ -50,7 +51,11 @@ def section(analysis: Analysis) -> Section | None:
             partial(waterfall, analysis),
         )
     )
-    if analysis.has_speed and np.nanmax(analysis.speed_hz) > 0:
+    try:
+        slowing_spectra(analysis)
+    except InputError as error:
+        blocks.append(Paragraph(f"The cascade is not drawn: {error}."))
+    else:
         blocks.append(
             Figure(
                 "cascade",

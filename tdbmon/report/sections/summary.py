@@ -177,7 +177,7 @@ def _against_denting(stress: Estimate) -> str:
 
 def _rotor_table(analysis: Analysis) -> list[Block]:
     findings = rotor_findings(analysis)
-    rows = tuple(Row((f.name, words(f.estimate, f.unit))) for f in findings if f.estimate.known)
+    rows = tuple(Row((f.name, words(f.estimate, f.unit) + f.beside)) for f in findings if f.estimate.known)
     blocks: list[Block] = [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
     return blocks + _missing("the rotor", findings)
 

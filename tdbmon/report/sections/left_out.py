@@ -1,0 +1,19 @@
+"""Which ends a figure does not show, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tdbmon.analysis.result import Analysis
+
+
+def left_out(analysis: Analysis, drawn: Iterable[str], lacking: str) -> str:
+    """Return a sentence for each end whose orbit the record holds but that is not drawn, and what it lacks."""
+    shown = set(drawn)
+    return "".join(
+        f" {name} has {lacking} and is left out."
+        for name, end in analysis.ends.items()
+        if end.plane != "none" and name not in shown
+    )
