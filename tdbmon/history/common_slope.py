@@ -11,12 +11,10 @@ from collections import Counter
 from collections.abc import Hashable, Sequence
 
 import numpy as np
-from scipy.special import stdtrit
 
 from tdbmon.estimate import Estimate
 
 _LEAST, _AT_LEVEL = 8, 3
-_TAIL = 0.975
 _ROUNDING = 1e-12  # relative: what equal values may be off their mean
 
 
@@ -34,26 +32,20 @@ def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Seque
     unit : str
         Of the feature.
     """
+    from statsmodels.regression.linear_model import OLS
+
     rows = [(e.value, o, c) for e, o, c in zip(series, order, levels, strict=True) if e.value is not None]
     counts = Counter(level for _, _, level in rows)
     rows = [row for row in rows if counts[row[2]] >= _AT_LEVEL]
     shared = list(dict.fromkeys(level for _, _, level in rows))
     if len(rows) < _LEAST:
         return Estimate.missing(unit, f"needs {_LEAST} drops, {_AT_LEVEL} at least of each speed and assembly")
-    number = np.array([shared.index(level) for _, _, level in rows])
     found, drops = (np.array([row[i] for row in rows], float) for i in (0, 1))
-    values, at = _from_level(found, number), _from_level(drops, number)
-    if np.abs(values).max() <= _ROUNDING * np.abs(found).max():
+    of_level = np.array([[each == level for level in shared] for _, _, each in rows], float)
+    means = found @ of_level / of_level.sum(axis=0)
+    if np.abs(found - of_level @ means).max() <= _ROUNDING * np.abs(found).max():
         return Estimate(0.0, unit=unit, method="all drops of a level alike", why="no scatter")
-    slope = float(at @ values / (at @ at))
-    freedom = len(rows) - len(shared) - 1
-    error = float(np.sqrt(np.sum((values - slope * at) ** 2) / freedom / (at @ at)))
-    half = float(stdtrit(freedom, _TAIL)) * error
+    fitted = OLS(found, np.column_stack([drops, of_level])).fit()
+    slope, (low, high) = float(fitted.params[0]), fitted.conf_int()[0].tolist()
     rule = f"least squares, {len(shared)} level{'' if len(shared) == 1 else 's'} of speed and assembly, a drop"
-    return Estimate(slope, slope - half, slope + half, unit, rule)
-
-
-def _from_level(values: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """Return values (n,) less the mean of their level."""
-    means = np.bincount(number, values) / np.bincount(number)
-    return np.asarray(values - means[number])
+    return Estimate(slope, low, high, unit, rule)

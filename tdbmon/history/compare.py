@@ -13,7 +13,6 @@ from tdbmon.history import catalogue
 from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.correction import corrected
 from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind
@@ -263,8 +262,7 @@ def _changes(
         for c in found
         if c.kind.judged and c.difference is not None and c.difference.p is not None
     }
-    adjusted = corrected(list(tested.values()), settings.compare.correction)
-    p_of = dict(zip(tested, adjusted.tolist(), strict=True))
+    p_of = dict(zip(tested, _corrected(list(tested.values()), settings), strict=True))
     changes = []
     for change in found:
         p = p_of.get((change.kind.name, change.end))
@@ -299,6 +297,15 @@ def _compared(
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
     return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
+
+
+def _corrected(p: list[float], settings: Settings) -> list[float]:
+    """Return probabilities corrected for how many quantities are looked at together."""
+    if not p:
+        return []
+    from statsmodels.stats.multitest import multipletests
+
+    return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]
 
 
 def sigma_of(estimate: Estimate) -> float:
