@@ -14,7 +14,6 @@ from tdbmon.arguments import JsonFile, MachineFile, Reports, one_by_one
 from tdbmon.history.app import archive_app, compare
 from tdbmon.json_file import write_json
 from tdbmon.progress import on_terminal
-from tdbmon.report_file import report_writers
 
 # small matrices: threads of the linear algebra library only get in each other's way; must precede numpy
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -155,60 +154,9 @@ def diagnose(
     ] = None,
 ) -> None:
     """Find what the model of a machine lacks: name the effect, its place and size, and prove the gain."""
-    from tdbsim.machine import load_machine
+    from tdbmon.diagnosis import command
 
-    from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
-    from tdbmon.diagnosis.diagnose import diagnose as run
-    from tdbmon.identify.crew import all_cores
-    from tdbmon.machine_file import check_suffix
-    from tdbmon.output_file import check_outputs
-    from tdbmon.record.read import read
-
-    writers = report_writers(report)
-    check_suffix(extended)
-    check_outputs([json_file, *(report or []), extended], [machine, *records, *(reference or [])])
-    with on_terminal() as tell:
-        tell("reading the machine and the records")
-        channels = [read(path) for path in records]
-        since = None
-        if reference:
-            from tdbmon.diagnosis.reference import diagnose_since
-
-            before = [read(path) for path in reference]
-            result, since = diagnose_since(load_machine(machine), before, channels, tell, all_cores())
-        else:
-            result = run(load_machine(machine), channels, tell, all_cores())
-        if writers:
-            from tdbmon.record.synthetic import is_synthetic, synthetic_note
-            from tdbmon.report.diagnosis_report import build_diagnosis_report
-
-            tell("drawing the figures")
-            computed = any(is_synthetic(each.attrs) for each in channels)
-            document = build_diagnosis_report(
-                result, note=synthetic_note(len(channels)) if computed else "", since=since
-            )
-            for write in writers:
-                write(document)
-    lines, content = diagnosis_lines(result), diagnosis_json(result)
-    if since is not None:
-        from tdbmon.diagnosis.reference_contract import reference_json, reference_lines
-
-        lines, content = [*reference_lines(since), *lines], {**content, "reference": reference_json(since)}
-    for line in lines:
-        typer.echo(line)
-    write_json(json_file, content)
-    for path in report or []:
-        typer.echo(f"report: {path}")
-    if extended is not None:
-        from tdbmon.diagnosis.extended_machine import extended_head, extended_machine
-        from tdbmon.machine_file import write_machine
-
-        wider = extended_machine(result)
-        if wider is None:
-            typer.echo(f"no {extended} written: nothing was named")
-        else:
-            write_machine(wider, extended, extended_head(result))
-            typer.echo(f"extended machine file: {extended}")
+    command.diagnose(machine, records, json_file, report, extended, reference)
 
 
 @app.command()
