@@ -194,7 +194,7 @@ class _Contest:
                 self._exchange()
         rounds, came = self.search.rounds, self.best
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
-        if came.causes and self._met_by_another_kind():
+        if came.causes and self._met_by_another_kind(came):
             self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         searched = self.search.rounds < rounds
         least = min(each.ratio for each in [self.plain, *self.others])
@@ -266,27 +266,35 @@ class _Contest:
                 best = at_other_sizes(self.search.fallen, best, cause, self.search.horizons)
         return best
 
-    def _met_by_another_kind(self) -> bool:
+    def _met_by_another_kind(self, came: Contender) -> bool:
         """Try other waves, lobes or balls in the place of the best model's, which fails still; True where one of them is better.
 
-        While paths have hardly parted another cause is the likelier, and takes a tenth of the time to find.
+        While paths have hardly parted another cause is the likelier, and takes a tenth of the time to find.  But one more beside
+        those of the model that `came` to the horizon may only make up for its wrong order.
         """
         best = self.best
-        if not TOUCHED_S <= self.horizon <= SOUND_S or not self._fails_with_causes(best):
+        if not TOUCHED_S <= self.horizon <= SOUND_S:
             return False
-        self._replaced(best, self._of_any_kind(best))
+        if self._fails_with_causes(best):
+            self._replaced(best, self._of_any_kind(best))
+        elif len(best.causes) > len(came.causes) and self._fails_with_causes(came):
+            anew = self._of_any_kind(came)
+            self.others += [anew] if anew is not came else []
         return self.best is not best
 
     def _of_any_kind(self, best: Contender) -> Contender:
         """Return a model, or the best with other waves, lobes or balls of the bearing in the place of its own."""
-        cause = best.much_fitting
-        if cause is None or self.search.began > SOUND_S or not self.other_kinds:
+        cause, search = best.much_fitting, self.search
+        if cause is None or search.began > SOUND_S or not self.other_kinds:
             return best
         way = "kinds", cause.where, best.horizon <= SOUND_S
         if way in self.tried:
             return best
         self.tried.add(way)
-        anew = of_any_kind(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
+        anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons)
+        if anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
+            again = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, afresh=True)
+            anew = min(anew, again, key=lambda each: each.misfit)
         # where none of them leaves noise alone, what is missing is of another kind
         self.other_kinds = not anew.fails_beside(self.plain)
         return anew

@@ -104,7 +104,13 @@ def _in_place_of(
 
 
 def of_any_kind(
-    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
+    fallen: Contender,
+    best: Contender,
+    cause: Suspect,
+    suspects: Sequence[Suspect],
+    horizons: Sequence[float],
+    *,
+    afresh: bool = False,
 ) -> Contender:
     """Return a contender, or the best of those that have other waves, lobes or a ball in the place of one of its causes.
 
@@ -121,9 +127,15 @@ def of_any_kind(
         All.
     horizons : sequence of float
         All; fits go along those up to the contender's own.
+    afresh : bool
+        Whether those of the other causes that have several values begin at the usual ones: theirs may have made up too.
     """
     others = [s for s in suspects if s is not cause and met_alike(s, cause)]
-    known = [pair for pair in zip(best.causes, best.starts(), strict=True) if pair[0] is not cause]
+    known = [
+        (each, Start(each.usual_values) if afresh and each.many_valued else start)
+        for each, start in zip(best.causes, best.starts(), strict=True)
+        if each is not cause
+    ]
     found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon])
     return min([best, *found], key=lambda each: each.misfit)
 

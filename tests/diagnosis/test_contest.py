@@ -19,7 +19,7 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.identify.problem import build_problem
 from tests.diagnosis.conftest import GAIN
-from tests.diagnosis.made_up import contender
+from tests.diagnosis.made_up import contender, like_suspects
 from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
 
@@ -240,10 +240,10 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
     monkeypatch.setattr(module, "of_any_kind", lambda *_: asked.append(horizon) or found)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
     under_way = _Contest(search, lost, [failing], horizon)
-    assert under_way._met_by_another_kind() == tried
+    assert under_way._met_by_another_kind(failing) == tried
     assert bool(asked) == tried
     assert under_way.best is (found if tried else failing)
-    assert not under_way._met_by_another_kind()  # nobody is asked twice
+    assert not under_way._met_by_another_kind(failing)  # nobody is asked twice
 
 
 @pytest.mark.parametrize(
@@ -254,12 +254,39 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
     from tdbmon.diagnosis import contest as module
 
     plain = next(each for each in competed if not each.causes)
-    failing = replace(contender(plain, causes, 0, 3.0), horizon=0.018)
+    known = {each.name: each for each in like_suspects(plain)}
+    failing = replace(contender(plain, (), 0, 3.0), horizon=0.018, causes=tuple(known[name] for name in causes))
     asked = []
-    monkeypatch.setattr(module, "of_any_kind", lambda _, best, cause, *rest: asked.append(cause.name) or best)
+
+    def kinds(_, best, cause, *rest, afresh=False):
+        asked.append((cause.name, afresh))
+        return best
+
+    monkeypatch.setattr(module, "of_any_kind", kinds)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
-    _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._met_by_another_kind()
-    assert asked == ["ring_out_of_round@DE"]
+    _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._met_by_another_kind(failing)
+    # what the foundation was fitted to beside lobes of a wrong order may have made up for them
+    assert asked == [("ring_out_of_round@DE", False), ("ring_out_of_round@DE", True)]
+
+
+def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(competed, monkeypatch):
+    """An oval beside lobes of one order may only stand for what lobes of another explain alone."""
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    lost = contender(plain, (), 0, 40.0)
+    came = replace(contender(plain, ("ring_out_of_round@NDE",), 0, 3.0), horizon=0.014)
+    wider = replace(contender(plain, ("oval_clearance@NDE", "ring_out_of_round@NDE"), 1000, 1.0), horizon=0.014)
+    other = replace(contender(plain, ("ring_out_of_round@NDE",), 2000, 1.0), horizon=0.014)
+    monkeypatch.setattr(module, "of_any_kind", lambda _, best, *rest, **__: other if best is came else best)
+    search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
+    under_way = _Contest(search, lost, [wider], 0.014)
+    assert under_way._met_by_another_kind(came)
+    assert under_way.best is other
+    assert wider in under_way.others
+    # one that came without failing is nobody's wrong order
+    still = _Contest(Search(plain, (), (0.006,), lambda _: None, began=0.01), lost, [wider], 0.014)
+    assert not still._met_by_another_kind(replace(wider, causes=wider.causes[:1]))
 
 
 def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
