@@ -287,12 +287,13 @@ class _Contest:
         cause, search = best.much_fitting, self.search
         if cause is None or search.began > SOUND_S or not self.other_kinds:
             return best
-        way = "kinds", cause.where, best.horizon <= SOUND_S
+        early = best.horizon <= SOUND_S
+        way = "kinds", cause.where, early
         if way in self.tried:
             return best
         self.tried.add(way)
         anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons)
-        if anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
+        if early and anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
             again = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, afresh=True)
             anew = min(anew, again, key=lambda each: each.misfit)
         # where none of them leaves noise alone, what is missing is of another kind
