@@ -19,6 +19,11 @@ def signed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
 
 
+def counted(number: int, noun: str) -> str:
+    """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def words(estimate: Estimate, unit: str | None = None) -> str:
     """Return an estimate as text: ``282.1 µm (279.0 to 285.2)``.
 

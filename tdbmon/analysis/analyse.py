@@ -259,7 +259,9 @@ def _levitation(
     if released is None:
         return {}
     return {
-        name: levitation(planes, name, released, speed_hz, machine.mains, end.gap)
+        name: levitation(
+            planes, name, released, speed_hz, machine.mains, end.gap, machine.bearing(name).radial_gap.nominal
+        )
         for name, end in ends.items()
         if end.plane != "none"
     }

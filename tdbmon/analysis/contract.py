@@ -13,7 +13,7 @@ from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.analysis.vibration_zone import share_of_clearance, zone
+from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate
 from tdbmon.record.timebase import usual_rate
 
@@ -89,15 +89,14 @@ def _state(release: Release | None, end: str) -> dict[str, Any]:
 def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
     """Return how the shaft stood and moved before the release, and the zone of ISO 14839-2."""
     found = analysis.levitation.get(end) or unknown("no orbit is seen there before a release")
-    share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
     return {
         "x_um": found.x.to_json(),
         "y_um": found.y.to_json(),
         "once_per_revolution_um": found.once.to_json(),
         "noise_um": found.noise.to_json(),
         "from_centre_um": found.reach.to_json(),
-        "share_of_clearance": share.to_json(),
-        "zone": zone(share) or None,
+        "share_of_clearance": found.share.to_json(),
+        "zone": zone(found.share) or None,
     }
 
 

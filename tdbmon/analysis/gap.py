@@ -14,6 +14,7 @@ radius to some ten micrometres (`Gap.from_arc`).  Where the swing frequency give
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,6 +79,17 @@ class Gap:
     oval: Estimate
     settled_from: float
     points: np.ndarray
+
+    def away(self, place: Sequence[float] | np.ndarray, method: str, kind: str = "") -> Estimate:
+        """Return how far a place (x, y), m, lies from the centre; its error is the centre's along that way."""
+        if any(c.value is None or c.high is None for c in self.centre):
+            return Estimate.missing("um", "the centre of the clearance is not known")
+        centre = np.array([c.value for c in self.centre], dtype=float)
+        spread = np.array([c.high for c in self.centre], dtype=float) - centre
+        way = np.asarray(place) - centre
+        apart = float(np.hypot(*way))
+        half = float(np.hypot(*(spread * way))) / max(apart, 1e-12)
+        return Estimate(apart, max(apart - half, 0.0), apart + half, "um", method, kind=kind)
 
 
 def fit_gap(

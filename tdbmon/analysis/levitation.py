@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.vibration_zone import share_of_clearance
 from tdbmon.estimate import Estimate
 
 _LEAST_TURNS = 3.0  # of the shaft in the stretch: below, its orbit is not told from its place
@@ -29,6 +30,8 @@ class Levitation:
         Standard deviation of what mains, once and twice per revolution leave, mean of both axes.
     reach : Estimate
         Greatest distance from the clearance centre (D_max of ISO 14839-2), run-out and noise included.
+    share : Estimate
+        The same over the least radial clearance (C_min of ISO 14839-2), by which `tdbmon.analysis.vibration_zone.zone` goes.
     """
 
     x: Estimate
@@ -36,10 +39,17 @@ class Levitation:
     once: Estimate
     noise: Estimate
     reach: Estimate
+    share: Estimate
 
 
 def levitation(
-    planes: xr.Dataset, end: str, release: float, speed_hz: float | None, mains_hz: float, gap: Gap | None
+    planes: xr.Dataset,
+    end: str,
+    release: float,
+    speed_hz: float | None,
+    mains_hz: float,
+    gap: Gap | None,
+    clearance: float,
 ) -> Levitation:
     """Fit the levitated orbit of an end by least squares, and see how far it reaches.
 
@@ -55,6 +65,8 @@ def levitation(
     mains_hz : float
     gap : Gap or None
         The clearance circle of the end; None where none is told.
+    clearance : float
+        The radial gap of the machine file, m.
     """
     shaft = planes.displacement.sel(end=end, time=slice(None, release - _GUARD_S))
     z, t = shaft.to_numpy(), shaft.time.to_numpy()
@@ -73,31 +85,27 @@ def levitation(
     sigma = np.sqrt(np.diag(np.linalg.pinv(design.T @ design))) * noise
     once = float(np.sqrt(np.sum(coefficients[1:3] ** 2)))
     rule = "least squares over the levitated stretch, noise taken as white"
+    reach = _reach(z, gap)
     return Levitation(
         Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
         Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
         Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
         Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
-        _reach(z, gap),
+        reach,
+        share_of_clearance(reach, clearance),
     )
 
 
 def unknown(why: str) -> Levitation:
     """Return that nothing is known of the levitated shaft, and why."""
     missing = Estimate.missing("um", why)
-    return Levitation(missing, missing, missing, missing, missing)
+    return Levitation(missing, missing, missing, missing, missing, Estimate.missing("1", why))
 
 
 def _reach(z: np.ndarray, gap: Gap | None) -> Estimate:
-    """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre; its error is the centre's."""
-    centre = () if gap is None else gap.centre
-    if not centre or any(c.value is None or c.high is None for c in centre):
+    """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre."""
+    if gap is None or any(c.value is None for c in gap.centre):
         return Estimate.missing("um", "the centre of the clearance is not known")
-    place = np.array([c.value for c in centre], dtype=float)
-    spread = np.array([c.high for c in centre], dtype=float) - place
-    away = z - place[:, None]
-    far = away[:, np.argmax(np.hypot(*away))]
-    reach = float(np.hypot(*far))
-    half = float(np.hypot(*(spread * far))) / max(reach, 1e-12)
-    rule = "greatest distance from the clearance centre before the release"
-    return Estimate(reach, max(reach - half, 0.0), reach + half, "um", rule, kind="0-pk")
+    centre = np.array([c.value for c in gap.centre], dtype=float)
+    far = z[:, np.argmax(np.hypot(*(z - centre[:, None])))]
+    return gap.away(far, "greatest distance from the clearance centre before the release", "0-pk")

@@ -6,7 +6,6 @@ far from where the shaft levitated.
 
 from __future__ import annotations
 
-import numpy as np
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
@@ -20,14 +19,13 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
     """Check that the shaft levitated near the centre of the circle of each end that has one."""
     found = []
     for name, end in ends.items():
-        centre = () if end.gap is None else end.gap.centre
         place = release.levitated.get(name)
-        if place is None or not centre or any(c.value is None or c.high is None for c in centre):
+        if place is None or end.gap is None:
             continue
-        away = np.array([float(c.value or 0.0) - p for c, p in zip(centre, place, strict=True)])
-        spread = np.array([(c.high or 0.0) - (c.value or 0.0) for c in centre])
-        apart = float(np.hypot(*away))
-        half = float(np.hypot(*(spread * away))) / max(apart, 1e-12)
+        away = end.gap.away(place, "levitated mean from the clearance centre")
+        if away.value is None or away.high is None:
+            continue
+        apart, half = away.value, away.high - away.value
         gap = machine.bearing(name).radial_gap.nominal
         passed = apart - half < _MOST * gap
         detail = f"the shaft levitated {um(apart)} (± {um(half)}) from the centre of its clearance, {apart / gap:.2f} of the gap"

@@ -6,7 +6,7 @@ from tdbsim.quantity import Tolerant
 from tdbsim.rotor import static_loads
 
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.analysis.vibration_zone import share_of_clearance, zone
+from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
@@ -64,8 +64,7 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     found = analysis.levitation.get(end)
     if found is None or not found.reach.known:
         return []
-    share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
-    beside = f", {share.value:.2f} of the gap: zone {zone(share)} of ISO 14839-2"
+    beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
     return [f"  {'levitated, from centre':<24}{found.reach}{beside}"]
 
 

@@ -279,7 +279,8 @@ class _Contest:
             self._replaced(best, self._of_any_kind(best))
         elif len(best.causes) > len(came.causes) and self._fails_with_causes(came):
             anew = self._of_any_kind(came)
-            self.others += [anew] if anew is not came else []
+            if anew is not came:
+                self.others = [*self.others, anew]
         return self.best is not best
 
     def _of_any_kind(self, best: Contender) -> Contender:

@@ -14,7 +14,7 @@ from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.matching import assembly_remarks, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
-from tdbmon.quantity import moment
+from tdbmon.quantity import counted, moment
 from tdbmon.report_file import ReportWriter
 
 
@@ -116,11 +116,10 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
         typer.echo(f"{folder}: no drops yet")
     for name in dict.fromkeys(e.machine for e in entries):
         own = [e for e in entries if e.machine == name]
-        typer.echo(f"{name}: {len(own)} drop{'' if len(own) == 1 else 's'}")
+        typer.echo(f"{name}: {counted(len(own), 'drop')}")
         for entry in own:
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []
-            failed = len(entry.failed_checks)
-            notes += [f"{failed} check{'' if failed == 1 else 's'} failed"] if failed else []
+            notes += [f"{counted(len(entry.failed_checks), 'check')} failed"] if entry.failed_checks else []
             notes += ["synthetic"] if entry.synthetic else []
             notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
             typer.echo(
@@ -176,9 +175,7 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progres
     rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
     write_json(json_file, {"sound": not wrong, "faults": rows})
     if wrong:
-        raise InputError(
-            f"{folder}: {len(wrong)} fault{'' if len(wrong) == 1 else 's'} found ({wrong[0].file}: {wrong[0].what})"
-        )
+        raise InputError(f"{folder}: {counted(len(wrong), 'fault')} found ({wrong[0].file}: {wrong[0].what})")
     return 0
 
 

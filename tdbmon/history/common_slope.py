@@ -13,6 +13,7 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import counted
 
 _LEAST, _AT_LEVEL = 8, 3
 _ROUNDING = 1e-12  # relative: what equal values may be off their mean
@@ -47,5 +48,5 @@ def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Seque
         return Estimate(0.0, unit=unit, method="all drops of a level alike", why="no scatter")
     fitted = OLS(found, np.column_stack([drops, of_level])).fit()
     slope, (low, high) = float(fitted.params[0]), fitted.conf_int()[0].tolist()
-    rule = f"least squares, {len(shared)} level{'' if len(shared) == 1 else 's'} of speed and assembly, a drop"
+    rule = f"least squares, {counted(len(shared), 'level')} of speed and assembly, a drop"
     return Estimate(slope, low, high, unit, rule)

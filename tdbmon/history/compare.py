@@ -15,7 +15,7 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
-from tdbmon.history.feature import KINDS, Feature, FeatureKind
+from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
 from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, doubts, foreign
@@ -247,8 +247,7 @@ def _changes(
                 theirs.setdefault((feature.name, feature.end), []).append((entry.id, feature.estimate))
     keys = [key for key in mine if key[0] in KINDS and (mine[key].known or key in theirs)]
     keys += [key for key in theirs if key not in mine and key[0] in KINDS]
-    ranks = {name: rank for rank, name in enumerate(KINDS)}
-    keys.sort(key=lambda key: (ranks[key[0]], key[1]))
+    keys = in_order(keys)
     judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
     place = {entry.id: number for number, entry in enumerate(matched)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.estimate import Estimate
@@ -275,3 +276,9 @@ _KINDS = (
 )
 
 KINDS = {kind.name: kind for kind in _KINDS}
+_RANKS = {name: rank for rank, name in enumerate(KINDS)}
+
+
+def in_order(features: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return features (name and end) in the order of `KINDS`, then by end."""
+    return sorted(features, key=lambda feature: (_RANKS[feature[0]], feature[1]))

@@ -10,7 +10,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.common_slope import common_slope
-from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.feature import KINDS, Feature, in_order
 from tdbmon.history.matching import doubts
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.standing import Judged, judge, standing
@@ -112,7 +112,7 @@ def _courses(entries: list[Entry], classes: list[int], features: list[tuple[Feat
         for entry, found in zip(entries, features, strict=True)
     ]
     courses = []
-    for name, end in sorted({key for drop in drops for key in drop if key[0] in KINDS}, key=_place):
+    for name, end in in_order({key for drop in drops for key in drop if key[0] in KINDS}):
         kind = KINDS[name]
         if not kind.judged:
             continue
@@ -120,8 +120,3 @@ def _courses(entries: list[Entry], classes: list[int], features: list[tuple[Feat
         known = tuple((entry, each) for entry, each in zip(entries, series, strict=True) if each.known)
         courses.append(Course(name, end, known, common_slope(series, range(len(entries)), levels, kind.unit)))
     return courses
-
-
-def _place(feature: tuple[str, str]) -> tuple[int, str]:
-    name, end = feature
-    return list(KINDS).index(name), end

@@ -10,7 +10,7 @@ from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import short, words
+from tdbmon.quantity import counted, short, words
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
@@ -21,7 +21,7 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
     n = len(comparison.matched)
     lines = [
         f"drop {entry.id} ({entry.raw_name}) of {entry.machine}",
-        f"matching: {speed}{assembly}: {n} drop{'' if n == 1 else 's'} before",
+        f"matching: {speed}{assembly}: {counted(n, 'drop')} before",
         f"verdict: {verdict.word}",
         *(f"  {reason}" for reason in verdict.reasons),
         *(line for each in standing for line in _standing_lines(each)),

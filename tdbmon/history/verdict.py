@@ -9,7 +9,7 @@ from typing import Literal
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.matching import doubts
-from tdbmon.quantity import words
+from tdbmon.quantity import counted, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops"]
 
@@ -54,7 +54,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
     few = []
     if n < least:
         few.append(
-            f"{n} matching drop{'' if n == 1 else 's'} before; “as before” takes {least}: with so few there is no control"
+            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
             " chart, only gross changes stand out, and what is usual for this machine is not known yet"
         )
     elif comparison.tested == 0:
@@ -110,8 +110,10 @@ def _blind(comparison: Comparison) -> list[str]:
     said = f"this drop tells only {known} of {len(told)} quantities that earlier drops tell"
     failed = comparison.entry.failed_checks
     if failed:
-        some = f"{len(failed)} check{'' if len(failed) == 1 else 's'}"
-        return [f"{said}; its record failed {some}: {', '.join(failed)}: see to the probes before the next drop"]
+        return [
+            f"{said}; its record failed {counted(len(failed), 'check')}: {', '.join(failed)}: see to the probes before the"
+            " next drop"
+        ]
     ((why, _),) = Counter(change.estimate.why for change in lost).most_common(1)
     return [
         f"{said}, so that it does not show whether the bearings are as before; no check of its record failed, most is missing"

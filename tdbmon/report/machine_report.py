@@ -8,7 +8,7 @@ from tdbmon import __version__
 from tdbmon.history.machine_history import MachineHistory
 from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import words
+from tdbmon.quantity import counted, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -32,7 +32,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
     ]
     return Document(
         "Machine report",
-        f"{history.machine} · {len(history.entries)} drop{'' if len(history.entries) == 1 else 's'}",
+        f"{history.machine} · {counted(len(history.entries), 'drop')}",
         tuple(parts),
         note=note,
         made=f"tdbmon {__version__}",

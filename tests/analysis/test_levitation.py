@@ -12,6 +12,7 @@ from tests.analysis.planes import planes_of
 
 RATE, SPEED, RELEASE = 10e3, 83.0, 0.2
 PLACE, ORBIT, NOISE = (12e-6, -31e-6), 2.4e-6, 0.3e-6
+C_MIN = 250e-6
 
 
 def levitated(seed: int = 0):
@@ -25,7 +26,7 @@ def levitated(seed: int = 0):
 
 
 def test_place_orbit_and_noise_are_those_put_in():
-    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None)
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None, C_MIN)
     assert found.x.value == pytest.approx(PLACE[0], abs=0.05e-6)
     assert found.y.value == pytest.approx(PLACE[1], abs=0.05e-6)
     assert found.once.value == pytest.approx(np.sqrt(2) * ORBIT, rel=0.01)  # of both axes together
@@ -35,15 +36,15 @@ def test_place_orbit_and_noise_are_those_put_in():
 def test_the_intervals_hold_what_was_put_in():
     held = []
     for seed in range(60):
-        found = levitation(levitated(seed), "NDE", RELEASE, SPEED, 50.0, None)
+        found = levitation(levitated(seed), "NDE", RELEASE, SPEED, 50.0, None, C_MIN)
         truths = ((found.x, PLACE[0]), (found.once, np.sqrt(2) * ORBIT), (found.noise, NOISE))
         held.append([each.low <= truth <= each.high for each, truth in truths])
     assert (np.mean(held, axis=0) >= 0.88).all()  # 95 % less three standard deviations of 60 trials
 
 
 def test_without_speed_or_with_a_short_stretch_it_is_missing():
-    assert "not known" in levitation(levitated(), "DE", RELEASE, None, 50.0, None).once.why
-    assert "too short" in levitation(levitated(), "DE", 0.02, SPEED, 50.0, None).noise.why
+    assert "not known" in levitation(levitated(), "DE", RELEASE, None, 50.0, None, C_MIN).once.why
+    assert "too short" in levitation(levitated(), "DE", 0.02, SPEED, 50.0, None, C_MIN).noise.why
 
 
 def circle(x: float, y: float, sigma: float) -> Gap:
@@ -55,7 +56,7 @@ def circle(x: float, y: float, sigma: float) -> Gap:
 
 def test_the_reach_is_the_farthest_point_of_the_orbit_from_the_clearance_centre():
     away = np.hypot(PLACE[0] - 2e-6, PLACE[1] - 5e-6)
-    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(2e-6, 5e-6, 1e-6)).reach
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(2e-6, 5e-6, 1e-6), C_MIN).reach
     assert found.kind == "0-pk"
     # x and y turn in phase here, a line of 2.4 um * sqrt(2); hum and noise add to it, never as much as half a micrometre each
     assert away + 1e-6 < found.value < away + np.sqrt(2) * ORBIT + 2e-6
@@ -64,9 +65,9 @@ def test_the_reach_is_the_farthest_point_of_the_orbit_from_the_clearance_centre(
 
 
 def test_what_happens_after_the_release_is_no_levitation():
-    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(*PLACE, 1e-6)).reach
+    found = levitation(levitated(), "DE", RELEASE, SPEED, 50.0, circle(*PLACE, 1e-6), C_MIN).reach
     assert found.value < 10e-6  # the shaft then lies 200 um lower
 
 
 def test_without_a_clearance_centre_no_reach_is_told():
-    assert "centre" in levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None).reach.why
+    assert "centre" in levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None, C_MIN).reach.why

@@ -9,7 +9,7 @@ from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import words
-from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time
 from tdbmon.report.sections.left_out import left_out
 
@@ -27,7 +27,7 @@ def section(analysis: Analysis) -> Section | None:
         for end in analysis.ends.values()
         if end not in ends
     ]
-    blocks += [Paragraph(f"{FORCES_TELL[0].upper()}{FORCES_TELL[1:]}.")] * analysis.forces_tell_contacts
+    blocks += [sentence(FORCES_TELL)] * analysis.forces_tell_contacts
     if ends:
         blocks = _first(analysis, ends, release, blocks)
     blocks += [

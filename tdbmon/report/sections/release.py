@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.analysis.result import Analysis
-from tdbmon.analysis.vibration_zone import ZONES, share_of_clearance, zone
+from tdbmon.analysis.vibration_zone import ZONES, zone
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table
@@ -78,9 +78,8 @@ def _levitated(analysis: Analysis) -> list[Block]:
     """How the shaft stood and moved before the release, beside the zones of ISO 14839-2."""
     rows = []
     for end, found in analysis.levitation.items():
-        share = share_of_clearance(found.reach, analysis.machine.bearing(end).radial_gap.nominal)
         told = (words(q) for q in (found.x, found.y, found.once, found.reach))
-        rows.append(Row((end, *told, words(share) if share.known else "–", zone(share) or "–")))
+        rows.append(Row((end, *told, words(found.share) if found.share.known else "–", zone(found.share) or "–")))
     if not rows:
         return []
     header = ("End", "x", "y", "1X, both axes", "Farthest from the clearance centre", "Over C_min", "Zone")
