@@ -15,7 +15,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import ALIKE, next_test
+from tdbmon.diagnosis.next_test import ALIKE, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
@@ -25,6 +25,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import MeasuredDrop
+from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
@@ -114,8 +115,9 @@ def diagnose(
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
-        moved = moved_mark(drops)  # then nobody is asked: what depends on the shaft's angle fits whatever is not there
-        suspected = suspects(machine, _common(drops), problem.standing) if moved is None else ()
+        # then nobody is asked: some effect or other fits what is not there
+        mistaken = moved_mark(drops) or exchanged_ends(machine, problem)
+        suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
         field, slowed = with_slowing(field, suspected)
@@ -134,11 +136,11 @@ def diagnose(
             without[extended[0]] = (*without.get(extended[0], ()), *slowed.proof().without)
         concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
         sizes = {each: sizes_of(each, without.get(each, ())) for each in concerned}
-        slowed_otherwise = slowing_remarks(likeliest)
+        slowed_otherwise = slowing_remarks(likeliest) if mistaken is None else []
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
         late, otherwise = None, None
-        if judged.kind is not Kind.UNKNOWN and moved is None:
+        if judged.kind is not Kind.UNKNOWN and mistaken is None:
             progress("holding the rest of the record against simulations")
             # a cause of the likeliest model may be none that was proved
             believed = plain if judged.kind is Kind.NONE else likeliest
@@ -147,8 +149,8 @@ def diagnose(
         if otherwise is not None and judged.kind is Kind.NONE:
             judged = outside(judged, f"the plain model explains the first {plain.horizon * 1e3:g} ms, but {otherwise}")
             otherwise = None
-        if moved is not None:
-            judged = outside(judged, moved)
+        if mistaken is not None:
+            judged = outside(judged, mistaken)
     return Diagnosis(
         machine=machine,
         verdict=judged,
@@ -157,7 +159,7 @@ def diagnose(
         parameters={each: sizes[each].causes for each in judged.accused},
         values=sizes[likeliest].machine,
         late=late,
-        next_test=next_test(judged, tuple(field)),
+        next_test=next_test(judged, tuple(field)) if mistaken is None else PUT_RIGHT,
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),

@@ -6,6 +6,8 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.free_effect import acts_on_sensors
 
+# where mark, cables or positions are not what the machine file says
+PUT_RIGHT = "none before that is put right: then diagnose again, with drops that have one mark"
 ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 
 

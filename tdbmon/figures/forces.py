@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from tdbmon.figures.style import BLUE, GREY, SKY, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.figures.style import BLUE, GREY, SKY, Margins, legend_below, new_figure, say, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.identify.forces import DropForces
@@ -20,6 +20,10 @@ def forces(drop: DropForces) -> Figure:
     axes = subplots(figure, len(drop.ends), 1, Margins(17, 3, 11, 20, down=5), sharex=True)[:, 0]
     for ax, (name, end) in zip(axes, drop.ends.items(), strict=True):
         history = end.history
+        ax.set_ylabel(f"{name} force [kN]")
+        if not history.time.size:
+            say(ax, "the simulations differ from the release on")
+            continue
         together = history.time <= history.parted
         time = history.time[together] * 1e3
         low, high = history.low[together] / 1e3, history.high[together] / 1e3
@@ -29,7 +33,6 @@ def forces(drop: DropForces) -> Figure:
         ax.plot(time, history.force[together] / 1e3, color=BLUE, label="median", rasterized=True)
         if history.parted > history.time[-1]:
             ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
-        ax.set_ylabel(f"{name} force [kN]")
         ax.set_ylim(bottom=0)
     axes[-1].set_xlabel("time from the release [ms]")
     # a little beyond where the later one parts: nothing is drawn there

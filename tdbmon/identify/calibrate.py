@@ -26,6 +26,7 @@ from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual,
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
+from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.follow import followed
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.parameters import (
@@ -100,11 +101,14 @@ def fit_drops(
         point = passed[-1].fit.point
         covariance = reach(problem, passed)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
+        trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
+        misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
+        mistaken = exchanged_ends(machine, problem) if misfit > _LACKS else None
     shared, _ = problem.values(point, 0)
-    trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
-    misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
     remarks += [*_odd_drops(fits, min(usable[-1], 0.025)), *stated_remarks(problem, point)]
-    if misfit > _LACKS:
+    if mistaken is not None:
+        remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
+    elif misfit > _LACKS:
         remarks.append(
             f"the model leaves {misfit:.2f} times the noise of the first contacts: it lacks something, and its values, forces and"
             " stresses may be off by more than their intervals; `tdbmon diagnose` seeks what is missing, best from several drops"

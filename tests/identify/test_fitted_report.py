@@ -23,6 +23,7 @@ from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table
 from tdbmon.report.sections import natural_frequencies
+from tdbmon.report.sections.forces import section as forces_section
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
 
@@ -103,6 +104,23 @@ def test_forces_are_drawn_as_far_as_they_are_told(fitted) -> None:
         labels = {text.get_text() for text in figure.legends[0].get_texts()}
         assert ("members have parted" in labels) == (ends is parts)
         assert right <= figure.axes[0].get_xlim()[1] <= 1.1 * right
+
+
+def test_an_end_whose_members_differ_from_the_release_on_has_no_curve(fitted) -> None:
+    def never_together(end):
+        nothing = np.empty(0)
+        return replace(end, history=ForceHistory(nothing, nothing, nothing, nothing, parted=0.0))
+
+    ends = dict(fitted.forces.ends)
+    first, second = ends
+    ends[first] = never_together(ends[first])
+    figure = rendered(forces(replace(fitted.forces, ends=ends)))
+    assert "differ from the release" in figure.axes[0].texts[0].get_text()
+    assert figure.axes[1].lines
+    ends[second] = never_together(ends[second])
+    blocks = forces_section(replace(fitted, forces=replace(fitted.forces, ends=ends))).blocks
+    assert not any(isinstance(block, Figure) and block.name == "forces" for block in blocks)
+    assert any(isinstance(block, Paragraph) and "no force is drawn" in block.text for block in blocks)
 
 
 def test_orbits_have_equal_axes(report: Document) -> None:

@@ -94,7 +94,9 @@ def section(fitted: FittedDrop) -> Section:
             " longer agree, and only statistics are stated.",
             "For each end, force against time after the release with its 95 % band.",
             partial(forces, drop),
-        ),
+        )
+        if any(end.history.time.size for end in ends)
+        else Paragraph("The simulations differ from the release on: no force is drawn against time."),
         *(_contacts(end) for end in ends if end.contacts),
         _values(fitted),
     ]

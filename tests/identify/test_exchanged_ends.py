@@ -1,0 +1,82 @@
+"""The probes of both ends exchanged, in drops of a rig program that shares no code with the simulator (synthetic)."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from tdbsim.machine import load_machine
+from typer.testing import CliRunner
+
+from tdbmon.cli import app
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.exchanged_ends import exchanged_ends
+from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.problem import build_problem
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+
+def other_way_round(text):
+    """A machine file whose channels of the one end are those of the other."""
+    names = {"NDE_A": "DE_A", "NDE_B": "DE_B", "DE_A": "NDE_A", "DE_B": "NDE_B"}
+    return text + "\n[channels]\n" + "".join(f'{name} = "{channel}"\n' for name, channel in names.items())
+
+
+@pytest.fixture(scope="module", params=["short", "loose"])
+def cabled(request, tmp_path_factory):
+    """(machine as it is, machine with the cables exchanged, two records) with nothing hidden and with a loose support."""
+    folder = shipped(request.param)
+    path = tmp_path_factory.mktemp("cables") / "machine.toml"
+    path.write_text(other_way_round((folder / "machine.toml").read_text()))
+    return load_machine(folder / "machine.toml"), load_machine(path), sorted(folder.glob("drop_*.nc"))[:2]
+
+
+def said(machine, records):
+    drops = measured_drops([read(path) for path in records], machine)
+    with Crew() as crew:
+        return exchanged_ends(machine, build_problem(machine, drops, crew)), drops
+
+
+def test_exchanged_ends_are_told_and_right_ones_are_not(cabled):
+    right, exchanged, records = cabled
+    told, _ = said(exchanged, records)
+    assert told is not None
+    assert "probes of NDE taken for those of DE" in told
+    assert said(right, records)[0] is None
+
+
+def test_an_end_that_lacks_a_probe_tells_nothing(cabled):
+    _, exchanged, records = cabled
+    _, drops = said(exchanged, records[:1])
+    lame = replace(drops[0], probes=drops[0].probes[1:], reading=drops[0].reading[1:], noise=drops[0].noise[1:])
+    with Crew() as crew:
+        assert exchanged_ends(exchanged, build_problem(exchanged, (lame,), crew)) is None
+
+
+def test_diagnosis_names_no_cause_and_says_what_to_put_right(tmp_path):
+    folder = shipped("loose")
+    machine = tmp_path / "machine.toml"
+    machine.write_text(other_way_round((folder / "machine.toml").read_text()))
+    files = [str(path) for path in sorted(folder.glob("drop_*.nc"))]
+    out = tmp_path / "r.json"
+    run = CliRunner().invoke(app, ["diagnose", str(machine), *files, "--json", str(out)], catch_exceptions=False)
+    assert run.exit_code == 0
+    content = json.loads(out.read_text())
+    assert content["verdict"] == "unknown"
+    assert content["causes"] == []
+    assert "cables of both ends exchanged" in content["why"]
+    assert "put right" in content["next_test"]
+
+
+def test_forces_say_that_no_value_is_to_be_trusted(tmp_path):
+    folder = shipped("short")
+    machine = tmp_path / "machine.toml"
+    machine.write_text(other_way_round((folder / "machine.toml").read_text()))
+    drop = str(sorted(folder.glob("drop_*.nc"))[1])
+    report = tmp_path / "r.html"
+    run = CliRunner().invoke(
+        app, ["analyse", str(machine), drop, "--forces", "--report", str(report)], catch_exceptions=False
+    )
+    assert run.exit_code == 0
+    assert "not to be trusted" in " ".join(run.output.split())
+    assert "not to be trusted" in report.read_text()
