@@ -99,7 +99,7 @@ def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_
     first = render_html(build_compare_report(found, verdict_of(found))).split("What was compared")[0]
     value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
     assert "How hard the bearings were hit" in first
-    assert f"{value / 4.2e9:.0%} of the limit, 4200 MPa" in first
+    assert f"{100 * value / 4.2e9:.0f} % of the limit, 4200 MPa" in first
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):
