@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from itertools import permutations
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tdbmon.report.document import Table
 
 if TYPE_CHECKING:
     from matplotlib.ft2font import FT2Font
 
+Array = NDArray[np.float64]
 PAGE = 170 / 25.4 * 72  # between the margins of A4, pt
 BESIDE = 3 / 25.4 * 72  # room between columns, pt
 _SIZE = 8  # of the letters in a table, pt
-_LONG = 0.4  # of the page: a longer cell is no reason for a wider column
+_FILLED = 0.88  # of a line that does not end a cell
+_STEPS = (4.0, 8.0, 16.0, 32.0, 64.0)  # by which widths are tried, pt
 _SLACK = 0.5  # pt, what letters side by side may take beyond what is reckoned
 _BREAK = "\u200b"  # a line may end here
 _PARTS = re.compile(r"(?<=[-_./])(?=.)")  # of a word, which may stand on lines of their own
@@ -24,27 +30,41 @@ _PARTS = re.compile(r"(?<=[-_./])(?=.)")  # of a word, which may stand on lines 
 def column_widths(table: Table) -> list[float] | None:
     """Return the columns' widths, pt; None for a table that fits the page as it is.
 
-    A column that needs less than its share of the page gets what it needs; the others share the rest by what they hold.
-    None is narrower than its longest word or part of one, as far as the page goes.
+    The widths are those, as far as one column's gain and another's loss tell, with which the table has the fewest lines.  No
+    column is narrower than its longest word or part of one, as far as the page goes.
     """
-    cells = [
-        [(_width(head, bold=True)), *(_width(row.cells[k]) for row in table.rows)]
-        for k, head in enumerate(table.header)
-    ]
-    wished = {k: max(each) + BESIDE + _SLACK for k, each in enumerate(cells)}
-    if sum(wished.values()) <= PAGE:
+    heads = [_width(head, bold=True) for head in table.header]
+    cells = np.array([heads, *([_width(cell) for cell in row.cells] for row in table.rows)])
+    wished = cells.max(axis=0) + BESIDE + _SLACK
+    if wished.sum() <= PAGE:
         return None
-    word = {k: min(_longest_word(table, k) + BESIDE + _SLACK, PAGE / len(cells)) for k in wished}
-    widths: dict[int, float] = {}
-    while narrow := [k for k in wished if wished[k] <= (PAGE - sum(widths.values())) / len(wished)]:
-        widths |= {k: wished.pop(k) for k in narrow}
-    # the longest cell alone would widen a column for one row, the mean alone make a tower of it
-    held = {k: (min(most, _LONG * PAGE) * sum(cells[k]) / len(cells[k])) ** 0.5 for k, most in wished.items()}
-    while short := [k for k, each in held.items() if word[k] > _share(held, k, widths)]:
-        widths |= {k: word[k] for k in short}
-        held = {k: each for k, each in held.items() if k not in short}
-    widths |= {k: _share(held, k, widths) for k in held}
-    return [widths[k] for k in range(len(cells))]
+    count = len(heads)
+    least = np.minimum([_longest_word(table, k) + BESIDE + _SLACK for k in range(count)], PAGE / count)
+    more = np.maximum(wished - least, _SLACK)
+    widths = least + (PAGE - least.sum()) * more / more.sum()
+    moves = [(a, b, step) for a, b in permutations(range(count), 2) for step in _STEPS]
+    lines = _lines(cells, widths)
+    while True:
+        moved = [_moved(widths, *move) for move in moves if widths[move[0]] - move[2] >= least[move[0]]]
+        found = [_lines(cells, each) for each in moved]
+        if not found or min(found) >= lines:
+            return [float(width) for width in widths]
+        lines, widths = min(found), moved[int(np.argmin(found))]
+
+
+def _lines(cells: Array, widths: Array) -> float:
+    """Return how many lines the rows of a table take; those of the cells count a little."""
+    room = widths - BESIDE - 0.9 * _SLACK
+    lines = np.where(cells <= room, 1, np.ceil(cells / (_FILLED * room)))
+    return float(lines.max(axis=1).sum() + 1e-3 * lines.sum())
+
+
+def _moved(widths: Array, giver: int, taker: int, step: float) -> Array:
+    """Return the widths after one column has given another some."""
+    out = widths.copy()
+    out[giver] -= step
+    out[taker] += step
+    return out
 
 
 def breakable(text: str, width: float) -> str:
@@ -56,11 +76,6 @@ def breakable(text: str, width: float) -> str:
         return _BREAK.join(_BREAK.join(p) if _width(p) + BESIDE > width else p for p in _PARTS.split(word))
 
     return " ".join(map(broken, text.split(" ")))
-
-
-def _share(held: dict[int, float], column: int, widths: dict[int, float]) -> float:
-    """Return what a column gets of the page that those with a width leave."""
-    return (PAGE - sum(widths.values())) * held[column] / sum(held.values())
 
 
 def _longest_word(table: Table, column: int) -> float:
