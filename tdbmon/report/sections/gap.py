@@ -56,7 +56,10 @@ def _beyond(analysis: Analysis, ends: list[str]) -> str:
     if not any(counts.values()):
         return ""
     told = ", ".join(f"{count} of {len(found[end])} at {end}" for end, count in counts.items())
-    return f" The residual's scale is set by the middle {percent(MIDDLE)} of the positions; triangles at its edge: those beyond ({told})."
+    return (
+        f" The residual's scale is set by the middle {percent(MIDDLE)} of the positions; triangles at its edge: those beyond"
+        f" ({told})."
+    )
 
 
 def _computed(value: float, sigma: float | None = None) -> Estimate:
