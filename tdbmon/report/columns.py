@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from functools import cache
 from itertools import permutations
@@ -20,7 +21,6 @@ Array = NDArray[np.float64]
 PAGE = 170 / 25.4 * 72  # between the margins of A4, pt
 BESIDE = 3 / 25.4 * 72  # room between columns, pt
 _SIZE = 8  # of the letters in a table, pt
-_FILLED = 0.88  # of a line that does not end a cell
 _STEPS = (4.0, 8.0, 16.0, 32.0, 64.0)  # by which widths are tried, pt
 _SLACK = 0.5  # pt, what letters side by side may take beyond what is reckoned
 _BREAK = "\u200b"  # a line may end here
@@ -33,30 +33,69 @@ def column_widths(table: Table) -> list[float] | None:
     The widths are those, as far as one column's gain and another's loss tell, with which the table has the fewest lines.  No
     column is narrower than its longest word or part of one, as far as the page goes.
     """
-    heads = [_width(head, bold=True) for head in table.header]
-    cells = np.array([heads, *([_width(cell) for cell in row.cells] for row in table.rows)])
-    wished = cells.max(axis=0) + BESIDE + _SLACK
+    columns = [_Column(head, [row.cells[k] for row in table.rows]) for k, head in enumerate(table.header)]
+    wished = np.array([column.wished for column in columns])
     if wished.sum() <= PAGE:
         return None
-    count = len(heads)
-    least = np.minimum([_longest_word(table, k) + BESIDE + _SLACK for k in range(count)], PAGE / count)
+    least = np.minimum([column.least for column in columns], PAGE / len(columns))
     more = np.maximum(wished - least, _SLACK)
     widths = least + (PAGE - least.sum()) * more / more.sum()
-    moves = [(a, b, step) for a, b in permutations(range(count), 2) for step in _STEPS]
-    lines = _lines(cells, widths)
+    moves = [(a, b, step) for a, b in permutations(range(len(columns)), 2) for step in _STEPS]
+    height = _height(columns, widths)
     while True:
         moved = [_moved(widths, *move) for move in moves if widths[move[0]] - move[2] >= least[move[0]]]
-        found = [_lines(cells, each) for each in moved]
-        if not found or min(found) >= lines:
+        found = [_height(columns, each) for each in moved]
+        if not found or min(found) >= height:
             return [float(width) for width in widths]
-        lines, widths = min(found), moved[int(np.argmin(found))]
+        height, widths = min(found), moved[int(np.argmin(found))]
 
 
-def _lines(cells: Array, widths: Array) -> float:
-    """Return how many lines the rows of a table take; those of the cells count a little."""
-    room = widths - BESIDE - 0.9 * _SLACK
-    lines = np.where(cells <= room, 1, np.ceil(cells / (_FILLED * room)))
-    return float(lines.max(axis=1).sum() + 1e-3 * lines.sum())
+class _Column:
+    """The words of a column, by their lengths.
+
+    Attributes
+    ----------
+    wished : float
+        Width with which every cell has one line, pt.
+    least : float
+        Width of its longest word or part of one, pt.
+    """
+
+    def __init__(self, head: str, cells: list[str]) -> None:
+        self._words = [[_width(word, bold=True) for word in head.split()]]
+        self._words += [[_width(word) for word in cell.split()] for cell in cells]
+        self._long = np.array([_width(head, bold=True), *map(_width, cells)])
+        parts = [_width(part) for cell in cells for word in cell.split() for part in _PARTS.split(word)]
+        self.wished = float(self._long.max()) + BESIDE + _SLACK
+        self.least = max([*self._words[0], *parts], default=0.0) + BESIDE + _SLACK
+        self._heights: dict[float, Array] = {}
+
+    def heights(self, width: float) -> Array:
+        """Return how many lines each cell takes; parts of lines count a little, so that widths move at all."""
+        if width not in self._heights:
+            room = width - BESIDE
+            lines = [_lines(words, room) for words in self._words]
+            self._heights[width] = np.array(lines) + 0.01 * self._long / room
+        return self._heights[width]
+
+
+def _lines(words: list[float], room: float) -> float:
+    """Return how many lines words take that are set one after another, and broken where one is longer than a line."""
+    lines, used, space = 1.0, 0.0, _width(" ")
+    for word in words:
+        if used and used + space + word <= room:
+            used += space + word
+            continue
+        over = math.ceil(word / room) - 1 if word > room else 0
+        lines += over + bool(used)
+        used = word - over * room
+    return lines
+
+
+def _height(columns: list[_Column], widths: Array) -> float:
+    """Return how many lines the rows of a table take."""
+    heights = [column.heights(round(float(width), 3)) for column, width in zip(columns, widths, strict=True)]
+    return float(np.max(heights, axis=0).sum())
 
 
 def _moved(widths: Array, giver: int, taker: int, step: float) -> Array:
@@ -76,12 +115,6 @@ def breakable(text: str, width: float) -> str:
         return _BREAK.join(_BREAK.join(p) if _width(p) + BESIDE > width else p for p in _PARTS.split(word))
 
     return " ".join(map(broken, text.split(" ")))
-
-
-def _longest_word(table: Table, column: int) -> float:
-    words = [_width(word, bold=True) for word in table.header[column].split()]
-    words += [_width(p) for row in table.rows for word in row.cells[column].split() for p in _PARTS.split(word)]
-    return max(words, default=0.0)
 
 
 def _width(text: str, bold: bool = False) -> float:
