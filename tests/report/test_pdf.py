@@ -105,3 +105,17 @@ def test_words_behind_a_figure_for_the_next_page_fill_this_one() -> None:
     # but those of another figure stay behind it
     other = replace(_drawn(200), name="other", caption="Other")
     assert _page_of("Afterwards", *_HALF, other, _drawn(100), Paragraph("Afterwards.")) == 2
+
+
+def test_a_figure_taller_than_a_page_ends_on_it() -> None:
+    heights = []
+
+    def visit(text: str, cm: list[float], tm: list[float], *_: object) -> None:
+        if "ItsCaption" in text:
+            heights.append(cm[3] * tm[5] + cm[5])
+
+    pages = PdfReader(io.BytesIO(render_pdf(Document("d", "s", (Section("a", (_drawn(400),)),))))).pages
+    for page in pages:
+        page.extract_text(visitor_text=visit)
+    (height,) = heights
+    assert 20 / 25.4 * 72 <= height < 100  # points above the page's foot: within its margin
