@@ -37,7 +37,8 @@ def column_widths(table: Table) -> list[float] | None:
     wished = np.array([column.wished for column in columns])
     if wished.sum() <= PAGE:
         return None
-    least = np.minimum([column.least for column in columns], PAGE / len(columns))
+    words = np.array([column.least for column in columns])
+    least = next(cut for n in range(1, len(words) + 1) if (cut := np.minimum(words, PAGE / n)).sum() <= PAGE + _SLACK)
     more = np.maximum(wished - least, _SLACK)
     widths = least + (PAGE - least.sum()) * more / more.sum()
     moves = [(a, b, step) for a, b in permutations(range(len(columns)), 2) for step in _STEPS]

@@ -33,6 +33,17 @@ def test_long_names_fill_the_page_and_short_cells_stay_whole() -> None:
     assert max(widths[0], widths[2], widths[5]) < 2.5 * min(widths[0], widths[2], widths[5])
 
 
+def test_short_words_stay_whole_beside_wide_columns() -> None:
+    header = ("Drop", "Record", "Time", "Speed", "Verdict", "Changed", "Not compared")
+    changed = (
+        "Fall, release to first touch, NDE; First contact, duration, DE; Rebound after the first contact, DE; 2 more"
+    )
+    row = ("1e9d536f2c65", "drop_10.nc", "2024-05-11 09:00:00 UTC", "74.55 Hz", "changed", changed, "14 at NDE")
+    widths = column_widths(Table("t", header, (Row(row),)))
+    assert widths is not None
+    assert [breakable(cell, width) for cell, width in zip(row, widths, strict=True)] == list(row)
+
+
 def test_a_word_longer_than_its_column_ends_lines_after_its_marks() -> None:
     widths = column_widths(_fleet(_NAMES))
     assert widths is not None
