@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 PAGE = 170 / 25.4 * 72  # between the margins of A4, pt
 BESIDE = 3 / 25.4 * 72  # room between columns, pt
 _SIZE = 8  # of the letters in a table, pt
+_WORDS = 0.85  # of the page: whole words that take more leave too little to long cells
 _STEPS = (4.0, 8.0, 16.0, 32.0, 64.0)  # by which widths are tried, pt
 _SLACK = 0.5  # pt, what letters side by side may take beyond what is reckoned
 _BREAK = "\u200b"  # a line may end here
@@ -37,8 +38,7 @@ def column_widths(table: Table) -> list[float] | None:
     wished = np.array([column.wished for column in columns])
     if wished.sum() <= PAGE:
         return None
-    words = np.array([column.least for column in columns])
-    least = next(cut for n in range(1, len(words) + 1) if (cut := np.minimum(words, PAGE / n)).sum() <= PAGE + _SLACK)
+    least = _least(columns)
     more = np.maximum(wished - least, _SLACK)
     widths = least + (PAGE - least.sum()) * more / more.sum()
     moves = [(a, b, step) for a, b in permutations(range(len(columns)), 2) for step in _STEPS]
@@ -58,8 +58,8 @@ class _Column:
     ----------
     wished : float
         Width with which every cell has one line, pt.
-    least : float
-        Width of its longest word or part of one, pt.
+    word, part : float
+        Widths of its longest word, and of the longest part of one, pt.
     """
 
     def __init__(self, head: str, cells: list[str]) -> None:
@@ -67,8 +67,9 @@ class _Column:
         self._words += [[_width(word) for word in cell.split()] for cell in cells]
         self._long = np.array([_width(head, bold=True), *map(_width, cells)])
         parts = [_width(part) for cell in cells for word in cell.split() for part in _PARTS.split(word)]
+        self.word = max((w for words in self._words for w in words), default=0.0) + BESIDE + _SLACK
         self.wished = float(self._long.max()) + BESIDE + _SLACK
-        self.least = max([*self._words[0], *parts], default=0.0) + BESIDE + _SLACK
+        self.part = max([*self._words[0], *parts], default=0.0) + BESIDE + _SLACK
         self._heights: dict[float, Array] = {}
 
     def heights(self, width: float) -> Array:
@@ -78,6 +79,15 @@ class _Column:
             lines = [_lines(words, room) for words in self._words]
             self._heights[width] = np.array(lines) + 0.01 * self._long / room
         return self._heights[width]
+
+
+def _least(columns: list[_Column]) -> Array:
+    """Return the widths below which no column goes: of their words, where these do not fit of parts, else cut off."""
+    words, parts = (np.array([getattr(column, name) for column in columns]) for name in ("word", "part"))
+    if words.sum() <= _WORDS * PAGE:
+        return words
+    count = len(columns)
+    return next(cut for n in range(1, count + 1) if (cut := np.minimum(parts, PAGE / n)).sum() <= PAGE + _SLACK)
 
 
 def _lines(words: list[float], room: float) -> float:
