@@ -19,6 +19,16 @@ def signed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
 
 
+def percent(share: float, digits: int = 0) -> str:
+    """Return a share as text in per cent, so many digits after the point: ``5 %``."""
+    return f"{round(100 * share, digits) + 0.0:.{digits}f} %".replace("-", "−")
+
+
+def off_by(ratio: float) -> str:
+    """Return in per cent how far a ratio is from one, with its sign: ``+1.2 %``."""
+    return f"{signed(100 * (ratio - 1), 1)} %"
+
+
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

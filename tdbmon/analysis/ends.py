@@ -17,6 +17,7 @@ from tdbmon.analysis.result import EndResult
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
 from tdbmon.record.finding import um
 from tdbmon.record.quality import Check
 
@@ -123,7 +124,7 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
     if share <= _CUT_OFF:
         return ""
-    return f"{share:.1%} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
+    return f"{percent(share, 1)} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
 
 
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) -> Estimate:

@@ -8,6 +8,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
 
 _LEAST = 1 / math.sqrt(2)  # of gravity: nearer to it than to half of it, since a field may hold on
@@ -86,9 +87,9 @@ def _log(share: Estimate) -> tuple[float, float]:
 def _wrong(one: str, other: str, small: float, large: float) -> str:
     """Say which of two probes is wrong, by logarithms of their shares over that of the other end."""
     if abs(large) > _ONE * abs(small):
-        said = f"'{other}' reads about {math.exp(large) - 1:.0%} too much"
+        said = f"'{other}' reads about {percent(math.exp(large) - 1)} too much"
     elif abs(small) > _ONE * abs(large):
-        said = f"'{one}' reads about {1 - math.exp(small):.0%} too little"
+        said = f"'{one}' reads about {percent(1 - math.exp(small))} too little"
     else:
         said = f"'{other}' reads too much or '{one}' too little"
     return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"

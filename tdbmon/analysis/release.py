@@ -19,6 +19,7 @@ from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.probe_checks import SHORT_GAP
 
@@ -269,7 +270,7 @@ def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float]
 def _misread(decay: float) -> str:
     return (
         f"a sudden release explains the fall as well as a force that decays in {decay * 1e3:.2g} ms, if the probes read up to"
-        f" {PROBE_SCALE:.0%} too much or too little, as they may (check their sensitivity)"
+        f" {percent(PROBE_SCALE)} too much or too little, as they may (check their sensitivity)"
     )
 
 

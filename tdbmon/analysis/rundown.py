@@ -25,6 +25,7 @@ from tdbmon.analysis.speed_at_release import FREE_FALL_S, LEAD_S, levitated_law,
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
 from tdbmon.record.keyphasor import Pulses
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.timebase import usual_interval
@@ -378,7 +379,7 @@ def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, st
     if decay.value is None or decay.low is None or decay.high is None:
         return decay
     if _short(stretch):
-        method = f"{decay.method}, and by slip below {_SLIPPING:.0%} of the deceleration"
+        method = f"{decay.method}, and by slip below {percent(_SLIPPING)} of the deceleration"
         return replace(decay, high=decay.high / (1 - _SLIPPING), method=method)
     law, terms = chosen.fit.law, set(chosen.fit.terms)
     richer = [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
@@ -389,7 +390,7 @@ def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, st
         decay,
         low=1 / float(law.linear + down),
         high=1 / float(max(law.linear - up, 0.01 * law.linear)),
-        method=f"{decay.method}; interval with richer laws and a constant drag that changes by {_STEADY:.0%} with the speed",
+        method=f"{decay.method}; interval with richer laws and a constant drag that changes by {percent(_STEADY)} with the speed",
     )
 
 

@@ -11,6 +11,7 @@ from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -73,7 +74,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
             f"held out {proof.drop}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um, noise"
-            f" {proof.noise * 1e6:.2f} um; gain {proof.gain:.0%}"
+            f" {proof.noise * 1e6:.2f} um; gain {percent(proof.gain)}"
         )
     out += [f"remark: {each}" for each in diagnosis.remarks]
     out.append(f"next test: {diagnosis.next_test}")

@@ -8,6 +8,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.identify.parameters import calibrated_machine
 from tdbmon.machine_file import with_effects
+from tdbmon.quantity import percent
 
 
 def extended_machine(diagnosis: Diagnosis) -> Machine | None:
@@ -29,5 +30,5 @@ def extended_head(diagnosis: Diagnosis) -> str:
     lines = [f"{diagnosis.machine.name}: values and effects as tdbmon diagnose found them in {names}"]
     lines.append(f"verdict: {diagnosis.verdict.kind} - {diagnosis.verdict.why}")
     if diagnosis.proof is not None and diagnosis.proof.gain is not None:
-        lines.append(f"gain on {diagnosis.proof.named}: {diagnosis.proof.gain:.0%}")
+        lines.append(f"gain on {diagnosis.proof.named}: {percent(diagnosis.proof.gain)}")
     return "\n".join(lines)

@@ -25,7 +25,7 @@ from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, sized, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
@@ -69,14 +69,18 @@ class Detectable:
     size : Estimate
         Smallest detectable difference from where the effect is off; of a spring that is off when stiff, its greatest
         detectable stiffness.
-    looks_like : tuple of (Suspect, float) or None
+    unseen : float, optional
+        Where it does not show: size up to which it does not (of such a spring: down to which), the largest of the catalogue
+        or that to which a linear reckoning is believed, SI.
+    looks_like : tuple of (Suspect, float), optional
         The most similar other suspect, and how similar from 0 to 1.
     """
 
     suspect: Suspect
     parameter: str
     size: Estimate
-    looks_like: tuple[Suspect, float] | None
+    unseen: float | None = None
+    looks_like: tuple[Suspect, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,9 +342,9 @@ class _Comparison:
         of = self.suspects[suspect]
         if not self.blocks[suspect]:
             why = "its trial could not be simulated"
-            return [Detectable(of, size.name, Estimate.missing(size.unit, why), None) for size, _ in of.sizes]
+            return [Detectable(of, size.name, Estimate.missing(size.unit, why)) for size, _ in of.sizes]
         return [
-            Detectable(of, size.name, _smallest(size, _share(of), self._length(groups)), like)
+            Detectable(of, size.name, *_smallest(size, _share(of), self._length(groups)), looks_like=like)
             for (size, _), groups in zip(of.sizes, self.blocks[suspect], strict=True)
         ]
 
@@ -369,17 +373,27 @@ def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -
     return [parts]
 
 
-def _smallest(size: Declared, share: float, length: float) -> Estimate:
-    """Return the size whose change has the length that is detectable."""
+def about(size: float, unit: str) -> str:
+    """Return a size, SI, as text in its unit outside, to two digits as befits a guess."""
+    return f"{float(f'{size * OUTSIDE[unit]:.2g}'):.6g}{'' if unit == '1' else f' {unit}'}"
+
+
+def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, float | None]:
+    """Return the size whose change has the length that is detectable, and where it does not show, up to which one not."""
     if length <= 0:
-        return Estimate.missing(size.unit, "fitted values can do the same: it does not show")
+        return Estimate.missing(size.unit, "fitted values can do the same: it does not show"), None
     amount, trial = DETECTABLE / length, sized(size, share)
     off = size.off if isinstance(size.off, float) else 0.0
-    if math.isinf(off):
-        value, beyond = trial / amount, trial / amount < size.low
+    stiff = math.isinf(off)  # off when stiff: the softer, the more it shows
+    if stiff:
+        value, limit = trial / amount, max(trial / FURTHEST, size.low)
     else:
-        value, beyond = abs(amount * (trial - off)), abs(amount * (trial - off)) > max(size.high - off, off - size.low)
-    if beyond:
-        return Estimate.missing(size.unit, "it does not show within its bounds")
-    far = f"; {amount:.2g} trial sizes, too far to be believed" if amount > FURTHEST else ""
-    return Estimate(value, unit=size.unit, method=_METHOD, why=f"a linear reckoning, without an interval{far}")
+        value, limit = (
+            abs(amount * (trial - off)),
+            min(FURTHEST * abs(trial - off), max(size.high - off, off - size.low)),
+        )
+    if value < limit if stiff else value > limit:
+        told = about(limit, size.unit)
+        why = f"not to be seen in these drops {'down' if stiff else 'up'} to {told}, as far as a linear reckoning is believed"
+        return Estimate.missing(size.unit, why), limit
+    return Estimate(value, unit=size.unit, method=_METHOD, why="a linear reckoning, without an interval"), None

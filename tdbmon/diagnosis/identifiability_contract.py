@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Detectable, Identifiability
+from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Detectable, Identifiability, about
 from tdbmon.diagnosis.suspects import Suspect
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
@@ -48,14 +48,14 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
     out = [
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
-        f"{'effect':<44}{'at':<12}{'detectable (linearised)':<40}{'similarity':<12}to",
+        f"{'effect':<44}{'at':<12}{'detectable (linearised)':<44}{'similarity':<12}to",
     ]
     for each in found.detectable:
         like = ""
         if each.looks_like:
             other, similar = each.looks_like
             like = f"{similar:<12.2f}{_text(other)} at {other.where}"
-        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{_size(each):<40}{like}".rstrip())
+        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{_size(each):<44}{like}".rstrip())
     if found.pairs:
         out.append(f"not to be told apart (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
     for one, other, similar in found.pairs[:_SHOWN]:
@@ -68,16 +68,16 @@ def identifiability_lines(found: Identifiability) -> list[str]:
 
 
 def _size(found: Detectable) -> str:
-    """Return how small an effect shows, to two digits as befits a guess: from what on, or up to which stiffness."""
-    name, (value, _, _) = found.parameter.replace("_", " "), found.size.outside
-    if value is None:
-        return f"{name} not detectable"
+    """Return how small an effect shows, from what on, or up to which stiffness."""
+    name = found.parameter.replace("_", " ")
     off = next(size.off for size, _ in found.suspect.sizes if size.name == found.parameter)
-    unit = "" if found.size.unit == "1" else f" {found.size.unit}"
-    about = f"{float(f'{value:.2g}'):.6g}{unit}"
-    if isinstance(off, float) and math.isinf(off):
-        return f"{name} up to about {about}"
-    return f"{f'|{name} - {off:g}|' if off else name} from about {about}"
+    stiff = isinstance(off, float) and math.isinf(off)
+    named = f"|{name} - {off:g}|" if off and not stiff else name
+    if found.size.value is not None:
+        return f"{named} {'up to' if stiff else 'from'} about {about(found.size.value, found.size.unit)}"
+    if found.unseen is None:
+        return f"{named} not to be seen"
+    return f"{named} not to be seen {'down' if stiff else 'up'} to {about(found.unseen, found.size.unit)}"
 
 
 def _advice(found: Identifiability) -> str:

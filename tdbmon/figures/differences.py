@@ -11,7 +11,7 @@ from tdbmon.figures.style import BLUE, GREY, LIGHT, VERMILION, Margins, new_figu
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
 
-_REACH = 8.0  # standard errors: what lies beyond is drawn at the edge with an arrow
+REACH = 8.0  # standard errors: what lies beyond is drawn at the edge with an arrow
 _ROW_MM = 4.4
 
 
@@ -30,8 +30,8 @@ def differences(comparison: Comparison) -> Figure:
             continue
         value, low, high = (x / found.error for x in (found.value, found.low, found.high))
         colour = VERMILION if change.flag else BLUE
-        ax.plot([max(low, -_REACH), min(high, _REACH)], [row, row], color=colour, linewidth=1.0, zorder=2)
-        if abs(value) <= _REACH:
+        ax.plot([max(low, -REACH), min(high, REACH)], [row, row], color=colour, linewidth=1.0, zorder=2)
+        if abs(value) <= REACH:
             ax.plot(
                 value,
                 row,
@@ -43,14 +43,14 @@ def differences(comparison: Comparison) -> Figure:
             )
         else:
             side = 1 if value > 0 else -1
-            ax.plot(side * _REACH, row, ">" if side > 0 else "<", color=colour, markersize=5, clip_on=False, zorder=3)
-            near = min(low, _REACH) if side > 0 else max(high, -_REACH)  # before the bar, which would strike it out
+            ax.plot(side * REACH, row, ">" if side > 0 else "<", color=colour, markersize=5, clip_on=False, zorder=3)
+            near = min(low, REACH) if side > 0 else max(high, -REACH)  # before the bar, which would strike it out
             ax.annotate(
                 f"{value:.0f}".replace("-", "−"), (near, row), xytext=(-side * 5, 0), textcoords="offset points",
                 ha="right" if side > 0 else "left", va="center", fontsize=6.5, color=colour,
             )  # fmt: skip
     ax.axvline(0, color=GREY, linewidth=0.8, zorder=1)
-    ax.set_xlim(-_REACH, _REACH)
+    ax.set_xlim(-REACH, REACH)
     ax.set_ylim(len(shown) - 0.4, -0.6)
     ax.set_yticks(
         range(len(shown)), [f"{c.title} (n = {c.difference.before.n})" for c in shown if c.difference], fontsize=6.5

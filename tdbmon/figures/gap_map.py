@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BIN_DEG = 2.0
+MIDDLE = 0.99  # of the residuals, which the strip's scale holds: a few far off made the others a line
 
 
 @styled
@@ -97,6 +98,21 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_ylim(centre[1] - reach, centre[1] + reach)
 
 
+def residual_radius(analysis: Analysis, end: str) -> np.ndarray:
+    """Return how far the settled positions of an end lie off its fitted circle, um."""
+    gap = analysis.ends[end].gap
+    if gap is None or gap.radius.value is None:
+        return np.empty(0)
+    return np.asarray((np.hypot(*(gap.points - centre_of(analysis, end)).T) - gap.radius.value) * UM)
+
+
+def strip_scale(residual: np.ndarray) -> tuple[float, float]:
+    """Return the ends of a strip's scale: those of the middle share of the residuals, with some room beyond."""
+    low, high = np.nanquantile(residual, [(1 - MIDDLE) / 2, (1 + MIDDLE) / 2])
+    room = 0.15 * (high - low) + 1e-3
+    return float(low - room), float(high + room)
+
+
 def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
     ax.set_xlabel("angle from the bottom, towards +x [°]")
@@ -105,7 +121,8 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     if gap is None or gap.radius.value is None:
         return
     away = gap.points - centre_of(analysis, end)
-    deviation = (np.hypot(*away.T) - gap.radius.value) * UM
+    deviation = residual_radius(analysis, end)
+    low_edge, high_edge = strip_scale(deviation)
     angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
     bins = np.round(angle / _BIN_DEG).astype(int)
     rows = []
@@ -114,6 +131,11 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
         if len(part) >= 20:  # a 95 % range of fewer is their extremes
             rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
     ax.plot(angle, deviation, ".", markersize=1.2, color=SKY, alpha=0.6, rasterized=True)
+    for beyond, edge, marker in ((deviation > high_edge, high_edge, 6), (deviation < low_edge, low_edge, 7)):  # carets
+        if beyond.any():
+            ax.plot(
+                angle[beyond], np.full(beyond.sum(), edge), marker=marker, linestyle="", markersize=2.5, color=PURPLE
+            )
     if rows:
         at, middle, low, high = np.array(rows).T
         ax.errorbar(at, middle, [middle - low, high - middle], fmt=".", color=BLUE, markersize=3.5, elinewidth=0.7,
@@ -123,7 +145,4 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     if gap.radius.high is not None:
         width = (gap.radius.high - gap.radius.value) * UM
         ax.axhspan(-width, width, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
-    # all bars whole, though not every outlying dot
-    edges = [*np.quantile(deviation, [0.002, 0.998]), *(edge for row in rows for edge in row[2:])]
-    room = 0.08 * (max(edges) - min(edges)) + 1e-3
-    ax.set_ylim(min(edges) - room, max(edges) + room)
+    ax.set_ylim(low_edge, high_edge)

@@ -79,6 +79,6 @@ def limit_line(axes: Sequence[Axes], limit: float) -> None:
 
 
 def short_name(name: str) -> str:
-    """Return a file's name without its ending, cut where it is long."""
+    """Return a file's name without its ending, its middle cut out where it is long: drops differ in how names end."""
     stem = name.rsplit(".", 1)[0]
-    return stem if len(stem) <= 14 else stem[:13] + "…"
+    return stem if len(stem) <= 14 else f"{stem[:4]}…{stem[-9:]}"

@@ -80,14 +80,14 @@ _KINDS = (
     FeatureKind("gap_oval_um", "Out-of-roundness of the clearance", "um", 8e-6, "uneven wear of ring or housing"),
     FeatureKind(
         "gap_centre_x_um",
-        "Clearance centre, x",
+        "Clearance centre x",
         "um",
         0.2e-6,
         "bearing or probes moved sideways",
     ),
     FeatureKind(
         "gap_centre_y_um",
-        "Clearance centre, y",
+        "Clearance centre y",
         "um",
         2e-6,
         "bearing or probes moved up or down",

@@ -9,7 +9,7 @@ from typing import Literal
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.matching import doubts
-from tdbmon.quantity import counted, words
+from tdbmon.quantity import counted, percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops"]
 
@@ -68,7 +68,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
         return Verdict("too few drops", tuple(few + remarks))
     all_well = (
         f"none of {comparison.tested} quantities differs from the {n} matching drops before by more than chance"
-        f" (all together {comparison.settings.compare.significance:.0%})"
+        f" (all together {percent(comparison.settings.compare.significance)})"
     )
     return Verdict("as before", (all_well, *remarks))
 
@@ -84,7 +84,7 @@ def _limits(comparison: Comparison) -> list[str]:
             grown = change.difference.value / change.difference.before.centre
             if grown > limits.gap_growth:
                 found.append(
-                    f"{change.end}: the radius at rest has grown by {grown:.0%}, more than {limits.gap_growth:.0%}"
+                    f"{change.end}: the radius at rest has grown by {percent(grown)}, more than {percent(limits.gap_growth)}"
                 )
         if change.kind.name == "stress_max_mpa" and value > limits.stress:
             found.append(

@@ -32,6 +32,7 @@ from tdbmon.identify.model_share import BAND, FORCE, of_members
 from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
+from tdbmon.quantity import percent
 
 Array = NDArray[np.float64]
 
@@ -341,7 +342,7 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     last, late = float(members[0].time[-1]), int(np.sum(np.isinf(times)))
     if math.isinf(times[len(times) // 2]):
         return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
-    rule = f"slip below {_AT_SPEED:.0%} in simulations drawn from the calibration"
+    rule = f"slip below {percent(_AT_SPEED)} in simulations drawn from the calibration"
     if math.isinf(times[math.ceil(BAND[1] * (len(times) - 1))]):
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(

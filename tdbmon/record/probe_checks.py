@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
+from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
@@ -175,6 +176,6 @@ def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check
     share = runs.total / signal.values.size
     return Check(
         "nan", name, False,
-        f"{runs.total} samples ({share:.2%}) without a value in {len(runs)} runs, the longest {runs.longest} samples,"
+        f"{runs.total} samples ({percent(share, 2)}) without a value in {len(runs)} runs, the longest {runs.longest} samples,"
         f" {span(time, runs)}; runs of up to {SHORT_GAP} can be bridged, longer ones are left out",
     )  # fmt: skip

@@ -7,6 +7,7 @@ import xarray as xr
 from tdbsim.errors import did_you_mean
 from tdbsim.machine import Machine, Probe
 
+from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
@@ -221,7 +222,9 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
             " analyse the stretches apart, or export again without gaps"
         )
     if jitter > _UNEVEN * interval:
-        faulty.append(f"intervals vary by {jitter / interval:.1%}: spectra are blurred; use the logger's own clock")
+        faulty.append(
+            f"intervals vary by {percent(jitter / interval, 1)}: spectra are blurred; use the logger's own clock"
+        )
     if rate < (1 - _ROUNDING) * _SLOWEST and not probes.isdisjoint(held):
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
     detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"

@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, speed
@@ -70,7 +71,7 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         if stated is not None and wrong is not None:
             detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
             return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
-        return Check("speed", "speed", True, f"agrees with the keyphasor within {abs(compared.ratio - 1):.2%}")
+        return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
         return of_shaft

@@ -20,27 +20,7 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
 
     if not note and any(m.comparison.entry.synthetic for m in members):
         note = synthetic_note(sum(m.drops for m in members))
-    rows = []
-    for member in members:
-        latest = member.latest.comparison
-        changed = member.comparison.flagged
-        rows.append(
-            Row(
-                (
-                    member.machine,
-                    member.verdict.word,
-                    member.judged.name,
-                    f"{member.drops}",
-                    latest.entry.when,
-                    "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
-                    not_compared_count(member.comparison),
-                    words(latest.life.margin) if latest.life.margin.known else "–",
-                ),
-                WORDS[member.verdict.word][1],
-            )
-        )
-    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared", "Margin, drops")
-    table = Table("Each machine by its alarm that stands, else by its latest drop", header, tuple(rows))
+    table = _table(members)
     alarms = [(m.machine, each) for m in members for each in m.standing]
     reasons = [
         Paragraph(f"{machine}, {each.name}: {'; '.join(each.verdict.reasons[:3])}.") for machine, each in alarms[:20]
@@ -69,6 +49,30 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
         note=note,
         made=f"tdbmon {__version__}",
     )
+
+
+def _table(members: list[Member]) -> Table:
+    """A row a machine; the margin only where a number of drops was agreed for any of them."""
+    agreed = any(m.latest.comparison.life.margin.known for m in members)
+    rows = []
+    for member in members:
+        latest, changed = member.latest.comparison, member.comparison.flagged
+        cells = [
+            member.machine,
+            member.verdict.word,
+            member.judged.name,
+            f"{member.drops}",
+            "this one" if latest.entry.id == member.comparison.entry.id else latest.entry.when,
+            "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
+            not_compared_count(member.comparison),
+        ]
+        if agreed:
+            cells.append(words(latest.life.margin) if latest.life.margin.known else "–")
+        rows.append(Row(tuple(cells), WORDS[member.verdict.word][1]))
+    header = ["Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared"]
+    if agreed:
+        header.append("Margin, drops")
+    return Table("Each machine by its alarm that stands, else by its latest drop", tuple(header), tuple(rows))
 
 
 def _finding(members: list[Member]) -> Finding:

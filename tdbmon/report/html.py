@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from tdbmon.report.typeset import typeset
 if TYPE_CHECKING:
     from markupsafe import Markup
 
+_MARKS = re.compile(r"(?<=\S{8}[-_./])(?=\S{8})")  # places within a long word, after a mark
 TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -56,6 +58,7 @@ def render_html(document: Document) -> str:
         policy=_policy(style, script),
         kind=lambda block: type(block).__name__,
         picture=_picture,
+        breakable=_breakable,
         data=lambda viewer: _json(viewer.signals.packed()),
     )
 
@@ -83,6 +86,13 @@ def _json(data: Any) -> Markup:
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return _verbatim(text)
+
+
+def _breakable(text: str) -> Markup:
+    """A cell in which long names may end a line after a mark, so that they do not push the other columns out of sight."""
+    from markupsafe import Markup
+
+    return Markup("<wbr>").join(_MARKS.split(typeset(text)))
 
 
 def _picture(figure: Figure) -> Markup:

@@ -68,11 +68,12 @@ def _courses(history: MachineHistory) -> Section:
         if c.slope.known
     )
     shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
+    rings = "; rings: changed against the drops before" if history.flagged else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
             "What was flagged in any drop, and the main quantities, over all drops in their order, with 95 % intervals as far"
-            f" as they are known; a colour for each class of speed. Rings: changed against the drops before{shown}.",
+            f" as they are known; a colour for each class of speed{rings}{shown}.",
             "For each quantity, its value against the number of the drop.",
             partial(machine_courses, history),
         )

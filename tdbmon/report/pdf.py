@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from tdbmon.atomic import write_bytes
+from tdbmon.report.columns import breakable, column_widths
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Table, Verdict
 from tdbmon.report.typeset import typeset
 
-_LETTERS = 108  # of a table that a page is wide
-_LONG = 80  # letters of a cell, beyond which it is no reason for a wider column
-_BESIDE = 3  # letters' room between columns
 _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
@@ -77,25 +75,6 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
     }
 
 
-def _widths(table: Table) -> list[int] | list[None]:
-    """Return the columns' shares of the page by their words; None for columns of a table that fits as it is.
-
-    A column that needs less than its share of the page gets what it needs; the others share the rest by what they hold.
-    """
-    columns = list(zip(table.header, *(row.cells for row in table.rows), strict=True))
-    wished = {k: max(map(len, cells)) + _BESIDE for k, cells in enumerate(columns)}
-    if sum(wished.values()) <= _LETTERS:
-        return [None] * len(columns)
-    widths: dict[int, int] = {}
-    while narrow := [k for k in wished if wished[k] <= (_LETTERS - sum(widths.values())) / len(wished)]:
-        widths |= {k: wished.pop(k) for k in narrow}
-    left = _LETTERS - sum(widths.values())
-    # the longest cell alone would widen a column for one row, the mean alone make a tower of it
-    held = {k: (min(most, _LONG) * sum(map(len, columns[k])) / len(columns[k])) ** 0.5 for k, most in wished.items()}
-    widths |= {k: round(left * each / sum(held.values())) for k, each in held.items()}
-    return [widths[k] for k in range(len(columns))]
-
-
 def _block(block: Block, folder: Path) -> dict[str, Any] | None:
     """A block as data; None for one that paper cannot show."""
     if isinstance(block, Paragraph):
@@ -103,14 +82,7 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
     if isinstance(block, Verdict):
         return {"kind": "Verdict", "text": block.text, "tone": block.tone}
     if isinstance(block, Table):
-        rows = [{"cells": list(row.cells), "tone": row.tone} for row in block.rows]
-        return {
-            "kind": "Table",
-            "caption": block.caption,
-            "header": list(block.header),
-            "rows": rows,
-            "widths": _widths(block),
-        }
+        return _table(block)
     if isinstance(block, Figure):
         image = block.image
         file = folder / f"{block.name}.{image.kind}"
@@ -123,3 +95,19 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
             "alt": block.alt,
         }
     return None
+
+
+def _table(table: Table) -> dict[str, Any]:
+    """A table as data; a column without a width is as wide as its words."""
+    widths = column_widths(table)
+
+    def fitted(cells: tuple[str, ...]) -> list[str]:
+        return list(cells) if widths is None else [breakable(*each) for each in zip(cells, widths, strict=True)]
+
+    return {
+        "kind": "Table",
+        "caption": table.caption,
+        "header": fitted(table.header),
+        "rows": [{"cells": fitted(row.cells), "tone": row.tone} for row in table.rows],
+        "widths": widths or [None] * len(table.header),
+    }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-_PRINTED = {"um": "µm", "us": "µs", "m/s2": "m/s²"}
-_AFTER_A_NUMBER = re.compile(r"(?<=[\d)] )(um|us|m/s2)\b")
+_PRINTED = {"um": "µm", "us": "µs", "m/s2": "m/s²", "m/s^2": "m/s²", "kg m^2": "kg m²"}
+_AFTER_A_NUMBER = re.compile(r"(?<=[\d)] )(um|us|m/s2|m/s\^2|kg m\^2)\b")
 
 
 def typeset(text: str) -> str:

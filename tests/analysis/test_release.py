@@ -268,7 +268,7 @@ def test_probes_that_read_five_per_cent_too_little_show_no_sure_decay(machine, n
     assert found.time.value == pytest.approx(0.1, abs=3e-5)
     assert not found.force_decay.known or found.force_decay.low == 0.0
     said = found.force_decay.why or found.force_decay.method
-    assert "if the probes read up to 5% too much or too little" in said
+    assert "if the probes read up to 5 % too much or too little" in said
 
 
 @pytest.mark.parametrize("name", ["short/drop_150", "short/drop_210", "loose/drop_150", "loose/drop_210"])

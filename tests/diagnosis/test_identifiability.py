@@ -1,14 +1,17 @@
 """What drops could tell before any record: on suspects of the sensors and a few of the machine, quick to reckon."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.effect import Parameter as Declared
 
 from tdbmon.cli import main
-from tdbmon.diagnosis.identifiability import ALIKE, Detectable, identifiability
+from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, _smallest, identifiability
 from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
+from tdbmon.diagnosis.score import FURTHEST
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.estimate import Estimate
 from tdbmon.shipped import shipped
@@ -84,7 +87,9 @@ def test_a_line_says_of_what_the_size_is_a_limit(found):
     stiff = next(
         each for each in suspects(drops.machine(), drops.machine().probes, ()) if each.name == "foundation_mode@NDE"
     )
-    support = Detectable(stiff, "stiffness", Estimate(7.615e9, unit="N/m", why="made up"), (oval.suspect, 0.853))
+    support = Detectable(
+        stiff, "stiffness", Estimate(7.615e9, unit="N/m", why="made up"), looks_like=(oval.suspect, 0.853)
+    )
     made = replace(found, detectable=(gain, replace(oval, size=Estimate(114.1e-6, unit="um", why="made up")), support))
     head, *lines = identifiability_lines(made)[1:5]
     assert "similarity" in head
@@ -92,6 +97,37 @@ def test_a_line_says_of_what_the_size_is_a_limit(found):
     assert "amplitude from about 110 um " in lines[1]
     assert "stiffness up to about 7.6e+09 N/m" in lines[2]
     assert lines[2].index("0.85") == head.index("similarity")
+
+
+def test_a_size_that_no_machine_has_is_not_told():
+    """A ring's drag hardly shows in the first milliseconds: a linear reckoning went on to tens of N m."""
+    machine = drops.machine()
+    drag = [each for each in suspects(machine, machine.probes, ()) if each.name == "ring_drag@DE"]
+    found = identifiability(machine, [100.0], NOISE, among=drag)
+    (only,) = found.detectable
+    assert only.size.value is None
+    assert only.unseen is not None and 0 < only.unseen <= 5.0
+    assert (
+        "not to be seen in these drops up to" in identifiability_json(found)["effects"][0]["smallest_detectable"]["why"]
+    )
+    assert f"torque not to be seen up to {only.unseen:g} N m" in "\n".join(identifiability_lines(found))
+
+
+@pytest.mark.parametrize(
+    ("off", "low", "high", "typical", "length", "told"),
+    [
+        (0.0, 0.0, 2.0, 1.0, 4.0, 1.25),  # 1.25 trial sizes
+        (0.0, 0.0, 2.0, 1.0, 2.0, 2.0),  # 2.5, beyond the catalogue's largest
+        (0.0, 0.0, 50.0, 1.0, 1.0, 4.0),  # 5, beyond what is believed
+        (math.inf, 0.1, math.inf, 1.0, 10.0, 2.0),  # half a trial: a spring twice as stiff shows
+        (math.inf, 0.5, math.inf, 1.0, 2.0, 0.5),
+    ],
+)
+def test_a_size_is_told_up_to_the_bounds_and_to_what_is_believed(off, low, high, typical, length, told):
+    declared = Declared(name="size", si="1", unit="1", off=off, low=low, high=high, typical=typical, meaning="made up")
+    size, unseen = _smallest(declared, 1.0, length)
+    assert (size.value if unseen is None else unseen) == pytest.approx(told)
+    assert (size.value is None) == (DETECTABLE / length > min(FURTHEST, high if off == 0 else typical / low))
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,7 @@ def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_pa
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})
     _, verdict = judged(empty, drop)
     assert verdict.word == "inspect"
-    assert "grown by 25%" in verdict.reasons[0]
+    assert "grown by 25 %" in verdict.reasons[0]
 
 
 def test_stress_and_whirl_beyond_their_limits_ask_for_an_inspection_even_of_the_first_drop(empty, tmp_path):

@@ -10,6 +10,7 @@ import pypdf
 import pytest
 
 from tdbmon.estimate import Estimate
+from tdbmon.figures.differences import REACH, differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
@@ -23,10 +24,12 @@ from tdbmon.history.summary import comparison_lines, difference_of, values_of
 from tdbmon.history.verdict import verdict_of
 from tdbmon.quantity import words
 from tdbmon.report.compare_report import build_compare_report
+from tdbmon.report.document import Figure, Table
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
+from tdbmon.report.sections import changes
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.made import files, filing, fill
 
@@ -99,7 +102,7 @@ def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_
     first = render_html(build_compare_report(found, verdict_of(found))).split("What was compared")[0]
     value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
     assert "How hard the bearings were hit" in first
-    assert f"{value / 4.2e9:.0%} of the limit, 4200 MPa" in first
+    assert f"{100 * value / 4.2e9:.0f} % of the limit, 4200 MPa" in first
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):
@@ -118,6 +121,28 @@ def test_the_first_page_says_what_could_not_be_compared(comparison):
     first = render_html(build_compare_report(blind, verdict_of(blind))).split("What was compared")[0]
     assert "Not compared at NDE: radius at rest" in first
     assert "(no two usable probes see it)" in first
+    (table,) = [b for b in changes.section(blind).blocks if isinstance(b, Table) and b.caption == "Not compared"]
+    of_nde = [row.cells for row in table.rows if row.cells[1] == "no two usable probes see it"]
+    assert len(of_nde) == 1  # a reason once, with all that it keeps
+    assert of_nde[0][0].count("; ") + 1 == sum(c.end == "NDE" for c in comparison.changes)
+
+
+def test_the_caption_tells_of_arrows_where_any_is_drawn(comparison):
+    def caption(of):
+        return next(b.caption for b in changes.section(of).blocks if isinstance(b, Figure))
+
+    def limited(most):
+        far = [
+            replace(c, difference=replace(c.difference, value=most * c.difference.error))
+            if c.kind.judged and c.difference is not None and c.difference.error
+            else c
+            for c in comparison.changes
+        ]
+        return replace(comparison, changes=tuple(far))
+
+    for most in (2.0, 11.0):
+        arrows = [line for ax in differences(limited(most)).axes for line in ax.lines if line.get_marker() in "<>"]
+        assert bool(arrows) == ("arrow" in caption(limited(most))) == (most > REACH)
 
 
 def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp_path):

@@ -152,7 +152,7 @@ def test_course_tells_from_when_speed_and_motion_part(long_drop):
     assert found.measured_rms["DE"] == pytest.approx(1e-4 / np.sqrt(2), rel=1e-3)
     assert (found.speed_parts, found.motion_parts) == (7.0, 12.0)
     assert course(CoastDown(one, one, 0.0)).speed_parts is None
-    assert "nowhere by more than 1%" in section.parting(course(CoastDown(one, one, 0.0)))
+    assert "nowhere by more than 1 %" in section.parting(course(CoastDown(one, one, 0.0)))
     assert "from 7 s on" in section.parting(found) and "12 s after the release" in section.parting(found)
 
 

@@ -13,12 +13,13 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
+from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_box import stress_box
 from tdbmon.record.read import read
 from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
-from tdbmon.report.sections import contact, orbit, release, rundown, spectra, summary, tracking
+from tdbmon.report.sections import contact, gap, orbit, release, rundown, spectra, summary, tracking
 from tdbmon.report.sections.findings import ABOVE_ONE
 from tdbmon.shipped import shipped
 
@@ -172,3 +173,17 @@ def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> No
     )
     assert "none is used: the rings still slip" in table.caption
     assert not any(cell in ("worse", "chosen") for row in table.rows for cell in row.cells)
+
+
+def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:
+    end = short.ends["NDE"]
+    assert end.gap is not None
+    points = end.gap.points.copy()
+    points[:3] *= 1.5  # three of some hundred, 150 um off
+    analysis = replace(short, ends={**short.ends, "NDE": replace(end, gap=replace(end.gap, points=points))})
+    strips = [next(ax for ax in gap_map(a).axes if ax.get_ylabel().startswith("residual")) for a in (short, analysis)]
+    usual, robust = (ax.get_ylim() for ax in strips)
+    assert robust[1] - robust[0] < 1.3 * (usual[1] - usual[0])
+    marked = sum(len(line.get_xdata()) for line in strips[1].lines if line.get_marker() in (6, 7))
+    assert marked >= 3
+    assert f"those beyond ({marked} of {len(points)} at NDE" in _figure(gap.section(analysis), "gap-map").caption

@@ -262,10 +262,11 @@ def test_units_are_printed_the_same_in_figures_checks_and_reasons(short: Analysi
         Check("set point", "um", True, "the shaft levitated 12.5 (12 to 13) um from the centre"),
         Check("keyphasor", "us", True, "edges to 29 us"),
         Check("free fall", "", True, "falls with 9.8 m/s2, \u00b13 um"),
+        Check("inertia", "", True, "polar inertia 0.2815 kg m^2 by the file"),
     )
     html = render_html(build_report(replace(short, checks=checks)))
     table = html[html.index("Checks that passed") :]
-    for printed in ("12.5 (12 to 13) µm from", "29 µs", "9.8 m/s², ±3 µm", ">um<", ">us<"):
+    for printed in ("12.5 (12 to 13) µm from", "29 µs", "9.8 m/s², ±3 µm", "0.2815 kg m² by", ">um<", ">us<"):
         assert printed in table
 
 

@@ -17,7 +17,7 @@ from tdbmon.quantity import words
 from tdbmon.report import Document, build_report, write_html
 from tdbmon.report.html import render_html
 
-VOID = {"meta", "img", "br", "input", "link", "hr"}
+VOID = {"meta", "img", "br", "wbr", "input", "link", "hr"}
 
 
 class Page(HTMLParser):

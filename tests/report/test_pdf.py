@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 
 import pytest
+from matplotlib.figure import Figure as Drawing
 from pypdf import PdfReader
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report import Document, build_report
-from tdbmon.report.document import Row, Section, Table
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.pdf import render_pdf
 
 
@@ -72,3 +74,48 @@ def test_a_table_gives_its_room_to_the_long_words() -> None:
     page = PdfReader(io.BytesIO(render_pdf(document))).pages[0]
     lines = [line for line in page.extract_text(extraction_mode="layout").splitlines() if "because" in line]
     assert 1 < len(lines) < 7  # 240 letters
+
+
+def _page_of(text: str, *blocks: Block) -> int:
+    """Number of the page on which a text stands."""
+    pages = PdfReader(io.BytesIO(render_pdf(Document("d", "s", (Section("a", blocks),))))).pages
+    (found,) = [number for number, page in enumerate(pages, 1) if text in _squeezed(page.extract_text())]
+    return found
+
+
+def _drawn(height_mm: float) -> Figure:
+    def draw() -> Drawing:
+        drawing = Drawing(figsize=(170 / 25.4, height_mm / 25.4))
+        drawing.subplots().plot([0, 1], [0, 1])
+        return drawing
+
+    return Figure("figure", "ItsCaption", "alt", draw)
+
+
+_HALF = tuple(Paragraph("A line.") for _ in range(20))  # with the title some 130 mm of 253
+
+
+def test_a_figure_that_nearly_fits_a_page_is_drawn_smaller_on_it() -> None:
+    assert [_page_of("ItsCaption", *_HALF, _drawn(height)) for height in (100, 130, 190)] == [1, 1, 2]
+
+
+def test_words_behind_a_figure_for_the_next_page_fill_this_one() -> None:
+    after = (Paragraph("Afterwards."), Paragraph("Last."))
+    assert [_page_of(text, *_HALF, _drawn(200), *after) for text in ("ItsCaption", "Afterwards", "Last")] == [2, 1, 1]
+    # but those of another figure stay behind it
+    other = replace(_drawn(200), name="other", caption="Other")
+    assert _page_of("Afterwards", *_HALF, other, _drawn(100), Paragraph("Afterwards.")) == 2
+
+
+def test_a_figure_taller_than_a_page_ends_on_it() -> None:
+    heights = []
+
+    def visit(text: str, cm: list[float], tm: list[float], *_: object) -> None:
+        if "ItsCaption" in text:
+            heights.append(cm[3] * tm[5] + cm[5])
+
+    pages = PdfReader(io.BytesIO(render_pdf(Document("d", "s", (Section("a", (_drawn(400),)),))))).pages
+    for page in pages:
+        page.extract_text(visitor_text=visit)
+    (height,) = heights
+    assert 20 / 25.4 * 72 <= height < 100  # points above the page's foot: within its margin

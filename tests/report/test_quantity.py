@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
+import tdbsim
 from hypothesis import given
 from hypothesis import strategies as st
 
+import tdbmon
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import moment, number, rpm, short, words
+from tdbmon.quantity import moment, number, off_by, percent, rpm, short, words
 
 
 def test_a_value_has_the_digits_that_its_interval_bears() -> None:
@@ -89,3 +93,12 @@ def test_every_unit_of_an_estimate_can_be_written() -> None:
     for unit in OUTSIDE:
         text = words(Estimate(1.0, 0.5, 1.5, unit))
         assert "(" in text and not math.isnan(float(text.split()[0].replace("°", "")))
+
+
+def test_per_cent_is_written_in_one_way() -> None:
+    assert [percent(0.05), percent(0.0512, 1), percent(-0.032), percent(-1e-9)] == ["5 %", "5.1 %", "−3 %", "0 %"]
+    assert [off_by(1.012), off_by(0.97), off_by(1.0)] == ["+1.2 %", "−3.0 %", "+0.0 %"]
+    sources = [*Path(tdbmon.__file__).parent.rglob("*.py"), *Path(tdbsim.__file__).parent.rglob("*.py")]
+    assert len(sources) > 100
+    # the format of a percentage has no space before its sign
+    assert not [file.name for file in sources if re.search(r":[^{}]*\d%\}", file.read_text(encoding="utf-8"))]

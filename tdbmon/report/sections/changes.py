@@ -27,7 +27,7 @@ def section(comparison: Comparison) -> Section | None:
                 "differences",
                 "Difference of this drop from those before, in standard errors of a new drop like those before, with its"
                 " 95 % interval. Filled: changed after correction for the number of quantities. A wide interval means few"
-                " drops before, not a large change.",
+                f" drops before, not a large change.{_arrows(compared)}",
                 "A forest plot: a line for each quantity, the interval of its difference against zero.",
                 partial(differences, comparison),
             )
@@ -40,14 +40,27 @@ def section(comparison: Comparison) -> Section | None:
             " which odd ones among them do not move. “Seen from” is the smallest difference that would have been flagged with"
             " so many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
             " zero is no flag by itself: of"
-            f" {comparison.tested} quantities one in twenty does so by chance."
+            f" {comparison.tested} quantities one in twenty does so by chance. p is the chance of so large a difference where"
+            " nothing has changed, corrected for that number; a dash: told, not judged."
         )
     )
     missing = [c for c in comparison.changes if c.difference is None]
     if missing:
-        caption = "Not compared"
-        blocks.append(Table(caption, ("Quantity", "Why"), tuple(Row((c.title, c.why)) for c in missing)))
+        reasons: dict[str, list[str]] = {}
+        for change in missing:
+            reasons.setdefault(change.why, []).append(change.title)
+        rows_ = tuple(Row(("; ".join(titles), why)) for why, titles in reasons.items())
+        blocks.append(Table("Not compared", ("Quantities", "Why"), rows_))
     return Section("What differs", tuple(blocks))
+
+
+def _arrows(changes: list[Change]) -> str:
+    """Say what an arrow of the figure is; nothing where none is drawn."""
+    from tdbmon.figures.differences import REACH
+
+    of = [c.difference for c in changes if c.kind.judged and c.difference is not None]
+    beyond = any(d.error and abs(d.value) > REACH * d.error for d in of)
+    return " An arrow with a number: beyond the scale, so many standard errors." if beyond else ""
 
 
 def _cells(change: Change, level: float) -> tuple[str, ...]:

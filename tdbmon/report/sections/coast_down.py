@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import short, words
+from tdbmon.quantity import off_by, percent, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
@@ -91,9 +91,9 @@ def parting(found: Course) -> str:
             f"The speeds differ by at most {left[at]:+.2f} Hz (simulated less measured, {found.time[at]:.0f} s after the"
             " release)".replace("-", "−")
             + (
-                f" and by more than {SPEED_APART:.0%} from {found.speed_parts:.0f} s on."
+                f" and by more than {percent(SPEED_APART)} from {found.speed_parts:.0f} s on."
                 if found.speed_parts is not None
-                else f" and nowhere by more than {SPEED_APART:.0%}."
+                else f" and nowhere by more than {percent(SPEED_APART)}."
             )
         )
     said.append(
@@ -116,7 +116,7 @@ def _scalars(whole: CoastDown) -> Table:
 def _apart(measured: Estimate, simulated: Estimate) -> str:
     if not measured.value or simulated.value is None:
         return "–"
-    return _percent(simulated.value / measured.value)
+    return off_by(simulated.value / measured.value)
 
 
 def _lines(whole: CoastDown) -> Table:
@@ -141,12 +141,8 @@ def _place(line: Line | None) -> str:
 
 def _place_apart(a: Line, b: Line) -> str:
     if a.kind == "order" and a.order is not None and b.order is not None:
-        return _percent(b.order / a.order)
+        return off_by(b.order / a.order)
     return _apart(a.frequency, b.frequency)
-
-
-def _percent(ratio: float) -> str:
-    return f"{round(100 * (ratio - 1), 1) + 0.0:+.1f} %".replace("-", "−")
 
 
 def _height(line: Line | None) -> str:

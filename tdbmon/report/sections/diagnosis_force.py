@@ -11,6 +11,7 @@ from tdbsim.columns import GAP
 
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
+from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 _STRAIGHT = 0.5  # from which on a force has a line
@@ -66,7 +67,7 @@ def table(model: str, drops: Sequence[ResidualForce], ends: Sequence[str]) -> Ta
             for within in (each.fall, ~each.fall):
                 found = each.summary(e, within)
                 cells += ["–", "–"] if found is None else [f"{found.rms:.0f} N (± {found.band:.0f})", _along(found)]
-            out = f"{each.stands_out[e] * 100:.0f} %"
+            out = percent(each.stands_out[e])
             rows.append(Row((each.drop, end, *cells, out, f"{np.abs(each.simulated[e]).max():.0f} N")))
     header = ("Drop", "End", "While falling, rms", "Along", "Later, rms", "Along", "Out of band", "Contact force, peak")
     caption = (

@@ -7,6 +7,7 @@ from functools import partial
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.held_out import READINGS
 from tdbmon.diagnosis.verdict import Kind
+from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
 
 
@@ -28,7 +29,7 @@ def section(evidence: Evidence) -> Section | None:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
         said = Verdict(
-            f"The extended model takes away {proof.gain:.0%} of what the plain one leaves there beyond the noise."
+            f"The extended model takes away {percent(proof.gain)} of what the plain one leaves there beyond the noise."
             + ("" if believed else " The verdict says why it is not believed all the same."),
             "good" if believed else "attention",
         )

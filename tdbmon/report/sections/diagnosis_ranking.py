@@ -6,7 +6,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import GAINED, WRONG, WRONG_OF_LITTLE, Kind, gains_little
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.sections.diagnosis_verdict import percent
+from tdbmon.report.sections.diagnosis_verdict import probability_words
 
 
 def section(evidence: Evidence) -> Section:
@@ -26,7 +26,7 @@ def section(evidence: Evidence) -> Section:
             Row(
                 (
                     contender.words + (f" ({words})" if words else ""),
-                    percent(probability),
+                    probability_words(probability),
                     f"{contender.bic - best:.0f}" if comparable else "–",
                     contender.times_noise,
                     f"{contender.freedom:.0f}",
@@ -39,7 +39,7 @@ def section(evidence: Evidence) -> Section:
     unknown = diagnosis.verdict.kind is Kind.UNKNOWN
     if rest > 1e-3 or unknown:
         other = "something outside the catalogue" if unknown else "something that is not listed"
-        rows.append(Row((other, percent(max(rest, 0.0)), "", "", "", "")))
+        rows.append(Row((other, probability_words(max(rest, 0.0)), "", "", "", "")))
     header = ("Model", "Probability", "ΔBIC", "Residual, times noise", "Values fitted more", "Fitted to")
     blocks: list[Block] = [
         Paragraph(

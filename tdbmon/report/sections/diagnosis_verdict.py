@@ -8,6 +8,7 @@ from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import Kind
+from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
 from tdbmon.report.remarks import grouped
 
@@ -75,15 +76,15 @@ def _sentence(diagnosis: Diagnosis) -> str:
     return f"None: the plain model lacks nothing that these {drops} show."
 
 
-def percent(probability: float) -> str:
+def probability_words(probability: float) -> str:
     """Return a probability in words; none is certain and none impossible."""
     if probability > 0.99:
         return "> 99 %"
-    return "< 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
+    return "< 1 %" if probability < 0.01 else percent(probability)
 
 
 def _share(diagnosis: Diagnosis, contender: Contender) -> str:
     """Return the probability of an accused model's causes, whatever their words and orders."""
     pairs = zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True)
     accused = diagnosis.verdict.accused
-    return percent(sum(p for each, p in pairs if each in accused and each.effects == contender.effects))
+    return probability_words(sum(p for each, p in pairs if each in accused and each.effects == contender.effects))

@@ -6,7 +6,7 @@ from functools import partial
 
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import words
+from tdbmon.quantity import percent, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.sections.left_out import left_out
 
@@ -39,11 +39,27 @@ def section(analysis: Analysis) -> Section | None:
             "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
             " gap of the drawing about the same centre. Below: the settled radius less the fitted one over the angle,"
             " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
-            f" is a continuation.{left_out(analysis, circled, 'no clearance circle')}"
+            f" is a continuation.{_beyond(analysis, circled)}{left_out(analysis, circled, 'no clearance circle')}"
         )
         alt = "For each end a circle with settled positions at its bottom, and a strip of radial deviations over the angle."
         blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
     return Section("The gap", tuple(blocks))
+
+
+def _beyond(analysis: Analysis, ends: list[str]) -> str:
+    """Say how many positions lie beyond the scale of a strip; nothing where none does."""
+    from tdbmon.figures.gap_map import MIDDLE, residual_radius, strip_scale
+
+    found = {end: residual_radius(analysis, end) for end in ends}
+    scales = {end: strip_scale(residual) for end, residual in found.items()}
+    counts = {end: int(((r < scales[end][0]) | (r > scales[end][1])).sum()) for end, r in found.items()}
+    if not any(counts.values()):
+        return ""
+    told = ", ".join(f"{count} of {len(found[end])} at {end}" for end, count in counts.items())
+    return (
+        f" The residual's scale is set by the middle {percent(MIDDLE)} of the positions; triangles at its edge: those beyond"
+        f" ({told})."
+    )
 
 
 def _computed(value: float, sigma: float | None = None) -> Estimate:

@@ -10,7 +10,7 @@ from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import short
+from tdbmon.quantity import percent, short
 from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -44,7 +44,7 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
     """Return the verdict, and the alarms of earlier drops that stand beside it."""
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
-    speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {wanted.tolerance:.0%} off"
+    speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {percent(wanted.tolerance)} off"
     blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
     blocks += map(sentence, not_compared_sentences(comparison))
     blocks += standing_blocks(standing)
@@ -88,7 +88,7 @@ def _hit(comparison: Comparison) -> list[Block]:
             before = f"{short(Estimate(low, unit=unit))} to {short(Estimate(high, unit=unit))}"
         against = ""
         if change.kind.name == "stress_max_mpa" and change.estimate.value is not None:
-            against = f"{change.estimate.value / limit:.0%} of the limit, {limit * 1e-6:.0f} MPa"
+            against = f"{percent(change.estimate.value / limit)} of the limit, {limit * 1e-6:.0f} MPa"
         rows.append(Row((change.title, quantity(change.estimate), before, against or "–")))
     if not asked:
         said = (

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tdbmon.identify.natural_frequencies import ORDERS, RestingMode
-from tdbmon.quantity import words
+from tdbmon.quantity import off_by, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
@@ -77,9 +77,7 @@ def _modes(modes: Sequence[RestingMode], lines: Sequence[Line]) -> Table:
         measured, apart = "none", "–"
         if line is not None and line.frequency.value is not None and mode.frequency.value is not None:
             measured = f"{line.name}: {words(line.frequency)}"
-            apart = f"{round(100 * (mode.frequency.value / line.frequency.value - 1), 1) + 0.0:+.1f} %".replace(
-                "-", "−"
-            )
+            apart = off_by(mode.frequency.value / line.frequency.value)
         massless = "–" if mode.massless is None else f"{mode.massless:.1f} Hz"
         critical = " / ".join("–" if each is None else f"{each:.1f} Hz" for each in mode.critical)
         rows.append(Row((f"{k + 1}, {mode.direction}", words(mode.frequency), massless, measured, apart, critical)))

@@ -9,7 +9,7 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import moment, number, rpm, words
+from tdbmon.quantity import moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.sections.findings import (
     RESTITUTION,
@@ -172,7 +172,8 @@ def _against_denting(stress: Estimate) -> str:
     if stress.value is None or stress.low is None or stress.high is None:
         return words(stress)
     side = "below" if stress.high < STATIC_LIMIT else "above" if stress.low > STATIC_LIMIT else "not decided"
-    return f"{side}: {stress.value / STATIC_LIMIT:.0%} ({stress.low / STATIC_LIMIT:.0%} to {stress.high / STATIC_LIMIT:.0%})"
+    share, low, high = (percent(each / STATIC_LIMIT) for each in (stress.value, stress.low, stress.high))
+    return f"{side}: {share} ({low} to {high})"
 
 
 def _rotor_table(analysis: Analysis) -> list[Block]:
