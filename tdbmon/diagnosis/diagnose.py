@@ -27,6 +27,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
 from tdbmon.progress import Progress, silent
@@ -116,7 +117,7 @@ def diagnose(
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
         # then nobody is asked: some effect or other fits what is not there
-        mistaken = moved_mark(drops) or exchanged_ends(machine, problem)
+        mistaken = moved_mark(drops) or exchanged_ends(machine, problem) or mistaken_entry(problem)
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")

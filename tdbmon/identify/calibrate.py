@@ -29,6 +29,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.follow import followed
 from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
@@ -103,7 +104,11 @@ def fit_drops(
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
         trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
         misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
-        mistaken = exchanged_ends(machine, problem) if misfit > _LACKS else None
+        mistaken = None
+        if misfit > _LACKS:
+            progress("looking for what the machine file may have wrong")
+            plain = build_problem(machine, drops, crew)
+            mistaken = exchanged_ends(machine, plain) or mistaken_entry(plain)
     shared, _ = problem.values(point, 0)
     remarks += [*_odd_drops(fits, min(usable[-1], 0.025)), *stated_remarks(problem, point)]
     if mistaken is not None:

@@ -158,6 +158,27 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
+def entries(machine: Machine) -> tuple[Parameter, ...]:
+    """Return what a machine file states of bearings, magnets and rotor, with a tolerance or without.
+
+    Not what the catalogue of effects holds (a ring's drag, unbalance), nor exponents, which are not off by a factor.
+    """
+    found = []
+    for bearing in machine.touchdown_bearings:
+        for field, (_, _, unit) in _END.items():
+            if field != "inner_ring_drag":
+                found.append(_within(f"{bearing.name}.{field}", unit, _end_value(bearing, field)))
+        for field, (_, unit, _) in _STATED.items():
+            found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), 0.0))
+    for magnet in machine.magnetic_bearings:
+        for field, (_, unit) in _MAGNET.items():
+            found.append(_within(f"magnet {magnet.name}.{field}", unit, getattr(magnet, field)))
+    found.append(_about("rotor.elastic_modulus", "GPa", machine.rotor.elastic_modulus, 0.0))
+    if machine.rotor.speed_decay_time is not None:
+        found.append(_within("rotor.speed_decay_time", "s", machine.rotor.speed_decay_time))
+    return tuple(found)
+
+
 def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
     return tuple(
@@ -319,7 +340,11 @@ def _about(name: str, unit: str, value: float, share: float) -> Parameter:
 def _tolerated(name: str, unit: str, value: Tolerant) -> list[Parameter]:
     if value.is_exact:
         return []
-    return [Parameter(name, unit, value.nominal, value.low, value.high, (value.high - value.low) / 4)]
+    return [_within(name, unit, value)]
+
+
+def _within(name: str, unit: str, value: Tolerant) -> Parameter:
+    return Parameter(name, unit, value.nominal, value.low, value.high, (value.high - value.low) / 4)
 
 
 def _unbalance(plane: Unbalance) -> list[Parameter]:

@@ -1,0 +1,139 @@
+"""An entry of the machine file that the drops contradict.
+
+A model that fails may lack something, or be a good model of another machine: a gap given as a diameter, a stiffness off by a
+power of ten.  So each kind of entry in turn, at both ends, is freed of its tolerance.  Where the plain model then follows the
+first contacts, which it did not before, the entry is told with the value that the drops want.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tdbmon.estimate import OUTSIDE
+from tdbmon.identify.follow import FAILING
+from tdbmon.identify.least_squares import fit_or_none
+from tdbmon.identify.parameters import Parameter, entries
+from tdbmon.identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_FALL_S = 0.006  # s after the release: nothing touches
+_HORIZONS = (0.01, 0.014, 0.018)  # s, to which entries are compared
+_CONFIRMED_S = 0.022  # to which the model must follow all drops
+_SLOPES = 4  # of each fit
+_DROPS = 2  # that are looked at until one entry stands out
+_FACTOR = 10.0  # by which an entry may be wrong
+_STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the latter where the former find nothing
+_FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
+_BEHIND = 2.0  # times the least misfit: who leaves more does not go on
+_WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that an entry must take away to go on
+_LITTLE = 0.3  # times noise, which may be left all the same
+_FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
+
+
+@dataclass(frozen=True, eq=False)
+class _Try:
+    """Entries of a kind, freed of what the file says of them, and where a fit of theirs stands."""
+
+    entries: tuple[Parameter, ...]
+    problem: Problem
+    point: Array
+    misfit: float = math.inf  # squares that are left, a residual
+
+    @property
+    def holds(self) -> bool:
+        return self.misfit < FAILING * _FLOOR
+
+    def fitted(self, horizon: float) -> _Try:
+        found = fit_or_none(self.problem, self.point, horizon, _SLOPES)
+        if found is None:
+            return replace(self, misfit=math.inf)
+        return replace(self, point=found.point, misfit=found.misfit / sum(len(row) for row in found.residuals))
+
+
+def mistaken_entry(problem: Problem) -> str | None:
+    """Say which entry of the machine file, freed of its tolerance, lets the plain model follow the drops; None where none does.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the machine, with no effect that is sought.
+    """
+    few = replace(problem, drops=problem.drops[:_DROPS], own=problem.own[:_DROPS])
+    fallen = plain = _Try((), few, few.start).fitted(_FALL_S)
+    enough = {}
+    for horizon in _HORIZONS:
+        plain = plain.fitted(horizon)
+        enough[horizon] = _FLOOR + max(_WORTH * (plain.misfit - _FLOOR), _LITTLE)
+    if not _FAILS * _FLOOR < plain.misfit < math.inf:
+        return None
+    for starts in _STARTS:
+        tried = [_begun(fallen, kind, start) for kind in _kinds(problem) for start in starts]
+        best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
+        if best is not None and best.holds:
+            return _confirmed(problem, best, plain.misfit)
+    return None
+
+
+def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
+    """Say which entry it is, if the model follows all drops with it, and further."""
+    values, _ = found.problem.values(found.point, 0)
+    wanted = values[found.entries[0].name] / found.entries[0].nominal
+    held = _begun(_Try((), problem, problem.start).fitted(_FALL_S), found.entries, wanted)
+    for horizon in (*_HORIZONS, _CONFIRMED_S):
+        held = held.fitted(horizon)
+    if not held.holds:
+        return None
+    values, _ = held.problem.values(held.point, 0)
+    off = [_said(each, values[each.name]) for each in found.entries if not each.low <= values[each.name] <= each.high]
+    return (
+        f"the plain model leaves {before:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, but noise alone"
+        f" up to {_CONFIRMED_S * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
+    )
+
+
+def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
+    """Return the entries that say the same of both ends, together."""
+    kinds: dict[str, tuple[Parameter, ...]] = {}
+    for each in entries(problem.model.machine):
+        owner, _, field = each.name.rpartition(".")
+        kind = f"{owner.partition(' ')[0]} {field}" if " " in owner else field
+        kinds[kind] = (*kinds.get(kind, ()), each)
+    return list(kinds.values())
+
+
+def _begun(fallen: _Try, kind: tuple[Parameter, ...], start: float) -> _Try:
+    """Return entries that may be wrong by a factor, begun at some times what is stated; all else as a fit of the fall has it."""
+    problem = fallen.problem
+    wide = [
+        replace(p, low=p.nominal / _FACTOR, high=p.nominal * _FACTOR, sigma=math.inf, span=p.nominal)
+        for p in kind
+        if p.nominal > 0
+    ]
+    names = {each.name for each in wide}
+    stay = [k for k, p in enumerate(problem.shared) if p.name not in names]
+    shared = (*(problem.shared[k] for k in stay), *wide)
+    point = np.concatenate([fallen.point[stay], np.full(len(wide), start - 1.0), fallen.point[len(problem.shared) :]])
+    return _Try(kind, replace(problem, shared=shared), point)
+
+
+def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try]:
+    """Return those fitted to the last horizon that leave little enough at each, and are not far behind others."""
+    for horizon, most in enough.items():
+        tried = [each.fitted(horizon) for each in tried]
+        least = min((each.misfit for each in tried), default=0.0)
+        tried = [each for each in tried if each.misfit <= min(most, _BEHIND * max(least, _FLOOR))]
+    return list(tried)
+
+
+def _said(stated: Parameter, value: float) -> str:
+    factor = OUTSIDE[stated.unit]
+    unit = "" if stated.unit == "1" else f" {stated.unit}"
+    low, high = factor * stated.low, factor * stated.high
+    allowed = f"{low:.4g}" if stated.low == stated.high else f"{low:.4g} to {high:.4g}"
+    return f"{stated.name} {factor * value:.3g}{unit} instead of {allowed}"

@@ -1,0 +1,94 @@
+"""Entries of a machine file that the drops contradict, in drops of a rig program with no code of the simulator (synthetic)."""
+
+import json
+import re
+
+import pytest
+from tdbsim.machine import load_machine
+from typer.testing import CliRunner
+
+from tdbmon.cli import app
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.mistaken_entry import mistaken_entry
+from tdbmon.identify.problem import build_problem
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
+
+ANSWER = json.loads(shipped("short/answer.json").read_text())["true"]
+
+
+def written(folder, old, new, source="short"):
+    """The file of a shipped machine with an entry of both ends that is another."""
+    text = shipped(f"{source}/machine.toml").read_text()
+    assert text.count(old) == 2
+    path = folder / "machine.toml"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def records(source="short"):
+    return sorted(shipped(source).glob("drop_*.nc"))
+
+
+def said(machine_file, source="short"):
+    machine = load_machine(machine_file)
+    drops = measured_drops([read(path) for path in records(source)], machine)
+    with Crew() as crew:
+        return mistaken_entry(build_problem(machine, drops, crew))
+
+
+def values(text, name):
+    return {end: float(value) for end, value in re.findall(rf"(\w+)\.{name} (\S+)", text)}
+
+
+def test_a_gap_given_as_a_diameter_is_told_with_the_gap_that_was(tmp_path):
+    told = said(written(tmp_path, 'nominal = "250 um"', 'nominal = "500 um"'))
+    found = values(told, "radial_gap")
+    for end, true in ANSWER["ends"].items():
+        assert found[end] == pytest.approx(true["radial_gap_m"] * 1e6, rel=0.05)
+    assert "instead of 400 to 600" in told
+
+
+def test_a_friction_stated_without_tolerance_is_told(tmp_path):
+    told = said(written(tmp_path, 'friction = { nominal = 0.12, tolerance = "40 %" }', "friction = 0.35"))
+    found = values(told, "friction")
+    assert set(found) == {"NDE", "DE"}
+    for value in found.values():
+        assert value == pytest.approx(ANSWER["friction_sliding"], abs=0.02)
+    assert "instead of 0.35" in told
+
+
+def test_a_contact_stiffness_off_by_a_power_of_ten_is_told(tmp_path):
+    told = said(written(tmp_path, "contact_stiffness = 1.3e9", "contact_stiffness = 1.3e10"))
+    assert set(values(told, "contact_stiffness")) == {"NDE", "DE"}
+    assert "instead of 1.3e+10" in told
+
+
+@pytest.mark.parametrize("source", ["short", "loose"])
+def test_a_right_machine_file_is_not_blamed(source):
+    """With nothing hidden, and with a loose support, which no entry explains."""
+    assert said(shipped(f"{source}/machine.toml"), source) is None
+
+
+def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
+    """By the search a contact ten times too stiff is two wavy races, with a gain of nine tenths."""
+    machine = written(tmp_path, "contact_stiffness = 1.3e9", "contact_stiffness = 1.3e10")
+    out, report = tmp_path / "r.json", tmp_path / "r.html"
+    command = ["diagnose", str(machine), *map(str, records()), "--json", str(out), "--report", str(report)]
+    assert CliRunner().invoke(app, command, catch_exceptions=False).exit_code == 0
+    content = json.loads(out.read_text())
+    assert (content["verdict"], content["causes"]) == ("unknown", [])
+    assert "contact_stiffness" in content["why"]
+    assert "put right" in content["next_test"]
+    assert "contact_stiffness" in report.read_text()
+
+
+def test_forces_say_which_entry_is_not_to_be_trusted(tmp_path):
+    machine = written(tmp_path, 'nominal = "250 um"', 'nominal = "500 um"')
+    command = ["analyse", str(machine), str(records()[1]), "--forces"]
+    run = CliRunner().invoke(app, command, catch_exceptions=False)
+    assert run.exit_code == 0
+    told = " ".join(run.output.split())
+    assert "not to be trusted" in told
+    assert "radial_gap" in told.split("not to be trusted")[1]
