@@ -31,7 +31,7 @@ _TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
 _FASTEST_HZ = 500.0
 # surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
 # lies far beyond the gap, of the radial gap
-_FALL_SHARE, _FREE_SHARE = 0.6, 0.8
+_FALL_SHARE, _FREE_SHARE = 0.6, 0.85
 _HEAD_S = 0.02  # at the start, that shows where the shaft levitates
 _START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
 _LEAST_HEAD_S = 5e-3
@@ -49,6 +49,7 @@ _BENDING_MODES, _SAGS_HZ = (
 _SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
+_FALLS = 0.15  # of gravity: ends that fall with less all together do not fall
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
@@ -69,8 +70,8 @@ class Release:
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s; missing where a stretch without samples hides it or the probes see a fall upwards: then
-        neither force decay, states, noise nor levitated position are told.
+        From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards or
+        none: then neither force decay, states, noise nor levitated position are told.
     states : dict
         Position and velocity an end.
     noise : dict
@@ -173,8 +174,15 @@ def find_release(
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
         whirl[end] = float(whirling[rows[1]])
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
+    why = ""
     if ends and machine.gravity > 0 and all(fall[end][1] > _UPWARDS * machine.gravity + whirl[end] for end in ends):
         why = "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
+    elif ends and all(abs(fall[end][1]) < _FALLS * machine.gravity and whirl[end] == 0.0 for end in ends):
+        why = (
+            "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
+            " upright does not fall; of a horizontal one check sampling rate and sensitivities"
+        )
+    if why:
         time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
         return Release(time, decay, {}, {}, {}, fall, whirl)
     rule = f"levitated orbit and free fall joined without a jump, {which}"

@@ -38,6 +38,8 @@ _WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turn
 _GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
 _LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
 _BENDING = 0.05  # of a model's bending frequency, standard deviation
+_QUICK_HZ = 500.0  # from which on a mode does not look like gravity in a fall of some milliseconds
+_HELD = 0.2  # of the sag in a mode that does
 _SAG = 1.0  # of gravity over the square of a bending mode's angular frequency, standard deviation: the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
@@ -314,21 +316,24 @@ class ReleaseFit:
     def acceleration(self, t0: float) -> Array:
         """Acceleration a channel in the fall when it is left free, with an instant of its own near `t0`, m/s^2.
 
-        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.
+        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.  Sags that
+        spring back in modes slow enough to look like gravity are held small.
         """
         from scipy.optimize import minimize_scalar
 
         variance = self.noise(t0) ** 2
 
         noise = max(float(np.sqrt(np.mean(variance))), 1e-9)
+        sizes = np.where(np.array(self.bending_hz) > _QUICK_HZ, 1.0, _HELD) * self._sag_sizes
 
         def fitted(instant: float) -> tuple[Array, float]:
             after = np.maximum(self.t - instant, 0.0)
             levitated, sags = self._levitated(instant, 0.0), self._sags(after, 0.0)
             design = np.column_stack([*levitated, *sags, 0.5 * after**2])
-            spread = np.concatenate([np.full(len(levitated), np.inf), self._sag_sizes, [np.inf]])
-            normal = design.T @ design + np.diag((noise / spread) ** 2)
-            coefficients = np.linalg.solve(normal, design.T @ self.data.T)
+            spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
+            expected = np.zeros((len(spread), len(self.data)))
+            rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([self.data.T, expected])
+            coefficients, *_ = np.linalg.lstsq(rows, data, rcond=None)
             left = np.sum((self.data - (design @ coefficients).T) ** 2, axis=1)
             held = np.sum((coefficients[:-1] / spread[:-1, None]) ** 2)
             return coefficients[-1], float(np.sum(left / variance) + held)
