@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
@@ -13,6 +14,8 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.release import springing_back
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.forces import later_remarks
 from tdbmon.report.sections import whirl as whirl_section
 
 MACHINES = Path(__file__).parent.parent / "machines"
@@ -84,3 +87,30 @@ def test_a_shaft_that_whirls_is_not_at_rest_and_accuses_no_probe(whirling):
     for end in whirling.ends.values():
         assert end.contacts is None  # it fell 4.6 ms; the circle of the whirl told a first contact after 0.3 s
         assert "whirls" in end.unsettled or "lifts off" in end.unsettled
+
+
+def test_a_shaft_that_stands_upright_dates_no_release(expander):
+    """Nothing pulls it to the bottom: with a push it whirls, and no force that decays in seconds is made of that."""
+    upright = expander.model_copy(update={"gravity": 0.0})
+    push = ((0.01, 0.005), (0.008, -0.004))
+    plan = DropPlan(333.0, 0.3, levitated=RELEASE, sensors=SENSORS, bending=16, velocity=push)
+    record = simulate(upright, plan)
+    found = analyse(record, expander)
+    assert not found.release.time.known and not found.release.force_decay.known
+    assert "stands upright does not fall" in found.release.time.why
+    falls = [check for check in found.checks if check.check == "free fall"]
+    assert falls and all("stands upright" in check.detail for check in falls)
+    with pytest.raises(InputError, match="stands upright does not fall"):
+        measured_drop(record, expander)
+
+
+def test_forces_of_the_first_fifth_of_a_second_are_not_those_of_a_whirl_that_sets_in_later(expander):
+    """The shaft presses with 2.4 kN on E after 0.3 s, with 0.4 kN before."""
+    record = drop(expander, 2000 / 3, 0.5)
+    late = record.time.values > RELEASE + 0.2
+    assert record.normal_force.values[:, late].max() > 3 * record.normal_force.values[:, ~late].max()
+    remarks = later_remarks(measured_drop(record, expander), expander)
+    assert [remark.split(": ")[1] for remark in remarks] == ["E", "C"]
+    assert all("may be far greater later" in remark for remark in remarks)
+    slow = drop(expander, 200.0, 0.3)
+    assert later_remarks(measured_drop(slow, expander), expander) == ()
