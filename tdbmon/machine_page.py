@@ -64,6 +64,9 @@ exponents, the elastic modulus.
 
 ## Directions
 
+The shaft is horizontal: all that is told of a drop rests on its fall, and one that stands upright does not fall (its run-down
+alone is told, from a file without probes).
+
 Look at the rotor from one end, always the same: *x* to the right, *y* up, gravity along −*y*. Angles count from +*x* towards
 +*y*; `rotation = "ccw"` turns that way. A probe's `angle` is the direction in which the shaft moves when its reading, in
 displacement, grows: usually that in which the probe sits as seen from the shaft (45° for the X probe 45° right of the
@@ -141,7 +144,11 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
     Machine: {
         "name": Key("heading", "Name of the machine; drops are only compared with drops of the same name"),
         "rotation": Key("analyse", '`"ccw"` or `"cw"`, from +*x* towards +*y* or against it'),
-        "gravity": Key("analyse", "Local gravity"),
+        "gravity": Key(
+            "analyse",
+            "Local gravity, for a horizontal shaft. Of an inclined one the part across it, 9.81 m/s² times the cosine of the"
+            " inclination; less than 1 m/s² is refused: a shaft that stands upright does not fall onto its bearings",
+        ),
         "mains": Key("analyse", "Mains frequency: its lines are told apart from the rotor's"),
         "rotor": Key("analyse", "Table, below"),
         "magnetic_bearing": Key("forces", "Tables, below; two for whatever simulates"),

@@ -73,6 +73,7 @@ def test_a_number_is_already_si():
         ('nominal = "1.31e+08 N/m"', 'nominal = "1.31e+05 N/m"', "yields by 4e+03 um under half of the rotor's weight"),
         ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "stands upright does not fall"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
     ],
 )

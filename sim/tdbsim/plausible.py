@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from tdbsim.machine import Machine, Rotor, Tolerant, TouchdownBearing
 
 _STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
+# m/s^2 across the shaft: one that stands upright to some 6 deg does not fall onto its touchdown bearings
+_LEAST_GRAVITY = 1.0
 
 
 def check_plausible(machine: Machine) -> None:
@@ -23,6 +25,12 @@ def check_plausible(machine: Machine) -> None:
     """
     if machine.gravity > _STRONGEST_GRAVITY:
         raise InputError(f"gravity {machine.gravity:g} m/s^2 is none on earth (9.81 m/s^2); check its unit")
+    if machine.gravity < _LEAST_GRAVITY:
+        raise InputError(
+            f"gravity {machine.gravity:g} m/s^2: a shaft that stands upright does not fall onto its touchdown bearings, and what"
+            " is told of a drop rests on that fall; only horizontal shafts are covered (inclined ones by 9.81 m/s^2 times the"
+            " cosine of the inclination). For the run-down alone, which takes no fall, leave out gravity and all [[probe]] tables"
+        )
     _check_rotor(machine.rotor)
     for bearing in machine.touchdown_bearings:
         where = f"touchdown_bearing '{bearing.name}'"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.modes import free_free, supported
+from tdbsim.modes import supported
 from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
 from tdbmon.analysis.axes import to_planes
@@ -22,7 +22,7 @@ from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import split_phases
-from tdbmon.analysis.release import Release, release_of
+from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.returned import returned
@@ -30,7 +30,7 @@ from tdbmon.analysis.rundown import RunDown, fit_rundown
 from tdbmon.analysis.set_point import check_set_point
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing, predicted_swing
-from tdbmon.analysis.whirl import Whirl, find_whirl
+from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
@@ -92,9 +92,10 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         checks += check_free_fall(release, machine) + check_probe_scales(release, machine)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
-    checks += check_orientation(planes, *sound, released, back, checks)
+    drawn = _drawn_whirl(planes, machine, released)
+    checks += check_orientation(planes, *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn)
     if release is not None:
         checks += check_set_point(ends, release, machine)
 
@@ -135,7 +136,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         angle=angle,
         waterfall=_spectra(seen),
         lines=lines,
-        whirl=_whirl(planes, machine, ends, released),
+        whirl=_whirl(planes, machine, ends, released, drawn),
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
 
@@ -242,8 +243,8 @@ def _speed_only(
 def _release(
     planes: xr.Dataset, record: xr.Dataset, machine: Machine, rotor: RotorModel, speed: _Speed, checks: list[Check]
 ) -> Release | None:
-    bending = float(free_free(rotor, 1).frequencies[2])
-    release = release_of(*freed(without_flat_tops(record, machine), machine), planes, speed.before(None), bending)
+    sound = freed(without_flat_tops(record, machine), machine)
+    release = release_of(*sound, planes, speed.before(None), springing_back(rotor))
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
@@ -311,11 +312,22 @@ def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[
     return bands + list(zip(names, lowest, highest, strict=True))
 
 
+def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:
+    """Whirl of the ends that are seen, by the drawing: what goes right round does not rest, and tells no circle at rest."""
+    start = float(planes.time[0]) if released is None else released
+    seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
+    return {end: whirl_about_drawing(planes, machine, end, start) for end in seen}
+
+
 def _whirl(
-    planes: xr.Dataset, machine: Machine, ends: dict[str, EndResult], released: float | None
+    planes: xr.Dataset,
+    machine: Machine,
+    ends: dict[str, EndResult],
+    released: float | None,
+    drawn: dict[str, Whirl],
 ) -> dict[str, Whirl]:
     start = float(planes.time[0]) if released is None else released
-    out = {}
+    out = dict(drawn)
     for end, result in ends.items():
         gap = result.gap
         if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:

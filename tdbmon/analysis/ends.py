@@ -10,18 +10,20 @@ from tdbsim.machine import Machine
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.contacts import Contacts, find_contacts
-from tdbmon.analysis.gap import Gap, NoCircle, fit_gap, settled_from
+from tdbmon.analysis.gap import SETTLED_S, Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.rest import RestTravel, rest_travel
 from tdbmon.analysis.result import EndResult
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, find_swing
+from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import um
 from tdbmon.record.quality import Check
 
 _CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
+_WHIRLS = "the shaft whirls round its clearance to {last:.4g} s, {left:.2g} s before the record ends, and does not rest"
 _NOT_LYING = "the shaft does not lie on its bearing when the record ends (see rest at the bottom)"
 
 
@@ -32,6 +34,7 @@ def analyse_ends(
     released: float | None,
     back: Mapping[str, str],
     checks: list[Check],
+    whirl: Mapping[str, Whirl],
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -47,11 +50,20 @@ def analyse_ends(
         What `tdbmon.analysis.returned.returned` says of each end.
     checks : list of Check
         Gets whether the radius from the arc is that from the swing.
+    whirl : mapping
+        Whirl of the ends that are seen: pressed by its own swing, the shaft lies deeper than at rest, and settles after it only.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
     seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
-    settled = {end: settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start) for end in seen}
+    settled = {
+        end: _after_whirl(
+            settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start),
+            whirl[end].last_s,
+            float(planes.time[-1]),
+        )
+        for end in seen
+    }
     swing = None
     times = [s for s in settled.values() if not isinstance(s, NoCircle)]
     if len(times) == len(machine.ends):
@@ -104,6 +116,13 @@ def analyse_ends(
             _deepest(planes, end, circle, start, contacts),
         )
     return ends, swing
+
+
+def _after_whirl(settled: float | NoCircle, whirled: float, last: float) -> float | NoCircle:
+    """Return from when the shaft lies on the ring and whirls no more, s."""
+    if isinstance(settled, NoCircle) or whirled <= settled:
+        return settled
+    return whirled if last - whirled >= SETTLED_S else NoCircle(_WHIRLS.format(last=whirled, left=last - whirled))
 
 
 def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:

@@ -19,6 +19,7 @@ _ACROSS = 1 / 3
 _APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), rarely both and apart
 _SURE = 1.96  # standard deviations of it: the interval excludes that both read alike
 _ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
+_UPRIGHT = 0.15  # of gravity: less is no fall
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
@@ -98,6 +99,11 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
 def _suspects(share: float, machine: Machine, end: str) -> str:
     """Return what would make an end fall with this share of gravity, and so what to look at."""
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
+    if abs(share) < _UPRIGHT:
+        return (
+            f"a shaft that stands upright does not fall, and only horizontal ones are covered; of a horizontal one check sampling"
+            f" rate and unit of the time, and sensitivity and angle of {names}"
+        )
     if share <= 0:
         return f"check sign of the sensitivity and angle of {names}"
     times = f"times {_stretch(math.sqrt(1 / share))} would do that (check sampling rate and unit of the time)"

@@ -30,7 +30,7 @@ _LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the sw
 _PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
 _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
-_SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
+SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
 _FEWEST = 6  # bins of angle for a circle
 _RATE_HZ = 2500.0
 _BIN_DEG = 3.0
@@ -172,7 +172,7 @@ def settled_from(
     inside = circle[2] - np.hypot(*(xy - circle[:2]).T)
     lifted = np.flatnonzero((inside > _BOUNCE_SHARE * nominal) & (time > start))
     settled = float(time[min(lifted[-1] + 1, len(time) - 1)]) if lifted.size else start
-    if time[-1] - settled >= _SETTLED_S:
+    if time[-1] - settled >= SETTLED_S:
         return settled
     left = f"{max(time[-1] - settled, 0.0):.2g} s before the record ends"
     if lifted.size:
@@ -181,7 +181,7 @@ def settled_from(
         )
     else:
         left = f"the shaft is seen from {start:.4g} s on only, {left}"
-    return NoCircle(f"{left}; a clearance circle takes {_SETTLED_S:g} s on the ring")
+    return NoCircle(f"{left}; a clearance circle takes {SETTLED_S:g} s on the ring")
 
 
 def _too_vague(settled: float, last: float, sigma: float) -> str:

@@ -14,6 +14,7 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.analysis.returned import BOUNCING_S, at_rest
+from tdbmon.analysis.whirl import Whirl
 from tdbmon.record.finding import Check
 
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
@@ -26,6 +27,7 @@ def check_orientation(
     release_s: float | None,
     back: Mapping[str, str],
     checks: Sequence[Check] = (),
+    whirl: Mapping[str, Whirl] | None = None,
 ) -> list[Check]:
     """Check the rest position of each end.
 
@@ -42,11 +44,13 @@ def check_orientation(
         What `returned` says of each end.
     checks : sequence of Check
         Of the channels: an end with a probe out of its range or cut off is not accused, for that says where to look first.
+    whirl : mapping, optional
+        Whirl of the ends: one that whirls when the record ends is not at rest.
 
     Returns
     -------
     list of Check
-        One row an end; a failed one names the likely cause.  None where the record ends before the shaft can be at rest.
+        One row an end; a failed one names the likely cause.  None where the record ends before the shaft is at rest.
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
@@ -63,6 +67,8 @@ def check_orientation(
             continue
         tail = at_rest(time, xy, start)
         if not np.isfinite(tail).any():
+            continue
+        if whirl is not None and end in whirl and whirl[end].last_s > time[-tail.shape[1]]:
             continue
         rest = np.nanmean(tail, axis=1)
         row = _rest_row(end, rest, record, machine, release_s, len(tail[0]))

@@ -3,17 +3,20 @@
 Before it the shaft stands in its levitated orbit: a constant and once per revolution, with twice per revolution and the
 mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.  After it the rotor falls
 freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the magnetic bearings
-springs back in the first bending mode.  Position and velocity do not jump.  `tdbmon.analysis.release_fit` joins the two.
+springs back in the lowest bending modes.  Position and velocity do not jump.  `tdbmon.analysis.release_fit` joins the two.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
+from tdbsim.modes import free_free
+from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.missing_stretches import said
@@ -27,7 +30,9 @@ _CLEAR_S = 0.012  # before the orbit is left: surely levitated
 _TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
 _TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
 _FASTEST_HZ = 500.0
-_FALL_SHARE = 0.6  # of the way from levitation to the first turning point: surely free of contact
+# surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
+# lies far beyond the gap, of the radial gap
+_FALL_SHARE, _FREE_SHARE = 0.6, 0.85
 _HEAD_S = 0.02  # at the start, that shows where the shaft levitates
 _START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
 _LEAST_HEAD_S = 5e-3
@@ -38,8 +43,14 @@ _DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far w
 _LEFT = 0.2  # the same: it has left its orbit
 _LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
 _UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
+_BENDING_MODES, _SAGS_HZ = (
+    4,
+    1000.0,
+)  # above, gravity over the square of a mode's angular frequency is a quarter of a micrometre
+_SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
+_FALLS = 0.15  # of gravity: ends that fall with less all together do not fall
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
@@ -60,8 +71,8 @@ class Release:
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s; missing where a stretch without samples hides it or the probes see a fall upwards: then
-        neither force decay, states, noise nor levitated position are told.
+        From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards or
+        none: then neither force decay, states, noise nor levitated position are told.
     states : dict
         Position and velocity an end.
     noise : dict
@@ -90,7 +101,7 @@ class Release:
 
 
 def find_release(
-    planes: xr.Dataset, machine: Machine, speed_hz: float | None, bending_hz: float | None = None
+    planes: xr.Dataset, machine: Machine, speed_hz: float | None, bending_hz: Sequence[float] = ()
 ) -> Release | None:
     """Find the release.
 
@@ -102,8 +113,8 @@ def find_release(
         For gravity and the mains frequency.
     speed_hz : float or None
         Rotor speed before the release; None where it is not known (then the levitated orbit has to tell it).
-    bending_hz : float, optional
-        First free-free bending frequency of the rotor, in which the levitated sag springs back.
+    bending_hz : sequence of float, optional
+        Of the free rotor's bending modes in which the levitated sag springs back (`springing_back`).
 
     Returns
     -------
@@ -138,7 +149,8 @@ def find_release(
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
     turning = _turning_speed(t[clear], data[:, clear], speed_hz, mains)
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, bending_hz)
+    sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
+    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags)
     best = fit.search(time[start] - _CLEAR_S, time[start] + 0.004)
     if best.time < t[0]:
         return None
@@ -163,8 +175,15 @@ def find_release(
         fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
         whirl[end] = float(whirling[rows[1]])
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
+    why = ""
     if ends and machine.gravity > 0 and all(fall[end][1] > _UPWARDS * machine.gravity + whirl[end] for end in ends):
         why = "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
+    elif ends and all(abs(fall[end][1]) < _FALLS * machine.gravity and whirl[end] == 0.0 for end in ends):
+        why = (
+            "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
+            " upright does not fall; of a horizontal one check sampling rate and sensitivities"
+        )
+    if why:
         time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
         return Release(time, decay, {}, {}, {}, fall, whirl)
     rule = f"levitated orbit and free fall joined without a jump, {which}"
@@ -185,6 +204,12 @@ def find_release(
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     return Release(when, decay, states, noise, levitated, fall, whirl, shares)
+
+
+def springing_back(rotor: RotorModel) -> tuple[float, ...]:
+    """Return the frequencies of the free rotor's bending modes whose sag shows in a fall, Hz: the first, and others as low."""
+    first, *others = free_free(rotor, _BENDING_MODES).frequencies[2:].tolist()
+    return (first, *(hz for hz in others if hz < _SAGS_HZ))
 
 
 def _shares(
@@ -213,7 +238,7 @@ def _shares(
 
 
 def release_of(
-    record: xr.Dataset, machine: Machine, planes: xr.Dataset, speed_hz: float | None, bending_hz: float | None = None
+    record: xr.Dataset, machine: Machine, planes: xr.Dataset, speed_hz: float | None, bending_hz: Sequence[float] = ()
 ) -> Release | None:
     """Find the release; where samples are missing about it, by an end whose own probes miss none there.
 
@@ -367,7 +392,7 @@ def _rough(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tupl
         back = np.flatnonzero(tail < farthest - orbit[row] - 2e-6)
         bottom = farthest[back[0]] if back.size else farthest[-1]
         if row % 2 == 1 or not np.isfinite(stop):  # sideways nothing falls
-            stop = min(stop, left + int(np.argmax(tail > _FALL_SHARE * bottom)))
+            stop = min(stop, left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
     if not np.isfinite(free) or free < lead:
         return None
     return int(free), max(int(stop), int(free) + 4)

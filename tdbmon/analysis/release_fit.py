@@ -1,7 +1,7 @@
 """The laws before and after a release, fitted to both ends: the orbit in levitation, and the fall that grows out of it.
 
 Where the magnetic force dies away as exp(-t/T) instead of at once, what it held is let go as 1 - exp(-t/T): weight, the
-turning of the shaft about its inertia axis, and the sag in the first bending mode alike.  An acceleration exp(s t) from rest
+turning of the shaft about its inertia axis, and the sag in the lowest bending modes alike.  An acceleration exp(s t) from rest
 is the path (exp(s t) - 1 - s t) / s^2, so all of it is closed.  With the instant t0 and T given, the rest is linear.
 
 A probe that errs at one end must not date the release: each end counts by what its own best law leaves in the fall, the
@@ -38,7 +38,9 @@ _WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turn
 _GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
 _LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
 _BENDING = 0.05  # of a model's bending frequency, standard deviation
-_SPRINGS = 3e-6  # m, standard deviation: of the sag that springs back
+_QUICK_HZ = 500.0  # from which on a mode does not look like gravity in a fall of some milliseconds
+_HELD = 0.2  # of the sag in a mode that does
+_SAG = 1.0  # of gravity over the square of a bending mode's angular frequency, standard deviation: the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
 
@@ -68,8 +70,10 @@ class ReleaseFit:
         Position of n ends, x and y in turn, m; y points up.
     gravity : float
         m/s^2.
-    speed_hz, mains_hz, bending_hz : float or None
-        Of the shaft, of the hum, and of the free rotor's first bending mode; None for what is not fitted.
+    speed_hz, mains_hz : float or None
+        Of the shaft and of the hum; None for what is not fitted.
+    bending_hz : sequence of float
+        Of the free rotor's bending modes that spring back.
     variance : (2 n,) array or None
         By which the squares of each row count, m^2; None for all alike.
     """
@@ -79,7 +83,7 @@ class ReleaseFit:
     gravity: float
     speed_hz: float | None
     mains_hz: float | None
-    bending_hz: float | None
+    bending_hz: Sequence[float] = ()
     variance: Array | None = None
 
     @property
@@ -312,18 +316,27 @@ class ReleaseFit:
     def acceleration(self, t0: float) -> Array:
         """Acceleration a channel in the fall when it is left free, with an instant of its own near `t0`, m/s^2.
 
-        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.
+        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.  Sags that
+        spring back in modes slow enough to look like gravity are held small.
         """
         from scipy.optimize import minimize_scalar
 
         variance = self.noise(t0) ** 2
 
+        noise = max(float(np.sqrt(np.mean(variance))), 1e-9)
+        sizes = np.where(np.array(self.bending_hz) > _QUICK_HZ, 1.0, _HELD) * self._sag_sizes
+
         def fitted(instant: float) -> tuple[Array, float]:
             after = np.maximum(self.t - instant, 0.0)
-            design = np.column_stack([*self._levitated(instant, 0.0), 0.5 * after**2])
-            coefficients, *_ = np.linalg.lstsq(design, self.data.T, rcond=None)
+            levitated, sags = self._levitated(instant, 0.0), self._sags(after, 0.0)
+            design = np.column_stack([*levitated, *sags, 0.5 * after**2])
+            spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
+            expected = np.zeros((len(spread), len(self.data)))
+            rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([self.data.T, expected])
+            coefficients, *_ = np.linalg.lstsq(rows, data, rcond=None)
             left = np.sum((self.data - (design @ coefficients).T) ** 2, axis=1)
-            return coefficients[-1], float(np.sum(left / variance))
+            held = np.sum((coefficients[:-1] / spread[:-1, None]) ** 2)
+            return coefficients[-1], float(np.sum(left / variance) + held)
 
         grid = np.arange(max(t0 - _ANEW_S, self.t[0] + _STEP_S), min(t0 + _ANEW_S, self.t[-1] - 2 * _STEP_S), _STEP_S)
         near = min(grid, key=lambda instant: fitted(instant)[1])
@@ -339,20 +352,25 @@ class ReleaseFit:
         expect.  The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its
         frequency in two, which beat.  A model's bending frequency is not exact.  None where speed or bending are not known.
         """
-        if not self.speed_hz or not self.bending_hz:
+        if not self.speed_hz or len(self.bending_hz) == 0:
             return None
-        found, sigma = self._freed(t0, decay, self.bending_hz)
-        others = [self._freed(t0, decay, share * self.bending_hz)[0] for share in (1 - _BENDING, 1 + _BENDING)]
+        found, sigma = self._freed(t0, decay)
+        others = [
+            replace(self, bending_hz=[share * hz for hz in self.bending_hz])._freed(t0, decay)[0]
+            for share in (1 - _BENDING, 1 + _BENDING)
+        ]
         return found, np.hypot(sigma, (others[1] - others[0]) / 2)
 
-    def _freed(self, t0: float, decay: float, bending_hz: float) -> tuple[Array, float]:
-        """Acceleration of `free_fall` for a bending frequency, and what noise and misfit leave unsure of it."""
-        after, w = np.maximum(self.t - t0, 0.0), 2 * np.pi * bending_hz
-        levitated, free = self._levitated(t0, decay), self._free(t0, decay, bending_hz)
+    def _freed(self, t0: float, decay: float) -> tuple[Array, float]:
+        """Acceleration of `free_fall` for the bending frequencies, and what noise and misfit leave unsure of it."""
+        after = np.maximum(self.t - t0, 0.0)
+        levitated, free = self._levitated(t0, decay), self._free(t0, decay)
         orbit = max(_GOES_ON * float(np.hypot(*self._solve(t0)[0][1:3]).max()), _LEAST_ORBIT)
-        beat = np.sin(w * after) - w * after * np.cos(w * after)
-        design = np.column_stack([*levitated, *free, beat, _let_go(0j, after, decay).real])
-        spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit, _SPRINGS, _SPRINGS, np.inf]])
+        phases = [2 * np.pi * hz * after for hz in self.bending_hz]
+        beats = [np.sin(phase) - phase * np.cos(phase) for phase in phases]
+        design = np.column_stack([*levitated, *free, *beats, _let_go(0j, after, decay).real])
+        sizes = self._sag_sizes
+        spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit], sizes, sizes, [np.inf]])
         noise = max(float(np.sqrt(np.mean(self.noise(t0) ** 2))), 1e-9)
         normal = design.T @ design + np.diag((noise / spread) ** 2)
         fitted = np.linalg.solve(normal, design.T @ self.data.T)
@@ -363,7 +381,7 @@ class ReleaseFit:
         return np.asarray(fitted[-1]), sigma
 
     def _solve(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
-        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay, self.bending_hz))
+        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))
         fall = -scale * self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
         target = self.data - np.where(self.vertical[:, None], fall, 0.0)
         # normal equations: solved hundreds of times a search, and the columns are of one scale
@@ -390,7 +408,12 @@ class ReleaseFit:
             columns += [wave.real, wave.imag]
         return columns
 
-    def _free(self, t0: float, decay: float, bending_hz: float | None) -> list[Array]:
+    @property
+    def _sag_sizes(self) -> Array:
+        """Standard deviation of the sag in each bending mode, m."""
+        return _SAG * self.gravity / (2 * np.pi * np.array(self.bending_hz, dtype=float)) ** 2
+
+    def _free(self, t0: float, decay: float) -> list[Array]:
         """Columns of the free motion besides the fall, each starting with neither displacement nor velocity."""
         after = np.maximum(self.t - t0, 0.0)
         columns = []
@@ -398,9 +421,14 @@ class ReleaseFit:
             s = 2j * np.pi * self.speed_hz
             turning = s**2 * _let_go(s, after, decay)
             columns += [turning.real, turning.imag]
-        if bending_hz:
-            # x'' + w^2 x = w^2 exp(-t/T) from x = 1 at rest, less that 1
-            w = 2 * np.pi * bending_hz
+        return columns + self._sags(after, decay)
+
+    def _sags(self, after: Array, decay: float) -> list[Array]:
+        """Columns of the sag that springs back in each bending mode, from 1 at rest, less that 1."""
+        columns = []
+        for hz in self.bending_hz:
+            # x'' + w^2 x = w^2 exp(-t/T)
+            w = 2 * np.pi * hz
             share = (w * decay) ** 2 / (1 + (w * decay) ** 2)
             sag = (1 - share) * np.cos(w * after) - 1
             if decay > 0:

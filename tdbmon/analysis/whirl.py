@@ -10,24 +10,26 @@ whole turns about the clearance centre:
   bounces its way round flies along chords).
 
 An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.  Its times are those of
-the longest run of quarter turns that take no more than twice the usual time.
+the longest run of quarter turns without a slow one: in its first and last turn, where a swing may be, one that takes more than
+twice the usual time, between them more than four times, since on a path that is not round they take unequal ones.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 from tdbsim.errors import InputError
+from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
 
 _FULL, _BACKWARD = 0.8, 0.5  # of the gap
 _TURN, _BACK = 2 * np.pi, np.pi / 2
 _QUARTERS = 4  # in a turn
-_SLOW = 2.0  # times the usual quarter turn's time
+_SLOW, _STOPS = 2.0, 4.0  # times the usual quarter turn's time: at the ends of an advance, and within it
 _RATE_HZ = 2500.0  # of the samples looked at
 _RULE = "begin of the advance, by the rule of a whole turn"
 
@@ -43,12 +45,15 @@ class Advance:
         Positive with the rotation.
     frequency : Estimate
         Turns a second, Hz.
+    until_s : float
+        When the shaft turned back or left the limit, s: not before `end_s`.
     """
 
     start_s: float
     end_s: float
     turns: float
     frequency: Estimate
+    until_s: float
 
     @property
     def duration_s(self) -> float:
@@ -70,6 +75,10 @@ class Whirl:
         Duration of the longest; 0 where there is none.
     frequency : Estimate
         Of the longest advance of either kind, Hz.
+    last_s : float
+        When the shaft went round last, s; minus infinity where it did not.
+    drawn : bool
+        Whether it was told about the drawing's gap and the probes' zero, for want of a clearance circle.
     """
 
     backward: bool
@@ -79,6 +88,14 @@ class Whirl:
     backward_longest_s: float
     full_longest_s: float
     frequency: Estimate
+    last_s: float
+    drawn: bool = False
+
+
+def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float = -np.inf) -> Whirl:
+    """Judge the whirl of an end by the machine file's gap about the probes' zero, as far as no clearance circle is known."""
+    gap = machine.bearing(end).radial_gap.nominal
+    return replace(find_whirl(planes, end, (0.0, 0.0), gap, machine.sense, start_s), drawn=True)
 
 
 def find_whirl(
@@ -121,6 +138,7 @@ def find_whirl(
         backward_longest_s=max((a.duration_s for a in backward), default=0.0),
         full_longest_s=max((a.duration_s for a in full), default=0.0),
         frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
+        last_s=max((a.until_s for a in full + backward), default=-np.inf),
     )
 
 
@@ -184,7 +202,9 @@ def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
         np.searchsorted(to_come, np.arange(int(quarters[-1] + 1e-9) + 1), side="right").clip(max=len(time) - 1)
     ]
     taken = np.diff(passed)
-    slow = np.flatnonzero(taken > _SLOW * np.median(taken))
+    most = np.full(len(taken), _STOPS)
+    most[:_QUARTERS] = most[-_QUARTERS:] = _SLOW
+    slow = np.flatnonzero(taken > most * np.median(taken))
     begins, ends = np.append(0, slow + 1), np.append(slow, len(taken))
     longest = int(np.argmax(ends - begins))
     first, last = int(begins[longest]), int(ends[longest])
@@ -198,7 +218,7 @@ def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
     else:
         half = float(stdtrit(len(rates) - 1, 0.975) * np.std(rates, ddof=1) / np.sqrt(len(rates)))
         frequency = Estimate(mean, mean - half, mean + half, "Hz", "turns over their time; scatter of the turns")
-    return Advance(start, end, float(way * turns), frequency)
+    return Advance(start, end, float(way * turns), frequency, float(time[-1]))
 
 
 def _onset(advances: list[Advance], why: str) -> Estimate:

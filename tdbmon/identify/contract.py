@@ -215,7 +215,7 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     """Return the forces and stresses of a drop as lines of text."""
     lines = [f"fitted model: {calibration.misfit:.2f} times the noise is left of the first contacts"]
     for name, end in forces.ends.items():
-        lines.append(f"{name}  (fitted model)")
+        lines.append(f"{name}  (fitted model, first {forces.seconds:g} s)")
         lines.append(f"  {'peak force on the ring':<24}{end.peak}")
         lines.append(f"  {'peak stress of a ball':<24}{end.stress.greatest}")
         lines.append(f"  {'ring at speed after':<24}{end.ring_at_speed}")

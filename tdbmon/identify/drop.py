@@ -143,12 +143,11 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, ends
         before the first contacts are over, or has a hole in its time axis before.
     """
-    from tdbsim.modes import free_free
     from tdbsim.rotor import build_rotor
 
     from tdbmon.analysis.axes import to_planes
     from tdbmon.analysis.free_fall import check_free_fall
-    from tdbmon.analysis.release import release_of
+    from tdbmon.analysis.release import release_of, springing_back
     from tdbmon.analysis.returned import returned
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
@@ -178,7 +177,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
     rough = _speed_before(laid)
-    bending = float(free_free(build_rotor(machine), 1).frequencies[2])
+    bending = springing_back(build_rotor(machine))
     found = release_of(seen, upright, to_planes(seen, upright, names), rough, bending)
     if found is None:
         raise InputError(

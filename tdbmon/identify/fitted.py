@@ -14,7 +14,7 @@ from tdbmon.identify.agreement import Agreement, agreement
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.coast_down import CoastDown, coast_down
-from tdbmon.identify.forces import DropForces, forces_of
+from tdbmon.identify.forces import DropForces, forces_of, later_remarks
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
 from tdbmon.progress import Progress
@@ -87,6 +87,8 @@ def fit_drop(
         If a record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
     """
     calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
+    later = [remark for drop in calibration.problem.drops for remark in later_remarks(drop, machine)]
+    calibration = replace(calibration, remarks=(*calibration.remarks, *later))
     progress("simulating the forces")
     first, *others = forces_of(calibration)
     return FittedDrop(calibration, first, others=tuple(others))

@@ -2,8 +2,8 @@
 
 An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is
 a curve with a band.  Trajectories with impacts part exponentially: from where the members have parted, a curve would say
-nothing, and the history ends.  A peak force is the greatest of a member's whole drop, so that its interval holds what
-comes after.
+nothing, and the history ends.  A peak force is the greatest of all that is simulated of a member, so that its
+interval holds what comes after within that time; of a shaft that goes farther out still later `later_remarks` tells.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
 from tdbmon.quantity import percent
+from tdbmon.record.finding import um
 
 Array = NDArray[np.float64]
 
@@ -40,6 +41,7 @@ SECONDS = 0.2  # after the release
 _MEMBERS = 32
 _PARTED = 0.1  # of the gap, standard deviation of the members' places: from there on they have parted
 _FINER = 0.5  # times the usual step, which makes peaks 0.7 % too great
+_FARTHER = 0.15  # of the gap: a shaft that goes so much farther out presses harder
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 _APART_S = 2e-4  # s without force that part two contacts
@@ -205,6 +207,39 @@ def forces_of(
             }
             found.append(DropForces(measured.name, seconds, len(kept), ends))
     return tuple(found)
+
+
+def later_remarks(measured: MeasuredDrop, machine: Machine, seconds: float = SECONDS) -> tuple[str, ...]:
+    """Say of which ends the shaft goes farther out after the time that forces are told of: whirl that sets in late, say.
+
+    Parameters
+    ----------
+    measured : MeasuredDrop
+    machine : Machine
+    seconds : float
+        After the release.
+    """
+    since = measured.time - measured.release
+    remarks = []
+    for end in machine.ends:
+        rows = [row for row, probe in enumerate(measured.probes) if probe.end == end]
+        axes = np.array([measured.probes[row].angle for row in rows])
+        if len(rows) < 2:
+            continue
+        x, y = np.linalg.lstsq(np.column_stack([np.cos(axes), np.sin(axes)]), measured.reading[rows], rcond=None)[0]
+        out = np.hypot(x, y)
+        within, later = out[(since > 0) & (since <= seconds)], out[since > seconds]
+        if not np.isfinite(within).any() or not np.isfinite(later).any():
+            continue
+        farthest, before = float(np.nanmax(later)), float(np.nanmax(within))
+        if farthest > before + _FARTHER * machine.bearing(end).radial_gap.nominal:
+            at = float(since[since > seconds][np.nanargmax(later)])
+            remarks.append(
+                f"{measured.name}: {end}: {at:.3g} s after the release the shaft is {um(farthest)} from the probes' zero,"
+                f" within the {seconds:g} s that are simulated {um(before)} at most: forces and stresses are those of these"
+                f" {seconds:g} s, and may be far greater later (see whirl)"
+            )
+    return tuple(remarks)
 
 
 def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:

@@ -22,7 +22,7 @@ def hardest(drop: DropForces) -> tuple[Row, ...]:
     """Return the greatest force and stress of each end as rows."""
     ends = drop.ends.values()
     return (
-        Row(("Greatest normal force on the ring", *(words(end.peak) for end in ends))),
+        Row((f"Greatest normal force on the ring, first {drop.seconds:g} s", *(words(end.peak) for end in ends))),
         Row(("Greatest Hertz stress of a ball", *(words(end.stress.greatest) for end in ends))),
     )
 

@@ -20,7 +20,7 @@ def section(analysis: Analysis) -> Section | None:
         )
     ]
     if not analysis.whirl:
-        blocks.append(Paragraph("It could not be looked for: no clearance circle was found."))
+        blocks.append(Paragraph("It could not be looked for: no end is seen by two probes."))
         return Section("Whirl", tuple(blocks))
     rows = tuple(
         Row(
@@ -36,6 +36,14 @@ def section(analysis: Analysis) -> Section | None:
     )
     header = ("End", "Backward whirl", "Right round the ring, in either sense", "Frequency of the longest")
     blocks.append(Table("Whirl after the release (times from the record's first sample)", header, rows))
+    drawn = [end for end, w in analysis.whirl.items() if w.drawn]
+    if drawn:
+        blocks.append(
+            Paragraph(
+                f"At {' and '.join(drawn)} no clearance circle was found: the gap of the drawing about the probes' zero"
+                " took its place."
+            )
+        )
     return Section("Whirl", tuple(blocks))
 
 
