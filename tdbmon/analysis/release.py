@@ -43,10 +43,8 @@ _DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far w
 _LEFT = 0.2  # the same: it has left its orbit
 _LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
 _UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
-_BENDING_MODES, _SAGS_HZ = (
-    4,
-    1000.0,
-)  # above, gravity over the square of a mode's angular frequency is a quarter of a micrometre
+# bending modes that may spring back, and up to which frequency: there gravity over its square is a quarter of a micrometre
+_BENDING_MODES, _SAGS_HZ = 4, 1000.0
 _SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
