@@ -135,7 +135,7 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     (HeatMaterial, "`race` and `ball` of `[touchdown_bearing.heat]`", ""),
     (Probe, "`[[probe]]`", "The displacement probes: four for everything, two of one end for that end."),
     (SpeedSignal, "`[speed]`", "Optional; without it the keyphasor gives the speed."),
-    (Keyphasor, "`[keyphasor]`", "Optional: one pulse a revolution."),
+    (Keyphasor, "`[keyphasor]`", "Optional: one pulse a revolution, or the pulses of a toothed wheel."),
 )
 
 _ASK_MAKER = "housing drawing, FE model or a hammer test of the pedestal"
@@ -360,6 +360,11 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             "analyse",
             "Of the mark on the shaft at the instant of the edge: where the probe sits, from +*x*."
             " Phases of unbalance count from the mark",
+        ),
+        "pulses_per_revolution": Key(
+            "analyse",
+            "Of a toothed wheel. With more than one nothing tells the shaft's angle: phases count from any of them, and the"
+            " angle at the release is fitted in every drop",
         ),
     },
 }

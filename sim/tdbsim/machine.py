@@ -251,11 +251,12 @@ class SpeedSignal(Part):
 
 
 class Keyphasor(Part):
-    """The channel of one pulse a revolution; its edge marks shaft angle `angle`."""
+    """The channel of one pulse a revolution, whose edge marks shaft angle `angle`; or of several, as a toothed wheel gives."""
 
     channel: str
     edge: Literal["rising", "falling"] = "rising"
     angle: Angle = 0.0
+    pulses_per_revolution: int = Field(1, ge=1)
 
 
 class EffectSetting(BaseModel):

@@ -293,10 +293,12 @@ def quantised(values: ArrayLike, full_scale: float) -> Array:
 def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Array:
     """Return the keyphasor's level, 0 or 1, against the shaft angle (rad, from +x towards +y).
 
-    The edge that the machine file names comes where the shaft, turning in its sense, passes the keyphasor's `angle`.
+    The edge that the machine file names comes where the shaft, turning in its sense, passes the keyphasor's `angle`; of several
+    pulses a revolution the others come at even parts of it.  `width` is the part of the way from edge to edge that a pulse takes.
     """
     mark = machine.keyphasor
     since = machine.sense * (shaft_angle - (mark.angle if mark else 0.0)) / (2 * math.pi)
+    since = since * (mark.pulses_per_revolution if mark else 1)
     pulse = np.where(since - np.floor(since) < width, 1.0, 0.0)
     return 1.0 - pulse if mark is not None and mark.edge == "falling" else pulse
 

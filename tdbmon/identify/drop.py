@@ -348,6 +348,7 @@ def _turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> t
         keep = (at < 0) & np.isfinite(channel.values)
         at, hz = at[keep], channel.values[keep]
     keyed = before.sum() >= 3
+    marked = keyed and machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
     if keyed:
         frequency = (turns[before][-1] - turns[before][0]) / (times[before][-1] - times[before][0])
         sigma = float(marks.sigma * frequency) if marks is not None else np.inf
@@ -372,12 +373,12 @@ def _turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> t
     full = machine.sense * 2 * np.pi
     turning = _Turning(
         angle=mark + full * float(solution[0]),
-        sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if keyed else np.inf,
+        sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf,
         omega=full * float(solution[1]),
         acceleration=full * 2 * float(solution[2]),
         acceleration_sigma=4 * math.pi * float(np.sqrt(covariance[2, 2])),
     )
     later = times >= 0
-    if not keyed:
+    if not marked:
         later = np.zeros_like(later)
     return turning, times[later] + release, mark + full * turns[later], 2 * np.pi * sigma

@@ -1,4 +1,4 @@
-"""Keyphasor: one pulse a revolution, from which shaft angle and speed follow."""
+"""Keyphasor: one pulse a revolution, from which shaft angle and speed follow; or several, of which one a revolution is kept."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     ds : xarray.Dataset
         A record laid over a machine (`tdbmon.record.assign.assign`).
     machine : tdbsim.machine.Machine
-        ``keyphasor.edge`` says which edge marks the angle.
+        ``keyphasor.edge`` says which edge marks the angle, ``keyphasor.pulses_per_revolution`` how many there are: of several
+        the first and each that comes whole revolutions later are kept, whatever the others are spaced like.  Nothing tells
+        which of them passes ``keyphasor.angle``.
 
     Returns
     -------
@@ -87,9 +89,15 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
         return _none("no edge in the signal")
     kept, extra = _without_extra(edges)
     turns, missed = _turns(kept)
+    count = machine.keyphasor.pulses_per_revolution
+    first_of_turn = turns % count == 0
+    kept, turns = kept[first_of_turn], turns[first_of_turn] // count
     if sigma is None:
         sigma = _scatter(kept, turns)
-    return Pulses(kept, turns, sigma, missed, extra, _in_words(kept, turns, sigma, missed, extra))
+    words = _in_words(kept, turns, sigma, missed, extra)
+    if count > 1:
+        words += f"; one of {count} a revolution, so that shaft angles count from any of them"
+    return Pulses(kept, turns, sigma, missed, extra, words)
 
 
 def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarray:

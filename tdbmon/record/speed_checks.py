@@ -27,6 +27,7 @@ _UNITS = {
     1 / (2 * np.pi): "Hz written as rad/s",
 }
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
+_WHEELS = {1 / n: f"{n} pulses a revolution (pulses_per_revolution = {n} in [keyphasor])" for n in range(3, 49)}
 _CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
 _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
@@ -162,7 +163,7 @@ def _differ(ratio: float, wrong: str) -> str:
     Keyphasor and levitated shaft are both timed by the record's clock, so that they agree with each other where it is wrong.
     """
     times = f"{ratio:.4g} times the keyphasor's speed"
-    signal = _named(ratio, _UNITS | _COUNTS)
+    signal = _named(ratio, _UNITS | _COUNTS | _WHEELS)
     if wrong == "keyphasor" or ratio <= 0:
         judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
         return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"

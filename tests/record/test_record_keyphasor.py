@@ -206,6 +206,24 @@ def test_missing_samples_are_passed_over() -> None:
     assert np.abs(found.times - pulses(_record(signal, time), machine()).times).max() < 2.5 / RATE
 
 
+def test_of_a_toothed_wheel_one_pulse_a_revolution_is_kept() -> None:
+    """Teeth whose pitch is off by 2 %, as that of machined ones is; the speed is that of the shaft, not of the teeth."""
+    hz, seconds, teeth = 90.0, 5.0, 6
+    time = np.arange(int(seconds * RATE)) / RATE
+    turns = _turns(time, hz)
+    off = 0.02 * np.random.default_rng(7).standard_normal(teeth)
+    tooth = np.floor(turns * teeth).astype(int) % teeth
+    signal = ((turns * teeth % 1.0 > 0.3 + off[tooth]) & (turns * teeth % 1.0 < 0.6 + off[tooth])).astype(float)
+    wheel = machine(keyphasor={"channel": "keyphasor", "pulses_per_revolution": teeth})
+    found = pulses(_record(signal, time), wheel)
+    at, stated, sigma = speed(found)
+    normalised = (stated - hz * np.exp(-at / DECAY)) / sigma
+    assert found.times.size == pytest.approx(turns[-1], abs=2)
+    assert np.mean(normalised) == pytest.approx(0.0, abs=0.1)
+    assert np.std(normalised) == pytest.approx(1.0, abs=0.15)  # uneven teeth do not show
+    assert "one of 6 a revolution" in found.quality
+
+
 def test_no_keyphasor_is_told() -> None:
     ds = xr.Dataset({"NDE_A": ("time", np.zeros(5))}, coords={"time": np.arange(5.0)})
     with pytest.raises(InputError, match="no keyphasor"):

@@ -51,6 +51,28 @@ def test_a_speed_counted_too_often_is_told_and_left_out(path: Path, count: int, 
     assert set(refuted(ds, machine())) == {"speed", "keyphasor"} - {without}
 
 
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.stem)
+def test_the_pulses_of_a_toothed_wheel_are_doubted_with_the_cure(path: Path) -> None:
+    ds = _miscounted(path, 6, "speed")
+    found = _speed_check(assign(ds, machine()))
+    assert not found.passed
+    assert "pulses_per_revolution = 6" in found.detail
+    wheel = machine(keyphasor={"channel": "keyphasor", "pulses_per_revolution": 6})
+    true = float(read(path)["speed"].values[:200].mean())
+    told = analyse(ds, wheel)
+    assert told.speed_hz[:4].mean() == pytest.approx(true, rel=2e-3)
+    assert all(each.passed for each in check(assign(ds, wheel), wheel) if each.check == "speed")
+    drop = measured_drop(ds, wheel)  # the speed is told, the shaft's angle is not
+    assert drop.omega / (2 * np.pi) == pytest.approx(true, rel=2e-3)
+    assert np.isinf(drop.angle_sigma)
+
+
+def test_a_wheel_beside_a_right_speed_signal_is_no_wrong_unit() -> None:
+    raw, right = _miscounted(RECORDS[1], 6), read(RECORDS[1])
+    raw["speed"] = right["speed"]
+    assert "6 pulses a revolution" in _speed_check(assign(raw, machine())).detail
+
+
 def test_a_doubled_speed_does_not_become_a_result() -> None:
     raw = _miscounted(RECORDS[1], 2)
     found = analyse(raw, machine())
