@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tdbsim.columns import INERTIA
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
+from tdbsim.machine import Machine
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.prediction import coasting, predict
@@ -30,6 +31,7 @@ _WINDOW_S = 0.02  # over which angles are averaged
 _LEAST_WINDOWS = 5  # of a drop
 _ANGLE_SIGMA = 0.005  # rad, of a mean: the simulated path is one of many
 _LAG_SIGMA = 0.02  # of the lag, for the same reason
+_DRAG_SIGMA = 0.02  # of the drag, at least
 _LIMIT = 400.0  # that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
@@ -49,6 +51,8 @@ class Slowing:
         Measured less simulated shaft angle, forward, rad.
     lag : (w,) array
         Simulated angle less that of a rotor that nothing touches, forward, rad.
+    drag : (w,) array
+        Angle of a rotor that only coasts less that of one that nothing slows, forward, rad.
     sigma : (w,) array
         Standard deviation of what is left, rad.
     """
@@ -56,6 +60,7 @@ class Slowing:
     time: Array
     left: Array
     lag: Array
+    drag: Array
     sigma: Array
 
     def rest(self, factor: float) -> Array:
@@ -88,16 +93,18 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     simulated = np.interp(since, time, path.angle)
     release = own["release"]
     turned = simulated - np.interp(release, time, path.angle)
-    lag = sense * turned - _coasted(model, prediction.motion.plan.speed, since - release)
+    speed = prediction.motion.plan.speed
+    coasted = _coasted(model, speed, since - release)
+    lag, drag = sense * turned - coasted, coasted - 2 * math.pi * speed * (since - release)
     left = sense * (angle - simulated)
     rows = []
     for begin, end in spans:
         inside = (since >= begin) & (since < end)
         noise = measured.pulse_sigma / math.sqrt(inside.sum())
-        rows.append([(begin + end) / 2, left[inside].mean(), lag[inside].mean(), noise])
-    middle, apart, behind, noise_of = np.array(rows).T
+        rows.append([(begin + end) / 2, *(each[inside].mean() for each in (left, lag, drag)), noise])
+    middle, apart, behind, dragged, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
-    return Slowing(middle, apart, behind, sigma)
+    return Slowing(middle, apart, behind, dragged, sigma)
 
 
 def _coasted(model: DropModel, speed: float, since: Array) -> Array:
@@ -131,9 +138,9 @@ def slowing_remarks(contender: Contender) -> list[str]:
     slowings = slowings_of(contender)
     if slowings is None:
         return []
-    factor = lag_factor(slowings)
-    power = sum(float(np.sum((each.lag / each.sigma) ** 2)) for each in slowings)
-    if abs(factor - 1) < _PLAINLY or (factor - 1) ** 2 * power < _CERTAINLY**2:
+    machine = contender.problem.model.machine
+    factor, sigma = _factor_beside_drag(slowings, _known_drag(machine))
+    if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return []
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     where = ", in all drops" if len(slowings) > 1 else ""
@@ -142,6 +149,26 @@ def slowing_remarks(contender: Contender) -> list[str]:
         f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
         " small loads may not be as the file has it. The verdict does not rest on it"
     ]
+
+
+def _factor_beside_drag(slowings: Sequence[Slowing], known: float) -> tuple[float, float]:
+    """Return the factor of the lag and its standard deviation, where the drag is known to a share of it only.
+
+    Some tens of milliseconds tell little of a decay of many seconds, and an error of it counts by the square of the time.
+    """
+    columns = ("lag", "drag", "left", "sigma")
+    lag, drag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in columns)
+    design = np.column_stack([lag, drag]) / sigma[:, None]
+    covariance = np.linalg.pinv(design.T @ design + np.diag([0.0, known**-2]))
+    off, _ = covariance @ design.T @ (left / sigma)
+    return 1 + float(off), math.sqrt(covariance[0, 0])
+
+
+def _known_drag(machine: Machine) -> float:
+    """Return the standard deviation of a rotor's drag beside that of the fit, as a share of it."""
+    decay = machine.rotor.speed_decay_time
+    tolerance = (decay.high - decay.low) / 4 / decay.nominal if decay is not None else 0.0
+    return max(tolerance, _DRAG_SIGMA)
 
 
 def slowing_misfit(slowings: Sequence[Slowing]) -> float:

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tdbsim.columns import INERTIA, RING_INERTIA
+from tdbsim.columns import DECAY_RATE, INERTIA, RING_INERTIA
+from tdbsim.machine import Tolerant
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.contest import contest
-from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks
+from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks, slowings_of
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.drop import measured_drop
@@ -50,7 +51,7 @@ def settled_plain(problem):
 def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
     lag = np.array(lags)
     one = np.ones(len(lag))
-    each = Slowing(one, (factor - 1) * lag, lag, 0.02 * one)
+    each = Slowing(one, (factor - 1) * lag, lag, 0 * one, 0.02 * one)
     assert lag_factor([each]) == pytest.approx(factor)
     assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
 
@@ -109,6 +110,19 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
         settled_plain(replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1]))
     )
     assert "drops" not in said
+
+
+def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
+    """A decay time 12 % off looks like a quarter of the lag, and is within a tolerance of 25 %."""
+    problem = problem_of(crew)
+    off = problem.model.copy()
+    off.arrays.spin[DECAY_RATE] *= 1.12
+    decay = off.machine.rotor.speed_decay_time.nominal
+    loose = {"speed_decay_time": Tolerant(nominal=decay, low=0.75 * decay, high=1.25 * decay)}
+    machine = off.machine.model_copy(update={"rotor": off.machine.rotor.model_copy(update=loose)})
+    plain = settled_plain(replace(problem, model=replace(off, machine=machine)))
+    assert abs(lag_factor(slowings_of(plain)) - 1) > 0.2
+    assert slowing_remarks(plain) == []
 
 
 def test_a_record_that_ends_early_tells_nothing(crew):
