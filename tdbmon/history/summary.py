@@ -28,10 +28,8 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
         *not_compared_sentences(comparison),
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
-    width = max((len(change.title) for change in compared), default=0) + 2
     if compared:
-        lines.append(f"{'':<{width + 2}}{'this drop':>14}{'before':>14}   difference (95 %)")
-    lines += [_line(change, width) for change in compared]
+        lines += _table(compared)
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
     lines.append(f"full drops: {life.full_drops} ({agreed}); margin {words(life.margin)}")
@@ -62,7 +60,13 @@ def _standing_lines(alarm: Judged) -> list[str]:
     return [said, *(f"  {reason}" for reason in alarm.verdict.reasons)]
 
 
-def _line(change: Change, width: int) -> str:
-    this, before = values_of(change)
-    mark = "*" if change.flag else " "
-    return f"{mark} {change.title:<{width}}{this:>14}{before:>14}   {words(difference_of(change))}"
+def _table(compared: Sequence[Change]) -> list[str]:
+    """Return a line for each change, a star before those that are flagged, under a head; columns as wide as their words."""
+    rows = [("", "this drop", "before"), *((change.title, *values_of(change)) for change in compared)]
+    title, this, before = (max(len(cell) for cell in column) + 2 for column in zip(*rows, strict=True))
+    marks = [" ", *("*" if change.flag else " " for change in compared)]
+    last = ["difference (95 %)", *(words(difference_of(change)) for change in compared)]
+    return [
+        f"{mark} {row[0]:<{title}}{row[1]:>{this}}{row[2]:>{before}}   {end}"
+        for mark, row, end in zip(marks, rows, last, strict=True)
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import re
 from dataclasses import replace
 
 import pypdf
@@ -109,7 +110,9 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     lines = comparison_lines(found, verdict_of(found))
     for change in (c for c in found.changes if c.difference is not None):
-        assert sum(line[2:].startswith(f"{change.title}  ") for line in lines) == 1
+        this, before = values_of(change)
+        (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
+        assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
 
 
 def test_the_first_page_says_what_could_not_be_compared(comparison):
