@@ -89,7 +89,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     if release is not None:
-        checks += check_free_fall(release, machine) + check_probe_scales(release, machine)
+        checks += check_free_fall(release, machine)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
@@ -98,6 +98,8 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn)
     if release is not None:
         checks += check_set_point(ends, release, machine)
+        if all(each.passed for each in checks if each.check == "machine and record"):
+            checks += check_probe_scales(release, machine)  # by how the rotor of the machine file bends
 
     progress("fitting the run-down")
     rundown = _rundown(speed, released, rotor, key, checks)

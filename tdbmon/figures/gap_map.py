@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.markers import CARETDOWN, CARETUP
 from matplotlib.patches import Circle
 from tdbsim.errors import InputError
 
@@ -98,46 +100,70 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_ylim(centre[1] - reach, centre[1] + reach)
 
 
-def residual_radius(analysis: Analysis, end: str) -> np.ndarray:
-    """Return how far the settled positions of an end lie off its fitted circle, um."""
+@dataclass(frozen=True, eq=False)
+class ResidualRadius:
+    """How far the settled positions of an end lie off its fitted circle.
+
+    Attributes
+    ----------
+    angle : (n,) array
+        From the bottom, towards +x, degrees.
+    residual : (n,) array
+        um, outwards.
+    bins : (4, b) array
+        Middle in degrees; median, 2.5 and 97.5 % of the residuals of each part of the arc with enough positions, um.
+    """
+
+    angle: np.ndarray
+    residual: np.ndarray
+    bins: np.ndarray
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """The ends of an axis that holds the middle share of the residuals and all bins, with some room beyond."""
+        tail = (1 - MIDDLE) / 2
+        edges = np.concatenate([np.quantile(self.residual, [tail, 1 - tail]), *self.bins[2:]])
+        room = 0.08 * float(np.ptp(edges)) + 1e-3
+        return float(edges.min()) - room, float(edges.max()) + room
+
+    @property
+    def beyond(self) -> int:
+        """Number of positions that lie beyond that axis."""
+        low, high = self.scale
+        return int(np.sum((self.residual < low) | (self.residual > high)))
+
+
+def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
+    """Return how far an end's settled positions lie off its circle; None without one."""
     gap = analysis.ends[end].gap
     if gap is None or gap.radius.value is None:
-        return np.empty(0)
-    return np.asarray((np.hypot(*(gap.points - centre_of(analysis, end)).T) - gap.radius.value) * UM)
-
-
-def strip_scale(residual: np.ndarray) -> tuple[float, float]:
-    """Return the ends of a strip's scale: those of the middle share of the residuals, with some room beyond."""
-    low, high = np.nanquantile(residual, [(1 - MIDDLE) / 2, (1 + MIDDLE) / 2])
-    room = 0.15 * (high - low) + 1e-3
-    return float(low - room), float(high + room)
+        return None
+    away = gap.points - centre_of(analysis, end)
+    residual = (np.hypot(*away.T) - gap.radius.value) * UM
+    angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
+    bins, rows = np.round(angle / _BIN_DEG).astype(int), []
+    for b in np.unique(bins):
+        part = residual[bins == b]
+        if len(part) >= 20:  # a 95 % range of fewer is their extremes
+            rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
+    return ResidualRadius(angle, residual, np.array(rows).reshape(-1, 4).T)
 
 
 def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
     ax.set_xlabel("angle from the bottom, towards +x [°]")
     ax.set_ylabel("residual radius [µm]")
-    gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None:
+    found, gap = residual_radius(analysis, end), analysis.ends[end].gap
+    if found is None or gap is None or gap.radius.value is None:
         return
-    away = gap.points - centre_of(analysis, end)
-    deviation = residual_radius(analysis, end)
-    low_edge, high_edge = strip_scale(deviation)
-    angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
-    bins = np.round(angle / _BIN_DEG).astype(int)
-    rows = []
-    for b in np.unique(bins):
-        part = deviation[bins == b]
-        if len(part) >= 20:  # a 95 % range of fewer is their extremes
-            rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
-    ax.plot(angle, deviation, ".", markersize=1.2, color=SKY, alpha=0.6, rasterized=True)
-    for beyond, edge, marker in ((deviation > high_edge, high_edge, 6), (deviation < low_edge, low_edge, 7)):  # carets
+    angle, residual, (least, most) = found.angle, found.residual, found.scale
+    ax.plot(angle, residual, ".", markersize=1.2, color=SKY, alpha=0.6, rasterized=True)
+    for beyond, edge, caret in ((residual > most, most, CARETUP), (residual < least, least, CARETDOWN)):
         if beyond.any():
-            ax.plot(
-                angle[beyond], np.full(beyond.sum(), edge), marker=marker, linestyle="", markersize=2.5, color=PURPLE
-            )
-    if rows:
-        at, middle, low, high = np.array(rows).T
+            at = np.full(beyond.sum(), edge)
+            ax.plot(angle[beyond], at, marker=caret, linestyle="", markersize=2.5, color=PURPLE)
+    if found.bins.size:
+        at, middle, low, high = found.bins
         ax.errorbar(at, middle, [middle - low, high - middle], fmt=".", color=BLUE, markersize=3.5, elinewidth=0.7,
                     label=f"median and 95 % range, bins of {_BIN_DEG:g}°")  # fmt: skip
     ax.axhline(0.0, color=BLACK, linewidth=0.9)
@@ -145,4 +171,4 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     if gap.radius.high is not None:
         width = (gap.radius.high - gap.radius.value) * UM
         ax.axhspan(-width, width, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
-    ax.set_ylim(low_edge, high_edge)
+    ax.set_ylim(least, most)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 import xarray as xr
 from scipy.signal import butter, lfilter
@@ -45,7 +47,7 @@ def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record
     short = record.drop_vars(["speed", "keyphasor"]).assign(keyphasor=key.rename(time="time_key"))
     analysis = analyse(short, machine)
     assert analysis.rundown is None
-    assert "not at the release (0.09998 s): no run-down is told" in failed(analysis)
+    assert re.search(r"not at the release \(0\.(0999|1000)\d s\): no run-down is told", failed(analysis))
     whole = analyse(record, machine)
     for end, found in analysis.ends.items():
         assert found.gap.radius.value == pytest.approx(whole.ends[end].gap.radius.value, rel=0.02)

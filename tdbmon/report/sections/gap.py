@@ -48,17 +48,15 @@ def section(analysis: Analysis) -> Section | None:
 
 def _beyond(analysis: Analysis, ends: list[str]) -> str:
     """Say how many positions lie beyond the scale of a strip; nothing where none does."""
-    from tdbmon.figures.gap_map import MIDDLE, residual_radius, strip_scale
+    from tdbmon.figures.gap_map import MIDDLE, residual_radius
 
-    found = {end: residual_radius(analysis, end) for end in ends}
-    scales = {end: strip_scale(residual) for end, residual in found.items()}
-    counts = {end: int(((r < scales[end][0]) | (r > scales[end][1])).sum()) for end, r in found.items()}
-    if not any(counts.values()):
+    strips = {end: found for end in ends if (found := residual_radius(analysis, end)) is not None}
+    if not any(strip.beyond for strip in strips.values()):
         return ""
-    told = ", ".join(f"{count} of {len(found[end])} at {end}" for end, count in counts.items())
+    told = ", ".join(f"{strip.beyond} of {len(strip.residual)} at {end}" for end, strip in strips.items())
     return (
-        f" The residual's scale is set by the middle {percent(MIDDLE)} of the positions; triangles at its edge: those beyond"
-        f" ({told})."
+        f" The residual's scale holds all bars and the middle {percent(MIDDLE)} of the positions; triangles at its edge: those"
+        f" beyond ({told})."
     )
 
 
