@@ -15,7 +15,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import ALIKE, PUT_RIGHT, next_test
+from tdbmon.diagnosis.next_test import ALIKE, ONE_MARK, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
@@ -52,6 +52,8 @@ class Diagnosis:
     late : tuple of LateRecord or None
         The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
         tell, or it believes none.
+    mistaken : str or None
+        What mark, cables or machine file have wrong, so that no cause was sought.
     next_test : str
         What would teach most.
     remarks : tuple of str
@@ -66,6 +68,7 @@ class Diagnosis:
     parameters: dict[Contender, dict[str, dict[str, Estimate]]]
     values: dict[str, Estimate]
     late: tuple[LateRecord, ...] | None
+    mistaken: str | None
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
@@ -117,7 +120,8 @@ def diagnose(
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
         # then nobody is asked: some effect or other fits what is not there
-        mistaken = moved_mark(drops) or exchanged_ends(machine, problem) or mistaken_entry(problem)
+        moved = moved_mark(drops)
+        mistaken = moved or exchanged_ends(machine, problem) or mistaken_entry(problem)
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
@@ -160,7 +164,8 @@ def diagnose(
         parameters={each: sizes[each].causes for each in judged.accused},
         values=sizes[likeliest].machine,
         late=late,
-        next_test=next_test(judged, tuple(field)) if mistaken is None else PUT_RIGHT,
+        mistaken=mistaken,
+        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, tuple(field)),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),

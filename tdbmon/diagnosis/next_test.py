@@ -6,8 +6,9 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.free_effect import acts_on_sensors
 
-# where mark, cables or positions are not what the machine file says
-PUT_RIGHT = "none before that is put right: then diagnose again, with drops that have one mark"
+# where cables or machine file are wrong, and where the mark moved
+PUT_RIGHT = "none: put that right, and diagnose the same drops again"
+ONE_MARK = "the same drops again with the mark where it stays, or those alone that have it in one place"
 ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 
 

@@ -85,6 +85,7 @@ def named() -> Iterator[Diagnosis]:
             parameters={found: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
             values={},
             late=(_late("drop_97.nc", 1.0), _late("drop_148.nc", 2.5)),
+            mistaken=None,
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
             seconds=1.0,

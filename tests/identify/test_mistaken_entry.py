@@ -81,7 +81,10 @@ def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
     assert (content["verdict"], content["causes"]) == ("unknown", [])
     assert "contact_stiffness" in content["why"]
     assert "put right" in content["next_test"]
-    assert "contact_stiffness" in report.read_text()
+    text = report.read_text()
+    assert "contact_stiffness" in text
+    assert "the set-up is not what the machine file says" in text
+    assert "in no catalogue" not in text
 
 
 def test_forces_say_which_entry_is_not_to_be_trusted(tmp_path):

@@ -38,7 +38,14 @@ def section(evidence: Evidence) -> Section:
                 " out. An effect too small for these drops to show is not excluded."
             )
         )
-    if diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
+    if diagnosis.mistaken is not None:
+        blocks.append(
+            Paragraph(
+                "No cause was sought: effects would fit what is not there. What follows shows the plain model, as the machine"
+                " file has it, against the drops."
+            )
+        )
+    elif diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
         blocks.append(
             Paragraph(
                 "Something acts later than the readings can be followed. No effect of the catalogue is sought there: look at"
@@ -71,6 +78,8 @@ def _sentence(diagnosis: Diagnosis) -> str:
         several = {each.effects: each for each in reversed(verdict.accused)}.values()
         either = "; or ".join(f"{each.words} ({_share(diagnosis, each)})" for each in reversed(several))
         return f"Ambiguous: {either}. These {drops} cannot decide between them."
+    if diagnosis.mistaken is not None:
+        return f"Unknown: the set-up is not what the machine file says ({drops})."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     return f"None: the plain model lacks nothing that these {drops} show."
