@@ -23,7 +23,7 @@ def leaking(crew):
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
     leaks = next(s for s in everyone if s.name == "probe_crosstalk@DE" and s.held == {"into": "second"})
-    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 3)
+    leak = settled(with_cause(bare, leaks, Start({"factor": -0.04})), 0.014, 8)
     return everyone, bare, leak
 
 

@@ -1,5 +1,7 @@
 """Synthetic drops of known values, by the same simulator as the model that is fitted (said so where figures are given)."""
 
+from dataclasses import replace
+
 import numpy as np
 from tdbsim.machine import Tolerant, load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
@@ -61,3 +63,9 @@ def drop(values=TRUTH, speed=97.0, seed=1, seconds=0.07, levitated=0.08, bending
     record = simulate(calibrated_machine(machine(), values), plan)
     record.attrs["source_file"] = f"drop_{speed:g}.nc"
     return record
+
+
+def guessed_early(measured, seconds=6e-6):
+    """A prepared drop whose release is guessed too early, as noise may have it: its fits begin farther off."""
+    angle = measured.angle - measured.omega * seconds
+    return replace(measured, release=measured.release - seconds, angle=angle)

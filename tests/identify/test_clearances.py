@@ -35,6 +35,8 @@ def true_start(problem):
 
 
 def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
+    drop = drops.guessed_early(problem.drops[0], 15e-6)
+    problem = build_problem(problem.model.machine, (drop,), problem.crew)
     names = [p.name for p in problem.shared]
     told = fit(problem, fit(problem, true_start(problem), FALL_S).point, TOUCHED_S)
     astray = fit(problem, problem.start, FALL_S).point
@@ -44,7 +46,7 @@ def test_a_fit_that_ended_in_the_valley_is_led_on_to_its_bottom(problem):
         astray[clearance] = 1.8
         astray[gap] -= wider / 2 / problem.shared[gap].scale
     early = fit(problem, astray, TOUCHED_S, 3)
-    assert early.misfit > told.misfit + 10
+    assert early.misfit > told.misfit + 100
     led = better_clearances(problem, early, TOUCHED_S)
     assert led.misfit - told.misfit < 0.1 * (early.misfit - told.misfit)  # both end a little short of the bottom
 
@@ -73,7 +75,8 @@ def test_a_fit_with_clearance_and_cages_wrong_is_led_back():
         names = [p.name for p in problem.shared]
         wrong = true_start(problem)
         for horizon in (FALL_S, TOUCHED_S, 0.018, LATE_S):
-            wrong = fit(problem, wrong, horizon).point
+            told = fit(problem, wrong, horizon)
+            wrong = told.point.copy()
         gap, clearance = names.index("NDE.radial_gap"), names.index("NDE.diametral_clearance")
         wrong[clearance] -= 1.0
         wrong[gap] += problem.shared[clearance].scale / 2 / problem.shared[gap].scale
@@ -84,7 +87,9 @@ def test_a_fit_with_clearance_and_cages_wrong_is_led_back():
         led = led_along(problem, astray, LATE_S)
     true = true_start(problem)[clearance]
     assert led.misfit < astray.misfit - 50
-    assert abs(led.point[clearance] - true) < 0.1  # of a standard deviation; it began a whole one off
+    assert led.misfit < told.misfit + 10
+    # the drops tell it to a third of a standard deviation, from which a fit begun at the truth ends; this began a whole one off
+    assert abs(led.point[clearance] - true) < 0.33
 
 
 def test_clearances_that_are_known_exactly_stay():
