@@ -145,7 +145,8 @@ def slowing_remarks(contender: Contender) -> list[str]:
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     where = ", in all drops" if len(slowings) > 1 else ""
     return [
-        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated{where}:"
+        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated{where}, beside a"
+        " drag that may be off by its tolerance:"
         f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
         " small loads may not be as the file has it. The verdict does not rest on it"
     ]

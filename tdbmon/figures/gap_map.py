@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BIN_DEG = 2.0
+_LEAST = 80  # positions of a bin with a bar: the 95 % range of fewer is one or two of them
 MIDDLE = 0.99  # of the residuals, which the strip's scale holds: a few far off made the others a line
 
 
@@ -144,7 +145,7 @@ def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
     bins, rows = np.round(angle / _BIN_DEG).astype(int), []
     for b in np.unique(bins):
         part = residual[bins == b]
-        if len(part) >= 20:  # a 95 % range of fewer is their extremes
+        if len(part) >= _LEAST:
             rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
     return ResidualRadius(angle, residual, np.array(rows).reshape(-1, 4).T)
 

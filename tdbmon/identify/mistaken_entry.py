@@ -91,6 +91,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
         return None
     values, _ = held.problem.values(held.point, 0)
     off = [_said(each, values[each.name]) for each in found.entries if not each.low <= values[each.name] <= each.high]
+    if not off:
+        return None
     return (
         f"the plain model leaves {before:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, but noise alone"
         f" up to {_CONFIRMED_S * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
@@ -98,9 +100,9 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
 
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
-    """Return the entries that say the same of both ends, together."""
+    """Return the entries that say the same of both ends, together; a nought is wrong by no factor."""
     kinds: dict[str, tuple[Parameter, ...]] = {}
-    for each in entries(problem.model.machine):
+    for each in (each for each in entries(problem.model.machine) if each.nominal > 0):
         owner, _, field = each.name.rpartition(".")
         kind = f"{owner.partition(' ')[0]} {field}" if " " in owner else field
         kinds[kind] = (*kinds.get(kind, ()), each)
@@ -110,11 +112,7 @@ def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
 def _begun(fallen: _Try, kind: tuple[Parameter, ...], start: float) -> _Try:
     """Return entries that may be wrong by a factor, begun at some times what is stated; all else as a fit of the fall has it."""
     problem = fallen.problem
-    wide = [
-        replace(p, low=p.nominal / _FACTOR, high=p.nominal * _FACTOR, sigma=math.inf, span=p.nominal)
-        for p in kind
-        if p.nominal > 0
-    ]
+    wide = [replace(p, low=p.nominal / _FACTOR, high=p.nominal * _FACTOR, sigma=math.inf, span=p.nominal) for p in kind]
     names = {each.name for each in wide}
     stay = [k for k, p in enumerate(problem.shared) if p.name not in names]
     shared = (*(problem.shared[k] for k in stay), *wide)
