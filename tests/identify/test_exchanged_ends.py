@@ -65,7 +65,7 @@ def test_diagnosis_names_no_cause_and_says_what_to_put_right(tmp_path):
     assert content["verdict"] == "unknown"
     assert content["causes"] == []
     assert "cables of both ends exchanged" in content["why"]
-    assert "put right" in content["next_test"]
+    assert "put that right" in content["next_test"]
 
 
 def test_forces_say_that_no_value_is_to_be_trusted(tmp_path):

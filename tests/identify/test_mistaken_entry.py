@@ -80,7 +80,7 @@ def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
     content = json.loads(out.read_text())
     assert (content["verdict"], content["causes"]) == ("unknown", [])
     assert "contact_stiffness" in content["why"]
-    assert "put right" in content["next_test"]
+    assert "put that right" in content["next_test"]
     text = report.read_text()
     assert "contact_stiffness" in text
     assert "the set-up is not what the machine file says" in text
