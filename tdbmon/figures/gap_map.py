@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BIN_DEG = 2.0
-_LEAST = 80  # positions of a bin with a bar: the 95 % range of fewer is one or two of them
+# positions of a bin with a bar, at least, and as a share of all: the 95 % range of fewer is one or two of them
+_LEAST, _SHARE = 20, 0.02
 MIDDLE = 0.99  # of the residuals, which the strip's scale holds: a few far off made the others a line
 
 
@@ -145,7 +146,7 @@ def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
     bins, rows = np.round(angle / _BIN_DEG).astype(int), []
     for b in np.unique(bins):
         part = residual[bins == b]
-        if len(part) >= _LEAST:
+        if len(part) >= max(_LEAST, _SHARE * len(residual)):
             rows.append((b * _BIN_DEG, *np.quantile(part, [0.5, 0.025, 0.975])))
     return ResidualRadius(angle, residual, np.array(rows).reshape(-1, 4).T)
 
