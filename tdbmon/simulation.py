@@ -20,9 +20,8 @@ from tdbmon.progress import Progress
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _LEVITATED_S = 0.1
-_BENDING = (
-    16  # modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
-)
+# modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
+_BENDING = 16
 _PULSE = 0.03  # of a revolution, the width of a usual mark
 _PULSE_SAMPLES = 3  # or so many where the rotor turns fast: a narrower one falls between samples
 _AT_SPEED = 0.98

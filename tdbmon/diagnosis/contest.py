@@ -83,7 +83,7 @@ def contest(
     """
     fallen = fit(problem, problem.start, horizons[0], SLOPES)
     # an effect may show in the fall already: then the noise is no less than it was before the release
-    floor = min(fallen.misfit / sum(len(r) for r in fallen.residuals), _HIGHEST_FLOOR)
+    floor = min(fallen.ratio, _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     held = _Contest(Search(plain, suspects, horizons, progress), plain)
     over = held.met([horizon for horizon in horizons if horizon <= FOLLOWED_S])

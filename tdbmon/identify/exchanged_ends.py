@@ -39,7 +39,7 @@ def exchanged_ends(machine: Machine, problem: Problem) -> str | None:
     if len(put_back) < len(drops):
         return None
     try:
-        as_recorded = _left(build_problem(machine, drops, problem.crew))
+        as_recorded = _left(replace(problem, drops=drops, own=problem.own[:_DROPS]))
         if as_recorded < _FAILS:
             return None
         otherwise = _left(build_problem(machine, put_back, problem.crew))
@@ -68,8 +68,7 @@ def _exchanged(machine: Machine, drop: MeasuredDrop) -> MeasuredDrop | None:
 
 def _left(problem: Problem) -> float:
     """Return the squares a residual that the model leaves, fitted from its nominal values."""
-    point, misfit = problem.start, 0.0
-    for horizon in _HORIZONS:
-        found = fit(problem, point, horizon, _SLOPES)
-        point, misfit = found.point, found.misfit / sum(len(row) for row in found.residuals)
-    return misfit
+    found = fit(problem, problem.start, _HORIZONS[0], _SLOPES)
+    for horizon in _HORIZONS[1:]:
+        found = fit(problem, found.point, horizon, _SLOPES)
+    return found.ratio

@@ -48,6 +48,11 @@ class Fit:
     slopes: tuple[Array, ...]
     misfit: float
 
+    @property
+    def ratio(self) -> float:
+        """What is left, a residual: 1 where that is noise alone."""
+        return self.misfit / sum(len(each) for each in self.residuals)
+
 
 def fit(
     problem: Problem,

@@ -53,7 +53,7 @@ class _Try:
         found = fit_or_none(self.problem, self.point, horizon, _SLOPES)
         if found is None:
             return replace(self, misfit=math.inf)
-        return replace(self, point=found.point, misfit=found.misfit / sum(len(row) for row in found.residuals))
+        return replace(self, point=found.point, misfit=found.ratio)
 
 
 def mistaken_entry(problem: Problem) -> str | None:
