@@ -223,7 +223,8 @@ class _Contest:
         if horizon > SOUND_S and self._fails_with_causes(best) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self._replaced(best, self._of_any_kind(best))
-        if horizon == TOUCHED_S:
+        # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
+        if horizon == TOUCHED_S or (TOUCHED_S < horizon < STRAYED_S and _nearly_holds(best)):
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
         elif self._may_be_led(best) and _nearly_holds(best):
             led = led_along(best.problem, best.fit, horizon)
@@ -293,7 +294,7 @@ class _Contest:
         if way in self.tried:
             return best
         self.tried.add(way)
-        anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons)
+        anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, met=search.met)
         if early and anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
             again = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, afresh=True)
             anew = min(anew, again, key=lambda each: each.misfit)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
+from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
+
+_NOT_FITTED = "not fitted as far: it looks like another cause that is named"
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -69,7 +73,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
             for name, q in cause["parameters"].items()
             if q["value"] is not None
         )
-        out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {values}")
+        size = values or "not fitted as far"
+        out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {size}")
     proof = diagnosis.proof
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
@@ -100,17 +105,31 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 found[cause.name]["probability"] += probability
                 continue
             words = {k: v for k, v in free.held.items() if not cause.declared.parameter(k).held}
-            found[cause.name] = {
-                "effect": cause.declared.identifier,
-                "where": cause.where,
-                "probability": probability,
-                "parameters": {
-                    f"{name}{_suffix(estimate.unit)}": estimate.to_json()
-                    for name, estimate in sizes.get(cause.name, {}).items()
-                },
-                "held": words,
-            }
+            known = sizes.get(cause.name, {})
+            parameters = {f"{name}{_suffix(estimate.unit)}": estimate.to_json() for name, estimate in known.items()}
+            found[cause.name] = _cause(cause, probability, parameters, words)
+    for model in diagnosis.verdict.alike:
+        for cause in model.causes:
+            if cause.name not in found:
+                unknown = {
+                    f"{p.name}{_suffix(p.unit)}": Estimate.missing(p.unit, _NOT_FITTED).to_json()
+                    for p, _ in cause.sizes
+                }
+                found[cause.name] = _cause(cause, 0.0, unknown, {})
+            found[cause.name]["probability"] += model.probability
     return sorted(found.values(), key=lambda each: -each["probability"])
+
+
+def _cause(
+    cause: Suspect, probability: float, parameters: dict[str, Any], held: Mapping[str, float | str]
+) -> dict[str, Any]:
+    return {
+        "effect": cause.declared.identifier,
+        "where": cause.where,
+        "probability": probability,
+        "parameters": parameters,
+        "held": held,
+    }
 
 
 def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -133,7 +133,7 @@ def diagnose(
             progress("holding out a drop")
             proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain, extended[0])
         # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
-        judged = verdict(field, proof, PLAIN_LEAD if slowed is None else 0.0)
+        judged = verdict(field, proof, PLAIN_LEAD if slowed is None else 0.0, suspected)
         progress("estimating sizes")
         likeliest = field[int(np.argmax(judged.probabilities))]
         without = {extended[0]: proof.without} if proof is not None else {}
@@ -145,7 +145,7 @@ def diagnose(
         if judged.accused:
             judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
         late, otherwise = None, None
-        if judged.kind is not Kind.UNKNOWN and mistaken is None:
+        if judged.kind is not Kind.UNKNOWN and not judged.alike and mistaken is None:
             progress("holding the rest of the record against simulations")
             # a cause of the likeliest model may be none that was proved
             believed = plain if judged.kind is Kind.NONE else likeliest

@@ -15,8 +15,11 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on, turned
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.diagnosis.suspects import Start, Suspect, met_alike, sized
 from tdbmon.identify.clearances import TOUCHED_S
+
+# by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
+Met = dict[tuple[Contender, Suspect], list[Contender]]
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _MET_S = 0.01  # s after the release; by then an end has met its bearing at least
@@ -111,6 +114,7 @@ def of_any_kind(
     horizons: Sequence[float],
     *,
     afresh: bool = False,
+    met: Met | None = None,
 ) -> Contender:
     """Return a contender, or the best of those that have other waves, lobes or a ball in the place of one of its causes.
 
@@ -129,6 +133,8 @@ def of_any_kind(
         All; fits go along those up to the contender's own.
     afresh : bool
         Whether those of the other causes that have several values begin at the usual ones: theirs may have made up too.
+    met : Met, optional
+        As `from_the_first_contact` takes it.
     """
     others = [s for s in suspects if s is not cause and met_alike(s, cause)]
     known = [
@@ -136,12 +142,16 @@ def of_any_kind(
         for each, start in zip(best.causes, best.starts(), strict=True)
         if each is not cause
     ]
-    found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon])
+    found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon], met)
     return min([best, *found], key=lambda each: each.misfit)
 
 
 def from_the_first_contact(
-    fallen: Contender, known: Sequence[tuple[Suspect, Start]], others: Sequence[Suspect], horizons: Sequence[float]
+    fallen: Contender,
+    known: Sequence[tuple[Suspect, Start]],
+    others: Sequence[Suspect],
+    horizons: Sequence[float],
+    met: Met | None = None,
 ) -> list[Contender]:
     """Return the best models with known causes and one of several more, begun at its usual size where contacts begin.
 
@@ -155,20 +165,37 @@ def from_the_first_contact(
         Waves, lobes and balls.
     horizons : sequence of float
         s, along which they are fitted; all to where both ends have touched, the best of them on to the last.
+    met : Met, optional
+        Who came to where both ends have touched when that was asked before, with no other cause known; it is added to.
     """
-    met = [horizon for horizon in horizons if horizon <= _MET_S]
-    told = [horizon for horizon in horizons if _MET_S < horizon <= TOUCHED_S]
+    told = [horizon for horizon in horizons if horizon <= TOUCHED_S]
     later = [horizon for horizon in horizons if horizon > TOUCHED_S]
     taken = any(cause.of_each_drop for cause, _ in known)
     others = [each for each in others if not (taken and each.of_each_drop)]
+    before = met if met is not None and not known else {}
+    asked = [each for each in others if (fallen, each) not in before]
+    before.update({(fallen, each): few for each, few in _to_the_first_contacts(fallen, known, asked, told).items()})
+    field = [each for suspect in others for each in before.get((fallen, suspect), [])]
+    for step, horizon in enumerate([told[-1], *later] if field else []):
+        few = _best_few(field)[: _GO_ON[min(step, len(_GO_ON) - 1)]]
+        field = followed_on(few, [horizon], FEW_SLOPES if len(few) > _GO_ON[-2] else SLOPES)
+    return sorted(field, key=lambda each: each.misfit)
+
+
+def _to_the_first_contacts(
+    fallen: Contender, known: Sequence[tuple[Suspect, Start]], others: Sequence[Suspect], horizons: Sequence[float]
+) -> dict[Suspect, list[Contender]]:
+    """Return the best few models with known causes and each of several more, fitted to where both ends have touched."""
+    begin = [horizon for horizon in horizons if horizon <= _MET_S]
+    told = [horizon for horizon in horizons if horizon > _MET_S]
     if not others or not told:
-        return []
+        return {}
     try:
         bare = fallen
         for cause, start in known:
             bare = with_cause(bare, cause, start)
         loose, bare = bare, _held(bare)
-        for horizon in met:
+        for horizon in begin:
             bare = settled(bare, horizon, SLOPES)
         drops = len(bare.problem.drops)
         starts = [(each, start) for each in others if each.counted is None for start in _all_round(each, drops)]
@@ -177,17 +204,13 @@ def from_the_first_contact(
         scored = scores(bare.problem, bare.fit, bare.horizon, balls)
         starts += [(each.suspect, start) for each in scored for start in (each.start, *_of_many_sizes(each))]
     except InputError:
-        return []
+        return {}
     found = bare.problem.crew.apart(_met, [(bare, *start, told) for start in starts])
-    field = [
-        _let_go(new.at_home(bare, (*bare.causes, cause)), loose)
-        for new, (cause, _) in zip(found, starts, strict=True)
-        if new is not None
-    ]
-    for step, horizon in enumerate([told[-1], *later]):
-        few = _best_few(field)[: _GO_ON[min(step, len(_GO_ON) - 1)]]
-        field = followed_on(few, [horizon], FEW_SLOPES if len(few) > _GO_ON[-2] else SLOPES)
-    return sorted(field, key=lambda each: each.misfit)
+    fitted: dict[Suspect, list[Contender]] = {each: [] for each in others}
+    for new, (cause, _) in zip(found, starts, strict=True):
+        if new is not None:
+            fitted[cause].append(_let_go(new.at_home(bare, (*bare.causes, cause)), loose))
+    return {cause: _best_few(each) for cause, each in fitted.items()}
 
 
 def _best_few(field: Sequence[Contender]) -> list[Contender]:
@@ -252,11 +275,6 @@ def _all_round(suspect: Suspect, drops: int) -> list[Start]:
     if own:
         return [Start(shared, (own,) * drops)]
     return [Start(shared | {angle.name: phase for angle in angles}) for phase in WAVE_PHASES]
-
-
-def met_alike(one: Suspect, other: Suspect) -> bool:
-    """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
-    return one.where == other.where and one.fits_much and other.fits_much
 
 
 def _of_many_sizes(ball: Score) -> list[Start]:

@@ -28,6 +28,12 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
             "two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
             " and record acceleration of the foundation with them"
         )
+    if verdict.alike:
+        ends = sorted({cause.where for cause in verdict.alike[0].causes if cause.fits_much})
+        return (
+            f"turn the inner ring at {', '.join(ends)} slowly by hand under a dial gauge: lobes repeat with the ring, an odd ball"
+            " with the cage (about 0.4 of a turn a turn), waves of a race with the balls that pass; then look at the balls"
+        )
     causes = [cause for each in verdict.accused for cause in each.causes]
     if verdict.kind is Kind.NAMED:
         return (

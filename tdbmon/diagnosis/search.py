@@ -29,7 +29,7 @@ from tdbmon.diagnosis.contender import (
     without_each,
     without_last,
 )
-from tdbmon.diagnosis.met_alike import from_the_first_contact
+from tdbmon.diagnosis.met_alike import Met, from_the_first_contact
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.slowing import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
@@ -82,6 +82,8 @@ class Search:
         The plain model in the fall from which causes in contacts were begun.
     asked : dict
         Horizon to which causes were sought last beside each model, s, by its name.
+    met : Met
+        Waves, lobes and balls beside the plain model where both ends have touched.
     """
 
     fallen: Contender
@@ -93,6 +95,7 @@ class Search:
     began: float = math.inf
     tried: Contender | None = None
     asked: dict[str, float] = field(default_factory=dict)
+    met: Met = field(default_factory=dict)
 
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
@@ -167,7 +170,8 @@ class Search:
                 return found
         if thorough and self._shows_from_the_fall(best, horizon, found):
             found += self._more_than_half(best, self._begun_in_the_fall(bases, horizon))
-        if like_waves and not _explained(best, found):
+        # who leaves noise alone without an order or an angle in every drop to fit it with is no accident
+        if like_waves and not _explained(best, found) and all(each.fails or each.fits_much for each in found):
             found += self._more_than_half(best, self._waves(best, horizon))
         return found
 
@@ -221,7 +225,7 @@ class Search:
         known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much]
         return best_of_each_name(
-            from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon])
+            from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon], self.met)
         )
 
     def _invited(

@@ -170,6 +170,11 @@ def sized(size: Declared, share: float) -> float:
     return off + share * (size.typical - off)
 
 
+def met_alike(one: Suspect, other: Suspect) -> bool:
+    """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
+    return one.where == other.where and one.fits_much and other.fits_much
+
+
 def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:
     """Return what could be missing from a machine's model.
 

@@ -228,6 +228,24 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
     assert not module.hardly_fails(wavering, little)
 
 
+@pytest.mark.parametrize(
+    ("horizon", "ratio", "tried"),
+    [(0.01, 1.1, False), (0.014, 0.9, True), (0.018, 0.9, False), (0.018, 1.1, True), (0.018, 3.0, False)],
+)
+def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed, monkeypatch, horizon, ratio, tried):
+    """In a wrong hollow of the clearances the plain model leaves what waves of many orders fit."""
+    from tdbmon.diagnosis import contest as module
+
+    like = next(each for each in competed if not each.causes)
+    plain = replace(contender(like, (), 0, ratio), horizon=horizon)
+    loud = tuple(np.full(len(each), ratio**0.5) for each in like.fit.residuals)
+    plain = replace(plain, fit=replace(plain.fit, residuals=loud))
+    asked = []
+    monkeypatch.setattr(module, "better_clearances", lambda problem, fit, h: asked.append(h) or fit)
+    _Contest(Search(plain, (), (0.006,), lambda _: None), plain, [], horizon)._deepen()
+    assert asked == ([horizon] if tried else [])
+
+
 @pytest.mark.parametrize(("horizon", "tried"), [(0.01, False), (0.014, True), (0.018, True), (0.022, False)])
 def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_hardly_parted(
     competed, monkeypatch, horizon, tried
@@ -239,7 +257,7 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
     failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 3.0), horizon=horizon)
     found = replace(contender(plain, ("race_waviness@DE",), 0, 1.0), horizon=horizon)
     asked = []
-    monkeypatch.setattr(module, "of_any_kind", lambda *_: asked.append(horizon) or found)
+    monkeypatch.setattr(module, "of_any_kind", lambda *_, **__: asked.append(horizon) or found)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
     under_way = _Contest(search, lost, [failing], horizon)
     assert under_way._met_by_another_kind(failing) == tried
@@ -260,7 +278,7 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
     failing = replace(contender(plain, (), 0, 3.0), horizon=0.018, causes=tuple(known[name] for name in causes))
     asked = []
 
-    def kinds(_, best, cause, *rest, afresh=False):
+    def kinds(_, best, cause, *rest, afresh=False, met=None):
         asked.append((cause.name, afresh))
         return best
 

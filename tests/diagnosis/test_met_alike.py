@@ -52,6 +52,26 @@ def test_waves_are_found_beside_a_known_cause(beside_an_oval):
     assert found == sorted(found, key=lambda each: each.misfit)
 
 
+def test_what_was_fitted_to_the_first_contacts_beside_the_plain_model_is_remembered(beside_an_oval, monkeypatch):
+    from tdbmon.diagnosis import met_alike as module
+
+    fallen, everyone, oval, lies = beside_an_oval
+    lobes = {s.held["order"]: s for s in everyone if s.name == "ring_out_of_round@DE"}
+    fitted, met = [], {}
+    one_of_them = module._met
+    monkeypatch.setattr(
+        module, "_met", lambda bare, cause, *rest: fitted.append(cause) or one_of_them(bare, cause, *rest)
+    )
+    first = from_the_first_contact(fallen, [], [lobes[2], lobes[3]], HORIZONS[:3], met)
+    again = from_the_first_contact(fallen, [], [lobes[2], lobes[3], lobes[4]], HORIZONS[:3], met)
+    assert fitted == [lobes[2], lobes[3], lobes[4]]
+    assert [each.misfit for each in again if each.causes[0] is not lobes[4]] == [each.misfit for each in first]
+    # beside another cause, and in another fall, they come to something else
+    from_the_first_contact(fallen, [(oval, lies)], [lobes[2]], HORIZONS[:3], met)
+    from_the_first_contact(replace(fallen), [], [lobes[2]], HORIZONS[:3], met)
+    assert fitted[3:] == [lobes[2], lobes[2]]
+
+
 def test_what_was_held_at_the_first_contact_is_free_again(beside_an_oval):
     fallen, everyone, oval, lies = beside_an_oval
     outer = [s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 4]

@@ -10,6 +10,7 @@ import pytest
 from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.contract import causes_json
 from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, doubted, verdict
 from tdbmon.estimate import Estimate
@@ -115,15 +116,44 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
     assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
 
 
-def test_what_fits_much_and_fails_further_on_is_not_named(competed):
+def test_what_fits_much_and_fails_further_on_is_one_of_those_that_look_alike_so_far(competed):
     plain = next(each for each in competed if not each.causes)
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     lost, proof = contender(plain, (), 0, 8.0), HeldOut(("drop_80.nc",), 9e-7, 4e-7, 3e-7, 9000.0, 2000.0)
-    for name, kind in (("off_sized_ball@DE", Kind.UNKNOWN), ("oval_clearance@DE", Kind.NAMED)):
+    for name, kind in (("off_sized_ball@DE", Kind.AMBIGUOUS), ("oval_clearance@DE", Kind.NAMED)):
         held = contender(plain, (name,), 0, 0.95)
-        assert verdict([held, lost], proof).kind is Kind.NAMED
-        judged = verdict([replace(held, failed_s=0.033), lost], proof)
+        assert verdict([held, lost], proof, suspects=everyone).kind is Kind.NAMED
+        failed = replace(held, failed_s=0.033)
+        judged = verdict([failed, lost], proof, suspects=everyone)
         assert judged.kind is kind
-        assert ("not the first 33 ms" in judged.why) == (kind is Kind.UNKNOWN)
+        assert judged.accused == (failed,)
+        assert ("not the first 33 ms" in judged.why) == bool(judged.alike) == (kind is Kind.AMBIGUOUS)
+
+
+def test_causes_that_look_alike_share_a_probability_with_the_one_that_was_fitted(competed):
+    plain = next(each for each in competed if not each.causes)
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
+    waves = next(s for s in everyone if s.name == "race_waviness@NDE" and s.standing_waves)
+    foundation = next(s for s in everyone if s.name == "foundation_mode@DE")
+    both = with_cause(plain, waves, Start({**waves.usual_values, "phase": 0.0}))
+    both = with_cause(both, foundation, Start(foundation.usual_values))
+    both = replace(both, failed_s=0.027, fit=replace(both.fit, misfit=0.95 * both.residuals))
+    field = (both, contender(plain, (), 0, 8.0))
+    judged = verdict(field, None, suspects=everyone)
+    assert [{c.name for c in each.causes} for each in judged.alike] == [
+        {"off_sized_ball@NDE", "foundation_mode@DE"},
+        {"ring_out_of_round@NDE", "foundation_mode@DE"},
+    ]
+    found = causes_json(SimpleNamespace(contenders=field, verdict=judged, parameters={}))
+    shares = {f"{each['effect']}@{each['where']}": each["probability"] for each in found}
+    assert shares.pop("foundation_mode@DE") == pytest.approx(0.6)
+    assert shares == pytest.approx(
+        dict.fromkeys(("race_waviness@NDE", "off_sized_ball@NDE", "ring_out_of_round@NDE"), 0.2)
+    )
+    (unfitted,) = (each["parameters"]["deviation_um"] for each in found if each["effect"] == "off_sized_ball")
+    assert unfitted["value"] is None
+    assert "not fitted" in unfitted["why"]
+    assert "dial gauge" in next_test(judged, field)
 
 
 def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):

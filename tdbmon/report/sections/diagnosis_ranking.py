@@ -35,7 +35,9 @@ def section(evidence: Evidence) -> Section:
                 "attention" if contender in accused else "plain",
             )
         )
-    rest = 1 - sum(diagnosis.verdict.probabilities)
+    for alike in diagnosis.verdict.alike:
+        rows.append(Row((alike.words, probability_words(alike.probability), "–", "–", "–", "not as far"), "attention"))
+    rest = 1 - sum(diagnosis.verdict.probabilities) - sum(each.probability for each in diagnosis.verdict.alike)
     unknown = diagnosis.verdict.kind is Kind.UNKNOWN
     if rest > 1e-3 or unknown:
         other = "something outside the catalogue" if unknown else "something that is not listed"

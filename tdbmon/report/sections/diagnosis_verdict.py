@@ -27,7 +27,9 @@ def section(evidence: Evidence) -> Section:
         Verdict(_sentence(diagnosis), _TONE[diagnosis.verdict.kind]),
         Paragraph(f"Why: {diagnosis.verdict.why}."),
     ]
-    for cause in {cause.name: cause for each in diagnosis.verdict.accused for cause in each.causes}.values():
+    causes = [cause for each in diagnosis.verdict.accused for cause in each.causes]
+    causes += [cause for each in diagnosis.verdict.alike for cause in each.causes]
+    for cause in {cause.name: cause for cause in causes}.values():
         blocks.append(Paragraph(f"{cause.words[:1].upper()}{cause.words[1:]}: {cause.declared.what}"))
     if diagnosis.verdict.kind is Kind.NONE:
         blocks.append(
@@ -76,7 +78,9 @@ def _sentence(diagnosis: Diagnosis) -> str:
         )
     if verdict.kind is Kind.AMBIGUOUS:
         several = {each.effects: each for each in reversed(verdict.accused)}.values()
-        either = "; or ".join(f"{each.words} ({_share(diagnosis, each)})" for each in reversed(several))
+        shares = [(each.words, _share(diagnosis, each)) for each in reversed(several)]
+        shares += [(each.words, probability_words(each.probability)) for each in verdict.alike]
+        either = "; or ".join(f"{words} ({share})" for words, share in shares)
         return f"Ambiguous: {either}. These {drops} cannot decide between them."
     if diagnosis.mistaken is not None:
         return f"Unknown: the set-up is not what the machine file says ({drops})."
