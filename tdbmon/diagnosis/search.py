@@ -49,6 +49,8 @@ PARTING = 1.5  # the same for one that holds up to where all are followed: more 
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
 # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
 _RIVAL_TAKES = 0.25
+# of what the best waves, lobes or ball take away at one bearing, that those at the other must take to be asked too
+_WAVES_TAKE = 1 / 3
 _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
 # of them, kept for further causes: what three did not find a first cause for has none in the catalogue
@@ -159,20 +161,20 @@ class Search:
             best,
             *others_of_the_field(best, plain, horizon, field),
         ]
-        like_waves = False
+        at: frozenset[str] = frozenset()
         found: list[Contender] = []
         for base in bases:
             invited, wavy = self._invited(base, horizon, field, thorough)
             self.asked[base.name] = horizon
-            like_waves = like_waves or (wavy and base is best)
+            at = wavy if base is best else at
             found = self._more_than_half(best, invited)
             if found and best.causes:
                 return found
         if thorough and self._shows_from_the_fall(best, horizon, found):
             found += self._more_than_half(best, self._begun_in_the_fall(bases, horizon))
         # who leaves noise alone without an order or an angle in every drop to fit it with is no accident
-        if like_waves and not _explained(best, found) and all(each.fails or each.fits_much for each in found):
-            found += self._more_than_half(best, self._waves(best, horizon))
+        if at and not _explained(best, found) and all(each.fails or each.fits_much for each in found):
+            found += self._more_than_half(best, self._waves(best, horizon, at))
         return found
 
     def _shows_from_the_fall(self, best: Contender, horizon: float, found: Sequence[Contender]) -> bool:
@@ -213,8 +215,8 @@ class Search:
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
         return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, TOUCHED_S)]))
 
-    def _waves(self, best: Contender, horizon: float) -> list[Contender]:
-        """Return the contender with waves, lobes or a ball, begun at their usual size where contacts begin.
+    def _waves(self, best: Contender, horizon: float, at: frozenset[str]) -> list[Contender]:
+        """Return the contender with waves, lobes or a ball at some bearings, begun at their usual size where contacts begin.
 
         Gap, clearance and cages make up for them by the time a model fails; a fit that begins there finds next to none.
         Where a model fails at the last horizon only, or one with causes hardly fails, paths part.
@@ -223,15 +225,15 @@ class Search:
         if not TOUCHED_S < horizon < FOLLOWED_S or parts or best.ratio > NEARLY or best.of_each_drop:
             return []
         known = list(zip(best.causes, best.starts(), strict=True))
-        others = [each for each in self.suspects if each.fits_much]
+        others = [each for each in self.suspects if each.fits_much and each.where in at]
         return best_of_each_name(
             from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon], self.met)
         )
 
     def _invited(
         self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool
-    ) -> tuple[list[Contender], bool]:
-        """Return the best contender with each of the suspects that explain most, fitted, and whether waves look likely.
+    ) -> tuple[list[Contender], frozenset[str]]:
+        """Return the best contender with each of the suspects that explain most, fitted, and where waves look likely.
 
         The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
         at several angles.
@@ -252,10 +254,10 @@ class Search:
         rough.sort(key=lambda each: each.bic)
         if not thorough:  # then its values are right, and little can be missing
             ranked = best_of_each_name(with_own_slopes(rough[:_PROMISED], horizon))[:2]
-            return [settled(each, horizon, SLOPES) for each in ranked], False
+            return [settled(each, horizon, SLOPES) for each in ranked], frozenset()
         likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
-        wavy = look_like_waves(best, fitted)
+        wavy = where_waves_look_likely(best, fitted)
         explained = any(best.misfit - each.misfit > _FURTHER_TAKES * best.excess for each in fitted)
         if not explained and not best.causes and horizon <= SOUND_S:
             fitted += with_own_slopes(others, horizon)
@@ -281,10 +283,17 @@ def _explained(best: Contender, found: Sequence[Contender]) -> bool:
     return any(best.misfit - each.misfit > _CLEARLY * best.excess for each in found)
 
 
-def look_like_waves(best: Contender, fitted: Sequence[Contender]) -> bool:
-    """True where waves, lobes or a ball explain most of all and yet not much, as they do where values have made up for them."""
+def where_waves_look_likely(best: Contender, fitted: Sequence[Contender]) -> frozenset[str]:
+    """Return the bearings at which waves, lobes or a ball explain most of all and yet not much: values have made up for them.
+
+    None where something else explains more.  A bearing that explains far less than the other is as it should be.
+    """
     won = min(fitted, key=lambda each: each.bic, default=best)
-    return won is not best and won.causes[-1].fits_much and best.misfit - won.misfit > _RIVAL_TAKES * best.excess
+    takes = best.misfit - won.misfit
+    if won is best or not won.causes[-1].fits_much or takes <= _RIVAL_TAKES * best.excess:
+        return frozenset()
+    waves = [each for each in fitted if each.causes[-1].fits_much]
+    return frozenset(each.causes[-1].where for each in waves if best.misfit - each.misfit > _WAVES_TAKE * takes)
 
 
 def only_parts(best: Contender) -> bool:

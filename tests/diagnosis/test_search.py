@@ -9,10 +9,10 @@ from tdbmon.diagnosis.search import (
     Search,
     elsewhere,
     extended_by,
-    look_like_waves,
     only_parts,
     others_of_the_field,
     siblings_first,
+    where_waves_look_likely,
     worth_fitting,
 )
 from tdbmon.diagnosis.suspects import Start, suspects
@@ -127,10 +127,13 @@ def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed
     some = contender(plain, ("race_waviness@DE",), 0, 2.3)  # three tenths of what is left
     hardly = contender(plain, ("race_waviness@DE",), 0, 2.7)
     oval = contender(plain, ("oval_clearance@DE",), 0, 2.2)
-    assert look_like_waves(plain, [some, hardly])
-    assert not look_like_waves(plain, [hardly])
-    assert not look_like_waves(plain, [some, oval])
-    assert not look_like_waves(plain, [])
+    assert where_waves_look_likely(plain, [some, hardly]) == {"DE"}
+    # the other end is asked too where it explains a third of that at least
+    for ratio, ends in ((2.8, {"DE"}), (2.6, {"DE", "NDE"})):
+        assert where_waves_look_likely(plain, [some, contender(plain, ("off_sized_ball@NDE",), 0, ratio)]) == ends
+    assert not where_waves_look_likely(plain, [hardly])
+    assert not where_waves_look_likely(plain, [some, oval])
+    assert not where_waves_look_likely(plain, [])
 
 
 def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(competed):
