@@ -224,9 +224,9 @@ class _Contest:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self._replaced(best, self._of_any_kind(best))
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
-        if horizon == TOUCHED_S or (TOUCHED_S < horizon < STRAYED_S and _nearly_holds(best)):
+        if horizon == TOUCHED_S or (self._may_be_led(best) and _nearly_holds(best)):
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        elif self._may_be_led(best) and _nearly_holds(best):
+        if horizon >= STRAYED_S and self._may_be_led(best) and _nearly_holds(best):
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.tried.add(("led along the valley", best.name))
@@ -319,7 +319,7 @@ class _Contest:
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""
         in_vain = ("led along the valley", best.name) in self.tried
-        return STRAYED_S <= self.horizon <= FOLLOWED_S and not in_vain and not self.decided
+        return TOUCHED_S < self.horizon <= FOLLOWED_S and not in_vain and not self.decided
 
     def _replaced(self, old: Contender, new: Contender) -> Contender:
         self.plain, self.others, new = replaced(self.plain, self.others, old, new)

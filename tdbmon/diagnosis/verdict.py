@@ -12,6 +12,7 @@ from tdbmon.diagnosis.held_out import HeldOut
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.diagnosis.twins import sensors_alike
 from tdbmon.estimate import Estimate
+from tdbmon.identify.free_effect import acts_on_sensors
 
 TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
 # the same between two causes that act on the sensors of one end: an angle and a leak differ by the square of their size only,
@@ -114,10 +115,10 @@ def verdict(
     if plain.ratio <= EXPLAINED and best.fails and best.excess > _MOST * plain.excess:
         why = f"{best.words} fits better, but leaves most of the little that the plain model leaves beyond noise"
         return Verdict(Kind.NONE, (), probabilities, why)
+    if proof is not None and plain.ratio <= EXPLAINED and not _proved_beside_an_explanation(best, proof):
+        why = f"{best.words} fits better, but gains {'too little' if proof.holds else 'nothing'} on {proof.named}"
+        return Verdict(Kind.NONE, (), probabilities, why)
     if proof is not None and not _proved(best, proof):
-        if plain.ratio <= EXPLAINED:
-            why = f"{best.words} fits better, but not on {proof.named}"
-            return Verdict(Kind.NONE, (), probabilities, why)
         gains = "too little" if proof.holds else "nothing"
         why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
         return Verdict(Kind.UNKNOWN, (), probabilities, why)
@@ -219,6 +220,16 @@ def _clear(size: Estimate | None, off: float | str) -> bool:
 def _proved(best: Contender, proof: HeldOut) -> bool:
     """True where a model does better on a drop held out: to be seen in readings, if it has angles of its own in every drop."""
     return proof.seen if best.of_each_drop else proof.holds
+
+
+def _proved_beside_an_explanation(best: Contender, proof: HeldOut) -> bool:
+    """True where a model does better on a drop held out, and much better if its cause acts on the shaft.
+
+    Where the plain model explains the drops, some such cause or other always makes up for laws that are a little off: with
+    nothing hidden it took away 0.23 to 0.37 of what was left there in four fits to synthetic drops.  Sensors have exact laws.
+    """
+    on_shaft = not all(acts_on_sensors(cause.declared) for cause in best.causes)
+    return _proved(best, proof) and (proof.seen or proof.gain is None or not on_shaft)
 
 
 def gains_little(proof: HeldOut | None) -> bool:

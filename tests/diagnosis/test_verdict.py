@@ -73,6 +73,19 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
     assert verdict([oval, lost], little).kind is Kind.NAMED
 
 
+def test_beside_a_plain_model_that_explains_what_acts_on_the_shaft_must_gain_half(competed):
+    """Nothing hidden, strange laws: a cross-coupled stiffness took away a third there; so may a bow."""
+    plain = next(each for each in competed if not each.causes)
+    little = HeldOut(("drop_80.nc",), 5.5e-7, 5.0e-7, 4e-7, 3000.0, 2700.0)
+    assert little.gain == pytest.approx(1 / 3)
+    bare, lost = contender(plain, (), 0, 1.02), contender(plain, (), 0, 8.0)
+    for name, kind in (("shaft_bow@rotor", Kind.NONE), ("probe_gain@DE_A", Kind.NAMED)):
+        assert {cause.name for cause in contender(plain, (name,), 0, 0.9).causes} == {name}
+        assert verdict([contender(plain, (name,), 500, 0.9), bare], little).kind is kind
+        assert verdict([contender(plain, (name,), 500, 0.9), bare], replace(little, extended=4.4e-7)).kind is Kind.NAMED
+        assert verdict([contender(plain, (name,), 500, 0.9), lost], little).kind is Kind.NAMED
+
+
 def test_a_named_cause_that_gains_little_on_a_drop_held_out_is_less_probable(competed):
     plain = next(each for each in competed if not each.causes)
     field = [contender(plain, ("probe_gain@DE_A",), 0, 0.9), contender(plain, (), 0, 8.0)]
