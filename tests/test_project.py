@@ -62,3 +62,20 @@ def test_the_reports_that_the_readme_shows_are_as_the_demo_makes_them(name: str)
 def _skeleton(page: Path) -> list[str]:
     found = re.findall(r'<(?:h2|caption|th scope="col")[^>]*>(.*?)</(?:h2|caption|th)>', page.read_text(), re.DOTALL)
     return [re.sub(r"[-−\d.,]+", "#", re.sub(r"; \d+ more are left out", "", text)) for text in found]
+
+
+def _counted(page: str, row: str) -> tuple[int, int]:
+    """Sum what a page's tables have in the rows that begin so, as 'reached of all'."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    found = re.findall(rf"^\| (?:{row}) \|(?:[^|\n]*\|)?? (\d+)/(\d+) = ", text, re.MULTILINE)
+    assert found, row
+    return sum(int(reached) for reached, _ in found), sum(int(of) for _, of in found)
+
+
+def test_the_readme_counts_as_the_pages_do_that_it_points_to():
+    readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
+    near, all_ = _counted("fitted_forces.md", "peak force within 5 %")
+    inside, _ = _counted("fitted_forces.md", "interval of the peak force holds the truth")
+    assert f"{near} of {all_} peak forces lie within 5 % of the truth and {inside} within their intervals" in readme
+    right, cases = _counted("blind.md", "nothing hidden|one effect|two effects at once|outside the catalogue")
+    assert f"of the last {cases} of them {right}" in readme
