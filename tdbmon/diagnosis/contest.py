@@ -226,7 +226,7 @@ class _Contest:
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
         if horizon == TOUCHED_S or (self._may_be_led(best) and _nearly_holds(best)):
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        if horizon >= STRAYED_S and self._may_be_led(best) and _nearly_holds(best):
+        if horizon >= STRAYED_S and self._may_be_led(best) and _nearly_holds(best):  # still
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.tried.add(("led along the valley", best.name))

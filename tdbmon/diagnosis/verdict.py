@@ -26,8 +26,7 @@ GAINED = 0.8  # on a drop held out
 # 51 of 52 by the present one: one more of each kind makes 0.037
 WRONG = 0.04
 WRONG_OF_LITTLE = 0.5  # with less, 8 of 16
-# that waves, lobes or a ball are there where one of them held for a while and then failed: in three of five blind cases, each
-# of the three kinds once, or another's in its place
+# that waves, lobes or a ball are at a bearing where one of them held for a while and then failed: in three of five blind cases
 ONE_OF_THREE = 0.6
 CERTAIN = 0.9 * (1 - WRONG)  # probability from which on a cause is named
 
