@@ -52,6 +52,8 @@ class HeldOut:
         The extended model's shared values (SI) by name, fitted without the drop, or without each of them.
     quantity : str
         What was measured and simulated.
+    each : tuple of HeldOut
+        Of two drops the proof on each.
     """
 
     drops: tuple[str, ...]
@@ -62,6 +64,7 @@ class HeldOut:
     extended_misfit: float
     without: tuple[Mapping[str, float], ...] = ()
     quantity: str = READINGS
+    each: tuple[HeldOut, ...] = ()
 
     def along_with(self, other: HeldOut) -> HeldOut:
         """Return the proof on both drops, each held out by itself."""
@@ -73,6 +76,7 @@ class HeldOut:
             plain_misfit=self.plain_misfit + other.plain_misfit,
             extended_misfit=self.extended_misfit + other.extended_misfit,
             without=(*self.without, *other.without),
+            each=(self, other),
         )
 
     @property
@@ -94,6 +98,14 @@ class HeldOut:
     def clear(self) -> bool:
         """True where one of the models does much better than the other."""
         return abs(self.plain_misfit - self.extended_misfit) > _CLEAR * self.plain_misfit
+
+    @property
+    def clear_in_each(self) -> bool:
+        """True where the extended model does much better in two drops, each held out by itself.
+
+        That tells a cause that is too weak to be seen in readings: what only seems to be there may do so in one of two.
+        """
+        return bool(self.each) and all(proof.holds and proof.clear for proof in self.each)
 
     @property
     def seen(self) -> bool:

@@ -57,6 +57,10 @@ class Score:
     total: float
     start: Start
 
+    def beyond(self, price: float) -> float:
+        """Return what it gains beyond the price of its parameters, each of which costs as much."""
+        return self.gain - self.start.free(self.suspect).freedom * price
+
 
 def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Suspect]) -> list[Score]:
     """Return the suspects' scores at a fitted point, the greatest first.

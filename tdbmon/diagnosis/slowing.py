@@ -37,6 +37,7 @@ _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 WORTH = 60.0  # sum of squares from which on a cause is sought
+_PLAINLY_SLOWS = 2 * WORTH  # the same from which on it is the likeliest cause there is
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +129,9 @@ def lag_factor(slowings: Sequence[Slowing]) -> float:
 
 
 def slows_otherwise(contender: Contender) -> bool:
-    """True where a rotor slows so that a cause of it is worth seeking."""
+    """True where a rotor plainly slows otherwise than a model has it."""
     slowings = slowings_of(contender)
-    return slowings is not None and slowing_misfit(slowings) > WORTH
+    return slowings is not None and slowing_misfit(slowings) > _PLAINLY_SLOWS
 
 
 def slowing_remarks(contender: Contender) -> list[str]:

@@ -121,7 +121,7 @@ def verdict(
     if best.failed_s and best.much_fitting is not None:
         return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
-    if proof is not None and not proof.seen and not plain.fails and best.in_contacts:
+    if proof is not None and not plain.fails and best.in_contacts and not (proof.seen or proof.clear_in_each):
         why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)
@@ -230,7 +230,21 @@ def _proved(best: Contender, plain: Contender, proof: HeldOut) -> bool:
 
 def gains_little(proof: HeldOut | None) -> bool:
     """True where a named cause is likelier not to be there, by what it takes away on a drop held out."""
-    return proof is not None and proof.gain is not None and proof.gain < GAINED
+    if proof is None:
+        return False
+    return proof.clear_in_each if proof.gain is None else proof.gain < GAINED
+
+
+def little_gained(proof: HeldOut | None) -> str | None:
+    """Return why so much of the probability is left to causes that are not listed; None where it is not."""
+    if not gains_little(proof):
+        return None
+    told = (
+        "it shows in all that is known of the drops held out, not to be seen in readings"
+        if proof is None or proof.gain is None
+        else f"the gain on the drop held out is below {GAINED:g}"
+    )
+    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to what is not listed, since {told}"
 
 
 def _discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tuple[float, ...]:

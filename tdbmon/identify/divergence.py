@@ -40,7 +40,7 @@ def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
 
     The first always, and those by which both ends have touched.
     """
-    least = min(end.radial_gap.nominal for end in problem.model.machine.touchdown_bearings)
+    least = _least_gap(problem)
     return [
         horizon
         for horizon in horizons
@@ -54,10 +54,19 @@ def parting_remarks(problem: Problem, asked: Sequence[float], followed: Sequence
     if followed[-1] == asked[-1]:
         return ()
     rate = max(drop.divergence for drop in problem.drops)
+    part = f"neighbouring paths of this machine part e-fold every {1e3 / rate:.0f} ms"
+    if rate > USUAL_DIVERGENCE:
+        part += f" (usually {1e3 / USUAL_DIVERGENCE:.0f} ms)"
     return (
-        f"neighbouring paths of this machine part e-fold every {1e3 / rate:.0f} ms (usually {1e3 / USUAL_DIVERGENCE:.0f} ms): the"
+        f"{part}; by {asked[len(followed)] * 1e3:g} ms the error of a path, which grows so, is"
+        f" {100 * _DECIDING:g} % of the smallest gap ({_least_gap(problem) * 1e6:.0f} um), and decides what touches next: the"
         f" drops are fitted to {followed[-1] * 1e3:g} ms after the release instead of {asked[-1] * 1e3:g} ms",
     )
+
+
+def _least_gap(problem: Problem) -> float:
+    """Return the smallest radial gap of the touchdown bearings by the machine file, m."""
+    return min(end.radial_gap.nominal for end in problem.model.machine.touchdown_bearings)
 
 
 def divergence(problem: Problem) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import GAINED, WRONG, WRONG_OF_LITTLE, Kind, gains_little
+from tdbmon.diagnosis.verdict import WRONG, Kind, little_gained
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import probability_words
 
@@ -58,9 +58,7 @@ def section(evidence: Evidence) -> Section:
 
 
 def _little_gained(diagnosis: Diagnosis) -> str:
-    if not diagnosis.verdict.accused or not gains_little(diagnosis.proof):
+    why = little_gained(diagnosis.proof)
+    if not diagnosis.verdict.accused or why is None:
         return ""
-    return (
-        f" Here it is {100 * WRONG_OF_LITTLE:.0f} %, since the gain on the drop held out is below {GAINED:g}: so many"
-        " models with so little gain were wrong there."
-    )
+    return f" Here {why}: so many models with so little gain were wrong there."
