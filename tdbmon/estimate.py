@@ -77,6 +77,11 @@ class Estimate:
         return self.value is not None
 
     @property
+    def sigma(self) -> float | None:
+        """Standard deviation that the interval implies, by its upper half: the lower may be cut; None without an interval."""
+        return None if self.value is None or self.high is None else (self.high - self.value) / 1.96
+
+    @property
     def outside(self) -> tuple[float | None, float | None, float | None]:
         """Value, low and high in the unit outside."""
         factor = OUTSIDE[self.unit]

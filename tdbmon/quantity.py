@@ -62,14 +62,14 @@ def _told_apart(value: float, low: float, high: float) -> float:
     return min(high - low, max(4 * nearest, (high - low) / 100)) if nearest else high - low
 
 
-def short(estimate: Estimate, unit: str | None = None, width: float | None = None) -> str:
+def short(estimate: Estimate, width: float | None = None) -> str:
     """Return an estimate without its interval; the dash where it is missing.
 
     `width` is that of the interval whose digits it is told with, SI; without it the estimate's own counts, or a hundredth.
     """
     if estimate.value is None:
         return "–"
-    factor, name = _unit(estimate, unit)
+    factor, name = _unit(estimate, None)
     if width is None:
         width = abs(estimate.value) * 1e-2
         if estimate.low is not None and estimate.high is not None:

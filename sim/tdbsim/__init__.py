@@ -1,1 +1,1 @@
-"""tdbsim."""
+"""A rotor with its magnetic and touchdown bearings, dropped: the machine and its physics."""

@@ -10,7 +10,7 @@ Centrifugal force and the ball's gyroscopic moment are left out, and the stiffne
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -90,12 +90,14 @@ class AngularContactBearing:
     """
 
     rows: tuple[Row, ...]
-    _stiffness: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.rows:
             raise InputError("a bearing needs at least one row of balls")
-        object.__setattr__(self, "_stiffness", tuple(row.geometry.stiffness for row in self.rows))
+
+    @cached_property
+    def _stiffness(self) -> tuple[float, ...]:
+        return tuple(row.geometry.stiffness for row in self.rows)
 
     @cached_property
     def _radius(self) -> float:

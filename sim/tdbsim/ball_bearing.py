@@ -10,7 +10,7 @@ import math
 
 from tdbsim import hooks
 from tdbsim.cache import inlined, shared
-from tdbsim.columns import CAGE_ANGLE, CAGE_RATIO, RING_ANGLE
+from tdbsim.columns import BALL_COUNT, CAGE_ANGLE, CAGE_RATIO, HALF_CLEARANCE, HAS_WAVES, RING_ANGLE
 
 
 @shared
@@ -25,6 +25,20 @@ def ball_load(press, stiffness):  # type: ignore[no-untyped-def]
     return stiffness * press * math.sqrt(press) if press > 0.0 else 0.0
 
 
+@inlined
+def ball_press(m, end, j, along, across, cage, ring_angle):  # type: ignore[no-untyped-def]
+    """Return by how much ball `j` of an end is pressed, m, negative where it is loose.
+
+    (along, across) : displacement of the inner ring in the outer one, turned into the cage.
+    """
+    row = m.end[end]
+    press = along * m.ball_cosine[end, j] + across * m.ball_sine[end, j] - row[HALF_CLEARANCE] + m.ball_oversize[end, j]
+    if row[HAS_WAVES] > 0.0:
+        press += hooks.ball(cage + j * (2.0 * math.pi / row[BALL_COUNT]), ring_angle, m.effect[end])
+    return press
+
+
+# the forces have sums of their own: with another rounding of where the rings rest, fits end in other hollows of their misfit
 @inlined
 def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cosine, sine, oversize, end):  # type: ignore[no-untyped-def]
     """Return the force (x, y) of the balls on the inner ring, off by (ex, ey) in the outer one.

@@ -55,7 +55,7 @@ from tdbsim.columns import (
     SUPPORT_XY,
     SUPPORT_YY,
 )
-from tdbsim.effect import Effect, all_effects
+from tdbsim.effect import Effect, all_effects, declaration
 from tdbsim.errors import InputError
 from tdbsim.machine import STANDARD_GRAVITY, Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
@@ -74,7 +74,7 @@ class Arrays(NamedTuple):
     ``square`` (n,) angular frequencies squared; ``damping`` (n,) 1/s; ``gyro`` (n, n); ``at_end`` (2, n) shapes at the
     touchdown bearings; ``weight`` (n,) modal weight along y; ``unbalance`` (2, n) modal unbalance, cosine and sine
     part; ``bow`` (2, n) modal bow, likewise; ``circulatory`` (n, n) cross-coupling, F_x = -C b, F_y = C a;
-    ``at_magnet`` (m, n), ``magnet`` (m, 4); ``spin`` (7,); ``end`` (2, 29); ``ball_cosine``, ``ball_sine``,
+    ``at_magnet`` (m, n); ``magnet``, ``spin``, ``end`` columns as in `tdbsim.columns`; ``ball_cosine``, ``ball_sine``,
     ``ball_oversize`` (2, b); ``effect`` (3, k) numbers of the effects' hooks for the ends and the rotor.
     """
 
@@ -188,7 +188,7 @@ def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect,
 
 
 def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
-    module = __import__(type(effect).__module__, fromlist=["_"])
+    module = declaration(effect.identifier()).module
     for end in effect.ends(draft.machine) or (ROTOR_ROW,):
         row, at = draft.arrays.effect[end], start
         if effect.most > 1:

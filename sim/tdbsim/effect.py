@@ -25,6 +25,7 @@ from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from tdbsim.columns import ROTOR_ROW
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import EffectSetting, Machine
 from tdbsim.units import scale, to_si
@@ -231,7 +232,7 @@ class Effect:
         """Change the model's numbers in place, before the run."""
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor 2)."""
+        """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor `ROTOR_ROW`)."""
         raise NotImplementedError
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
@@ -440,7 +441,7 @@ def _check_slots(machine: Machine, found: Sequence[Effect]) -> None:
     for each in found:
         if not each.slots:
             continue
-        for end in each.ends(machine) or (2,):
+        for end in each.ends(machine) or (ROTOR_ROW,):
             standing[each.identifier(), end] += 1
             if standing[each.identifier(), end] > each.most:
                 raise InputError(

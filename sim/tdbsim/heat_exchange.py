@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbsim import hooks, state_layout
-from tdbsim.ball_bearing import ball_load, cage_angle
+from tdbsim import state_layout
+from tdbsim.ball_bearing import ball_load, ball_press, cage_angle
 from tdbsim.bearing_torque import race_shares, speed_torque
 from tdbsim.cache import compiled, inlined
 from tdbsim.columns import (
@@ -22,7 +22,6 @@ from tdbsim.columns import (
     CONTACT_STIFFNESS,
     GAP,
     HALF_CLEARANCE,
-    HAS_WAVES,
     RING_DRAG,
 )
 from tdbsim.contact import elastic_force
@@ -66,17 +65,13 @@ def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
     cosine, sine = math.cos(cage), math.sin(cage)
     ex, ey = y[i] - y[i + 2], y[i + 1] - y[i + 3]
     u, v = ex * cosine + ey * sine, ey * cosine - ex * sine
-    half_clearance, stiffness, wavy = row[HALF_CLEARANCE], row[BALL_STIFFNESS], row[HAS_WAVES] > 0.0
-    cosines, sines, oversize = m.ball_cosine[end], m.ball_sine[end], m.ball_oversize[end]
     along, across, squares, energy = 0.0, 0.0, 0.0, 0.0
     for j in range(int(row[BALL_COUNT])):
-        press = u * cosines[j] + v * sines[j] - half_clearance + oversize[j]
-        if wavy:
-            press += hooks.ball(cage + j * (2.0 * math.pi / row[BALL_COUNT]), ring, m.effect[end])
+        press = ball_press(m, end, j, u, v, cage, ring)
         if press > 0.0:
-            load = ball_load(press, stiffness)
-            along += load * cosines[j]
-            across += load * sines[j]
+            load = ball_load(press, row[BALL_STIFFNESS])
+            along += load * m.ball_cosine[end, j]
+            across += load * m.ball_sine[end, j]
             squares += press * press
             energy += 0.4 * load * press
     return math.sqrt(along * along + across * across), squares, energy

@@ -99,9 +99,7 @@ def check_finite(reached: float, times: Array, out: Array) -> None:
 
 def error_scale(n: int) -> Array:
     """Return the size of each component of the state against which errors count."""
-    scale = np.ones(
-        state_layout.size(n)
-    )  # as it stands, of modal velocities, of angles, of the rings' speeds and of work
+    scale = np.ones(state_layout.size(n))  # of modal velocities, of angles, of the rings' speeds and of work
     bodies, angles, rates = state_layout.bodies(n, 0), state_layout.shaft_angle(n), state_layout.positions(n)
     scale[:bodies], scale[bodies:angles] = 1e-3, 1e-4
     scale[rates + bodies : rates + angles] = 0.1

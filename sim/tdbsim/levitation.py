@@ -86,13 +86,16 @@ def _answer(factors: Factors, load: NDArray[Any]) -> NDArray[Any]:
 
 
 def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
+    stiffness, damping = _on_magnets(arrays)
+    inertia = np.eye(len(arrays.square)) - arrays.gyro
+    return np.asarray(-(omega**2) * inertia + 1j * omega * damping + stiffness - 1j * arrays.circulatory)
+
+
+def _on_magnets(arrays: Arrays) -> tuple[Array, Array]:
+    """Return stiffness and damping (n, n) of the rotor's modes on the magnetic bearings."""
     magnets, at = arrays.magnet, arrays.at_magnet
     stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at)
-    damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at)
-    n = len(arrays.square)
-    return np.asarray(
-        -(omega**2) * (np.eye(n) - arrays.gyro) + 1j * omega * damping + stiffness - 1j * arrays.circulatory
-    )
+    return stiffness, np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at)
 
 
 def _driving(arrays: Arrays, omega: float) -> Whirl:
@@ -161,14 +164,14 @@ def add_whirl_force(arrays: Arrays, omega: float, whirl: Whirl) -> None:
 
 def check_stable(arrays: Arrays, omega: float) -> None:
     """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
-    at, magnets = arrays.at_magnet, arrays.magnet
-    springs = magnets[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
+    springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     if not arrays.circulatory.any() and springs.min(initial=0.0) >= 0.0 and arrays.damping.min() >= 0.0:
         return  # gyroscopics do no work: without cross-coupling nothing feeds the whirl
     n = len(arrays.square)
-    stiffness = np.diag(arrays.square) + at.T @ (magnets[:, MAGNET_STIFFNESS, None] * at) - 1j * arrays.circulatory
-    damping = np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at) - 1j * omega * arrays.gyro
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    stiffness, damping = _on_magnets(arrays)
+    state = np.block(
+        [[np.zeros((n, n)), np.eye(n)], [-stiffness + 1j * arrays.circulatory, -damping + 1j * omega * arrays.gyro]]
+    )
     growth = float(np.linalg.eigvals(state).real.max())
     if growth > 1e-3:
         raise InputError(

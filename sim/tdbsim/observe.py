@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import state_layout
-from tdbsim.ball_bearing import ball_load, cage_angle
+from tdbsim.ball_bearing import ball_load, ball_press, cage_angle
 from tdbsim.cache import compiled
 from tdbsim.columns import (
     BALL_COUNT,
@@ -19,15 +19,12 @@ from tdbsim.columns import (
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
     GRAVITY,
-    HALF_CLEARANCE,
-    HAS_WAVES,
     INERTIA,
     RING_INERTIA,
     RING_MASS,
     SUPPORT_MASS,
 )
 from tdbsim.contact import elastic_force
-from tdbsim.hooks import ball
 from tdbsim.rhs import contact_forces, touching
 from tdbsim.state_layout import HEAT
 from tdbsim.support import spring_force
@@ -83,8 +80,8 @@ def observe_stretches(m, borders, columns, states, forces, loads, energies):  # 
 def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
     """Fill forces (2, 6, k), radial ball loads (2, b, k) and energies (5, k) of the states (k, size).
 
-    Energies in J: of the lateral motion of rotor,
-    rings and supports; of the rotor's spin; of the rings' spin; of all springs; of the weight.
+    Energies in J: of the lateral motion of rotor, rings and supports; of the rotor's spin; of the rings' spin; of all springs;
+    of the weight.
     """
     n = len(m.square)
     nq = state_layout.positions(n)
@@ -130,15 +127,11 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
 
             ex = y[i] - y[i + 2]
             ey = y[i + 1] - y[i + 3]
-            count = int(row[BALL_COUNT])
             cage = cage_angle(row, y[j])
             along = ex * np.cos(cage) + ey * np.sin(cage)
             across = ey * np.cos(cage) - ex * np.sin(cage)
-            for b in range(count):
-                press = along * m.ball_cosine[end, b] + across * m.ball_sine[end, b]
-                press += m.ball_oversize[end, b] - row[HALF_CLEARANCE]
-                if row[HAS_WAVES] > 0.0:
-                    press += ball(cage + b * 2.0 * np.pi / count, y[j], m.effect[end])
+            for b in range(int(row[BALL_COUNT])):
+                press = ball_press(m, end, b, along, across, cage, y[j])
                 loads[end, b, t] = ball_load(press, row[BALL_STIFFNESS])
                 if press > 0.0:
                     elastic_sum += 0.4 * loads[end, b, t] * press

@@ -10,7 +10,10 @@ One plane
     deflection and the rotation of the cross-section in the sense of dv/dz.  v = x, psi = theta_y in the x-z plane and
     v = y, psi = -theta_x in the y-z plane.
 
-Equation of motion, with omega in rad/s:  M q'' + omega G q' + (K + omega' G_c) q = F.
+Equation of motion of both planes, with omega in rad/s:  M q'' + omega G q' + (K + omega' G_c) q = F.  The rate of the spin's
+angular momentum omega I_p (theta_y, -theta_x, 1) has the part omega' I_p (theta_y, -theta_x), so G_c = G where the torque that
+changes the speed keeps to the fixed z axis.  A torque that follows the tilted shaft, as windage does, brings the same moment
+with it, and then G_c = 0.
 """
 
 from __future__ import annotations
@@ -71,52 +74,6 @@ class RotorModel:
         return float(self.nodes[-1])
 
     @cached_property
-    def _plane_x(self) -> NDArray[np.intp]:
-        return np.add.outer(4 * np.arange(len(self.nodes)), np.array([0, 3])).ravel()
-
-    @cached_property
-    def _plane_y(self) -> NDArray[np.intp]:
-        return np.add.outer(4 * np.arange(len(self.nodes)), np.array([1, 2])).ravel()
-
-    @cached_property
-    def _sign_y(self) -> Array:
-        return np.tile([1.0, -1.0], len(self.nodes))  # psi = -theta_x
-
-    def _both_planes(self, plane: Array) -> Array:
-        full = np.zeros((2 * len(plane), 2 * len(plane)))
-        full[np.ix_(self._plane_x, self._plane_x)] = plane
-        full[np.ix_(self._plane_y, self._plane_y)] = plane * np.outer(self._sign_y, self._sign_y)
-        return full
-
-    @cached_property
-    def mass(self) -> Array:
-        """Mass matrix (4m, 4m)."""
-        return self._both_planes(self.plane_mass)
-
-    @cached_property
-    def stiffness(self) -> Array:
-        """Stiffness matrix (4m, 4m) of the free rotor."""
-        return self._both_planes(self.plane_stiffness)
-
-    @cached_property
-    def gyroscopic(self) -> Array:
-        """Gyroscopic matrix (4m, 4m), skew-symmetric; multiply by omega in rad/s."""
-        full = np.zeros((4 * len(self.nodes), 4 * len(self.nodes)))
-        full[np.ix_(self._plane_x, self._plane_y)] = self.plane_polar * self._sign_y
-        full[np.ix_(self._plane_y, self._plane_x)] = -(self.plane_polar * self._sign_y).T
-        return full
-
-    @property
-    def circulatory(self) -> Array:
-        """G_c (4m, 4m) of a changing speed; multiply by omega' in rad/s^2.
-
-        The rate of the spin's angular momentum omega I_p (theta_y, -theta_x, 1) has the part omega' I_p (theta_y,
-        -theta_x), so G_c = G where the torque that changes the speed keeps to the fixed z axis.  A torque that follows
-        the tilted shaft, as windage does, brings the same moment with it, and then G_c = 0.
-        """
-        return self.gyroscopic
-
-    @cached_property
     def _translation(self) -> Array:
         return np.tile([1.0, 0.0], len(self.nodes))
 
@@ -156,18 +113,6 @@ class RotorModel:
         """
         deflection, _ = _rows(self.nodes, self.shear, np.atleast_1d(np.asarray(positions, dtype=float)))
         return deflection
-
-    def in_plane_x(self, plane: Array) -> Array:
-        """Lay vectors or rows (..., 2m) of one plane into the x-z plane: (..., 4m)."""
-        full = np.zeros((*plane.shape[:-1], 4 * len(self.nodes)))
-        full[..., self._plane_x] = plane
-        return full
-
-    def in_plane_y(self, plane: Array) -> Array:
-        """Lay vectors or rows (..., 2m) of one plane into the y-z plane: (..., 4m)."""
-        full = np.zeros((*plane.shape[:-1], 4 * len(self.nodes)))
-        full[..., self._plane_y] = plane * self._sign_y
-        return full
 
 
 def build_rotor(machine: Machine, max_element: float | None = None) -> RotorModel:

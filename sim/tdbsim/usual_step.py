@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from tdbsim.machine import Machine
+from tdbsim.power_law import scaled_stiffness
 
 _LONGEST = 25e-6  # s
 _DEPTH = 5e-6  # m, of an ordinary contact
@@ -20,6 +21,6 @@ def usual_step(machine: Machine) -> float:
     fastest = 0.0
     for bearing in machine.touchdown_bearings:
         exponent = bearing.contact_exponent
-        stiffness = exponent * bearing.contact_stiffness * _DEPTH ** (exponent - 1)
+        stiffness = exponent * scaled_stiffness(bearing.contact_stiffness, exponent) * _DEPTH ** (exponent - 1)
         fastest = max(fastest, math.sqrt(stiffness / bearing.inner_ring_mass))
     return min(_LONGEST, _TURN / fastest)

@@ -11,7 +11,7 @@ from tdbsim.machine import Machine
 from tdbsim.modes import supported
 from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
-from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
@@ -83,7 +83,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         return _speed_only(record, machine, rotor, checks, speed, key)
 
     progress("finding the release and the contacts")
-    seen = planes.sel(end=[end for end in planes.end.values if planes.plane.sel(end=end) != "none"])
+    seen = planes.sel(end=seen_ends(planes))
     time = planes.time.to_numpy()
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, record, machine, rotor, speed, checks)
@@ -317,8 +317,7 @@ def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[
 def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:
     """Whirl of the ends that are seen, by the drawing: what goes right round does not rest, and tells no circle at rest."""
     start = float(planes.time[0]) if released is None else released
-    seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
-    return {end: whirl_about_drawing(planes, machine, end, start) for end in seen}
+    return {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
 
 
 def _whirl(

@@ -76,6 +76,11 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
     )
 
 
+def seen_ends(planes: xr.Dataset) -> list[str]:
+    """Return the names of the ends whose orbit the probes show, of what `to_planes` gives."""
+    return [str(end) for end, plane in zip(planes.end.values, planes.plane.values, strict=True) if plane != "none"]
+
+
 def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[str]]:
     """Return the map (end, axis, probe) from readings to displacement, and the plane that it leads to."""
     probes = [p for p in machine.probes if p.name in names]

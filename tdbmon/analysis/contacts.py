@@ -111,6 +111,6 @@ def find_contacts(
 
 
 def _value_sigma(estimate: Estimate) -> tuple[float, float]:
-    if estimate.value is None or estimate.high is None:
+    if estimate.value is None or estimate.sigma is None:
         raise ValueError("an interval is needed")
-    return estimate.value, (estimate.high - estimate.value) / 1.96
+    return estimate.value, estimate.sigma

@@ -51,7 +51,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         ],
         "whirl": _whirl(analysis),
         "indicators": {
-            "settled_s": _settled(analysis).to_json(),
+            "settled_s": analysis.settled.to_json(),
             **{f"deepest_um_{name}": end.deepest.to_json() for name, end in ends.items()},
         },
         "quality": [
@@ -177,7 +177,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
         },
         "peak_force_n": Estimate.missing("N", _NO_MODEL).to_json(),
         "stress_mpa": {
-            **{"max": Estimate.missing("MPa", _NO_MODEL).to_json()},
+            "max": Estimate.missing("MPa", _NO_MODEL).to_json(),
             **dict.fromkeys(("mean", "median", "q1", "q3", "outliers")),
             "why": _NO_MODEL,
         },
@@ -200,13 +200,3 @@ def _whirl(analysis: Analysis) -> dict[str, Any]:
             for end, w in whirls.items()
         },
     }
-
-
-def _settled(analysis: Analysis) -> Estimate:
-    """Time from which both ends stay on their rings."""
-    times = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
-    if not times or len(times) < len(analysis.ends):
-        return Estimate.missing("s", "not both ends have a clearance circle")
-    return Estimate(
-        max(times), unit="s", method="last bounce of more than a tenth of the gap", why="stated to the sample"
-    )

@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 from tdbsim.rotor import RotorModel, static_loads
 
+from tdbmon.analysis.axes import seen_ends
 from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.gap import SETTLED_S, Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
@@ -55,7 +56,7 @@ def analyse_ends(
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
-    seen = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) != "none"]
+    seen = seen_ends(planes)
     settled = {
         end: _after_whirl(
             settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start),
@@ -150,9 +151,9 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
     """Radial air gap: the radius at rest less ball clearance and deflection; missing where nothing would be left of it."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
-    if gap.radius.value is None or gap.radius.high is None:
+    if gap.radius.value is None or gap.radius.sigma is None:
         return Estimate.missing("um", gap.radius.why)
-    sigma = float(np.hypot((gap.radius.high - gap.radius.value) / 1.96, travel.sigma))
+    sigma = float(np.hypot(gap.radius.sigma, travel.sigma))
     if gap.radius.value <= travel.total:
         weight = f"rotor of {mass:.4g} kg, {load:.0f} N on this end"
         why = (
@@ -179,8 +180,5 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
         return Estimate.missing("um", "the clearance centre is not known")
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
     reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
-    high, value = gap.centre[1].high, gap.centre[1].value
-    sigma = 0.0 if high is None else (high - value) / 1.96
-    return Estimate.from_sigma(
-        float(np.nanmax(reach)), sigma, "um", "largest distance from the clearance centre", "0-pk"
-    )
+    rule = "largest distance from the clearance centre"
+    return Estimate.from_sigma(float(np.nanmax(reach)), gap.centre[1].sigma or 0.0, "um", rule, "0-pk")

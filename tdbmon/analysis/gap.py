@@ -154,22 +154,19 @@ def fit_gap(
     return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees)
 
 
-def settled_from(
-    planes: xr.Dataset, end: str, nominal: float, circle: np.ndarray | None = None, start: float = 0.0
-) -> float | NoCircle:
-    """Return the end of the last bounce that lifts the shaft off by more than a tenth of the gap, s.
+def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.0) -> float | NoCircle:
+    """Return the end of the last bounce that lifts the shaft off by more than a tenth of the gap, s, after an instant `start`.
 
-    Without a `circle` (centre x, y and radius, m) the one about the probes' zero is taken.  No
-    circle can be told where the shaft stays settled for less than 0.15 s.
+    It is looked for in the distance from the probes' zero.  No circle can be told where the shaft stays settled for less than
+    0.15 s.
     """
     xy = planes.displacement.sel(end=end).to_numpy().T
     seen = np.isfinite(xy).all(axis=1)
     time, xy = planes.time.to_numpy()[seen], xy[seen]
     if not np.any(time > start):
         return NoCircle(f"no sample after {start:.4g} s has a value")
-    if circle is None:
-        circle = np.array([0.0, 0.0, float(np.median(np.hypot(*xy[time > start].T)))])
-    inside = circle[2] - np.hypot(*(xy - circle[:2]).T)
+    away = np.hypot(*xy.T)
+    inside = float(np.median(away[time > start])) - away
     lifted = np.flatnonzero((inside > _BOUNCE_SHARE * nominal) & (time > start))
     settled = float(time[min(lifted[-1] + 1, len(time) - 1)]) if lifted.size else start
     if time[-1] - settled >= SETTLED_S:
@@ -331,10 +328,9 @@ def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tu
         normal[3, 3] += prior**-2
         target = jac.T @ (weight * arc.radius)
         target[3] += per_load / prior**2
-        if known is not None and known.value is not None and known.high is not None:
-            sigma = (known.high - known.value) / 1.96
-            normal[2, 2] += sigma**-2
-            target[2] += known.value / sigma**2
+        if known is not None and known.value is not None and known.sigma is not None:
+            normal[2, 2] += known.sigma**-2
+            target[2] += known.value / known.sigma**2
         p = np.linalg.solve(normal, target)
         chi = float(np.sum(weight * (arc.radius - jac @ p) ** 2)) / max(len(arc.radius) - 3, 1)
         if chi <= 1.0:

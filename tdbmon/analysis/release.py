@@ -18,7 +18,7 @@ from tdbsim.machine import Machine
 from tdbsim.modes import free_free
 from tdbsim.rotor import RotorModel
 
-from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
 from tdbmon.estimate import Estimate
@@ -124,7 +124,7 @@ def find_release(
     InputError
         If the rotor never leaves its levitated position.
     """
-    ends = [str(end) for end in planes.end.values if str(planes.plane.sel(end=end).item()) != "none"]
+    ends = seen_ends(planes)
     z = planes.displacement.sel(end=ends).to_numpy().reshape(2 * len(ends), -1)
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     begin = int(np.argmax(np.isfinite(z).all(axis=0)))  # a logger may start late
@@ -272,9 +272,7 @@ def _holed(planes: xr.Dataset, machine: Machine, found: Release) -> bool:
     gap = max(machine.bearing(end).radial_gap.nominal for end in machine.ends)
     fall = np.sqrt(2 * gap / max(machine.gravity, 1.0))
     about = planes.sel(time=slice(found.time.value - _CLEAR_S, found.time.value + fall))
-    seen = about.displacement.sel(
-        end=[str(end) for end in planes.end.values if str(planes.plane.sel(end=end).item()) != "none"]
-    )
+    seen = about.displacement.sel(end=seen_ends(planes))
     valid = np.isfinite(seen.to_numpy()).all(axis=(0, 1))
     return _hole(about.time.to_numpy(), valid, -np.inf) is not None
 

@@ -137,15 +137,18 @@ class Analysis:
         return self.release.time
 
     @property
-    def settle_time(self) -> Estimate:
-        """Time from the release to the end of the last bounce of either end."""
+    def settled(self) -> Estimate:
+        """Instant from which both ends stay on their rings."""
         times = [end.gap.settled_from for end in self.ends.values() if end.gap is not None]
         if not times or len(times) < len(self.ends):
-            return Estimate.missing("ms", "not both ends have a clearance circle")
-        last = Estimate(
-            max(times), unit="s", method="last bounce of more than a tenth of the gap", why="found to the sample"
-        )
-        return since(last, self.release_time)
+            return Estimate.missing("s", "not both ends have a clearance circle")
+        rule = "last bounce of more than a tenth of the gap"
+        return Estimate(max(times), unit="s", method=rule, why="stated to the sample")
+
+    @property
+    def settle_time(self) -> Estimate:
+        """Time from the release to the end of the last bounce of either end."""
+        return since(self.settled, self.release_time)
 
     @property
     def has_speed(self) -> bool:

@@ -316,10 +316,10 @@ def _lost(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stret
 
     As far as the decay time is less sure than the fit says, the law may turn about the middle of its stretch.
     """
-    if initial.value is None or initial.high is None:
+    if initial.value is None or initial.sigma is None:
         return Estimate.missing("Hz", initial.why)
     lost = initial.value - float(fit.law.speed_at(release))
-    half = 1.96 * float(np.hypot((initial.high - initial.value) / 1.96, fit.speed_sigma(release)))
+    half = 1.96 * float(np.hypot(initial.sigma, fit.speed_sigma(release)))
     down = up = 0.0
     if decay.value is not None and decay.low and decay.high:
         arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value

@@ -7,6 +7,7 @@ adapting linearly.  So are the phases, at the release, of lobes and waves that t
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +53,7 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
     where = problem.columns(drop)
     base, jacobian = found.residuals[drop], found.slopes[drop]
     others = ~np.isin(np.arange(len(where)), columns)
-    weights, prior = np.sqrt(huber(base, spread(base))), problem.prior[where][others]
-    basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(prior)]))
+    left_of = adapting(base, jacobian, others, problem.prior[where])
     near = found.point.copy()
     for column in columns:
         offsets, period = circle(problem, problem.own[drop][column - len(problem.shared)])
@@ -64,16 +64,40 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
         for offset, residual in zip(offsets, problem.residuals_at(list(turned), drop, horizon), strict=True):
             if residual is None:
                 continue
-            left = np.concatenate([residual * weights, near[where][others] * prior])
-            left = left - basis @ (basis.T @ left)
+            left = left_of(residual, near[where])
             if offset == 0:
-                stays = float(left @ left)
-            if float(left @ left) < least:
-                least, best = float(left @ left), start + offset
+                stays = left
+            if left < least:
+                least, best = left, start + offset
         if least > _WORTH * stays:
             best = start
         near[where[column]] = (best + period / 2) % period - period / 2
     return near[where[columns]]
+
+
+def adapting(
+    residual: Array, slopes: Array, others: NDArray[np.bool_], prior: Array
+) -> Callable[[Array, Array], float]:
+    """Return what tells the squares that residuals of a drop leave at its values once the others have adapted linearly.
+
+    Parameters
+    ----------
+    residual, slopes : (m,), (m, columns) arrays
+        Of the drop, from which the others' part is known.
+    others : (columns,) array of bool
+        The values that adapt.
+    prior : (columns,) array
+        Weight of what is known of each beforehand.
+    """
+    weights, known = np.sqrt(huber(residual, spread(residual))), prior[others]
+    basis, _ = np.linalg.qr(np.vstack([slopes[:, others] * weights[:, None], np.diag(known)]))
+
+    def left_of(residual: Array, values: Array) -> float:
+        left = np.concatenate([residual * weights, values[others] * known])
+        left -= basis @ (basis.T @ left)
+        return float(left @ left)
+
+    return left_of
 
 
 def turning(problem: Problem) -> list[int]:

@@ -189,11 +189,11 @@ def estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Es
             pair = [i, index[f"{owner}.across"]]
             size = np.array([problem.shared[k].scale for k in pair])
             block = covariance[np.ix_(pair, pair)] * np.outer(size, size)
-            out_ = np.array([along, across]) / max(amount, 1e-12)
-            turned = np.array([-out_[1], out_[0]])
-            spread_ = math.sqrt(float(out_ @ block @ out_)), math.sqrt(float(turned @ block @ turned))
-            out[f"{owner}.amount"] = Estimate.from_sigma(amount, spread_[0], "g mm", rule, least=0.0)
-            phase_sigma = min(spread_[1] / max(amount, 1e-12), math.pi)
+            radial = np.array([along, across]) / max(amount, 1e-12)
+            around = np.array([-radial[1], radial[0]])
+            sigmas = math.sqrt(float(radial @ block @ radial)), math.sqrt(float(around @ block @ around))
+            out[f"{owner}.amount"] = Estimate.from_sigma(amount, sigmas[0], "g mm", rule, least=0.0)
+            phase_sigma = min(sigmas[1] / max(amount, 1e-12), math.pi)
             out[f"{owner}.phase"] = Estimate.from_sigma(phase, phase_sigma, "deg", rule)
         elif field != "across":
             sigma = p.scale * math.sqrt(covariance[i, i])
@@ -209,19 +209,19 @@ def _at_bound(problem: Problem, point: Array) -> tuple[AtBound, ...]:
 
 
 def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ...]:
-    spread_ = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(spread_, spread_)
+    sigmas = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sigmas, sigmas)
     count, found = len(problem.shared), []
     # those without tolerance are free for the others' sake only
     stated = {p.name for p in stated_parameters(problem.model.machine)}
     for i, p in enumerate(problem.shared):
-        if spread_[i] < _UNDETERMINED or p.name in stated:
+        if sigmas[i] < _UNDETERMINED or p.name in stated:
             continue
         order = [k for k in np.argsort(-np.abs(correlation[i, :count])) if k != i][:3]
         partners = [
             (problem.shared[k].name, float(correlation[i, k])) for k in order if abs(correlation[i, k]) > _PARTNER
         ]
-        found.append(Undetermined(p.name, float(spread_[i]), tuple(partners)))
+        found.append(Undetermined(p.name, float(sigmas[i]), tuple(partners)))
     return tuple(found)
 
 

@@ -160,3 +160,8 @@ class Calibration:
     problem: Problem
     point: Array
     covariance: Array
+
+    def value(self, name: str, stated: float, unit: str) -> Estimate:
+        """Return a fitted value, or what the machine file states without tolerance (SI) where it was not fitted."""
+        unfitted = Estimate(stated, unit=unit, method="machine file", why="the machine file states no tolerance")
+        return self.values.get(name, unfitted)

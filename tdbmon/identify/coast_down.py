@@ -19,14 +19,14 @@ from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.integration import Integration
 from tdbsim.levitation import synchronous_response
-from tdbsim.sensors import Motion, ProbeChain, Runout, SensorChain, measure
+from tdbsim.sensors import Motion, ProbeChain, SensorChain, measure
 from tdbsim.simulate import DropPlan, initial_state
 from tdbsim.usual_step import usual_step
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.prediction import Values, centre, drop_plan
+from tdbmon.identify.prediction import centre, drop_plan, with_surface
 
 Array = NDArray[np.float64]
 
@@ -116,12 +116,12 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
     usual = float(np.median(list(noise.values())))
     chain = SensorChain(
-        probes={p.name: ProbeChain(noise=noise.get(p.name, usual), runout=_runout(own, p.end)) for p in machine.probes},
+        probes={p.name: ProbeChain(noise=noise.get(p.name, usual)) for p in machine.probes},
         speed_noise_hz=speed_noise_hz,
     )
     for effect in effects:
         chain = effect.sense(chain, machine, 1 / measured.interval)
-    chain = _with_zeros(chain, {p.name: own[f"zero_{p.name}"] for p in machine.probes})
+    chain = _with_zeros(with_surface(chain, machine, own), {p.name: own[f"zero_{p.name}"] for p in machine.probes})
     motion = Motion(
         time=since,
         x=places[0] + offset.real[:, None],
@@ -139,15 +139,6 @@ def _with_zeros(chain: SensorChain, zeros: Mapping[str, float]) -> SensorChain:
     leaking = {name: part * zeros[source] for name, (source, part) in chain.leaks.items()}
     links = {name: replace(chain.of(name), offset=zero - leaking.get(name, 0.0)) for name, zero in zeros.items()}
     return replace(chain, probes=links)
-
-
-def _runout(own: Values, end: str) -> tuple[Runout, ...]:
-    """Return the fitted runout of the surface at an end: it reads as Re(c exp(i order (angle - probe's angle)))."""
-    found = []
-    for order in (1, 2):
-        about = complex(own[f"{end}.runout_cosine_{order}"], own[f"{end}.runout_sine_{order}"])
-        found.append(Runout(order, abs(about), float(np.angle(about)) / order))
-    return tuple(found)
 
 
 def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tuple[Array, Array, Array]:

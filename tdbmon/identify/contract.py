@@ -32,10 +32,9 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
     same names under ``ends`` in the JSON of `tdbmon analyse`.
     """
     bearing = calibration.machine.bearing(forces.end)
-    mass = Estimate(bearing.support_mass, unit="kg", method="machine file", why="the machine file states no tolerance")
     return {
         "support": {
-            "mass_kg": mass.to_json(),
+            "mass_kg": calibration.value(f"{forces.end}.support_mass", bearing.support_mass, "kg").to_json(),
             "stiffness_n_per_m": _value(calibration, f"{forces.end}.support_stiffness", "N/m").to_json(),
             "damping_n_s_per_m": _value(calibration, f"{forces.end}.support_damping", "N s/m").to_json(),
         },

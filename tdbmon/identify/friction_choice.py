@@ -102,13 +102,7 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
         measured_deepest={end: _deepest(seen[i], centres[end]) for i, end in names_shown.items()},
         chosen=min(tried, key=apart),
         fitted={
-            end: calibration.values.get(f"{end}.friction")
-            or Estimate(
-                machine.bearing(end).friction.nominal,
-                unit="1",
-                method="machine file",
-                why="the machine file states no tolerance",
-            )
+            end: calibration.value(f"{end}.friction", machine.bearing(end).friction.nominal, "1")
             for end in machine.ends
         },
     )

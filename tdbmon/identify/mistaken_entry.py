@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
@@ -90,7 +89,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     if not held.holds:
         return None
     values, _ = held.problem.values(held.point, 0)
-    off = [_said(each, values[each.name]) for each in found.entries if not each.low <= values[each.name] <= each.high]
+    wrong = [each for each in found.entries if not each.low <= values[each.name] <= each.high]
+    off = [each.instead(values[each.name], *sorted({each.low, each.high})) for each in wrong]
     if not off:
         return None
     return (
@@ -127,11 +127,3 @@ def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try
         least = min((each.misfit for each in tried), default=0.0)
         tried = [each for each in tried if each.misfit <= min(most, _BEHIND * max(least, _FLOOR))]
     return list(tried)
-
-
-def _said(stated: Parameter, value: float) -> str:
-    factor = OUTSIDE[stated.unit]
-    unit = "" if stated.unit == "1" else f" {stated.unit}"
-    low, high = factor * stated.low, factor * stated.high
-    allowed = f"{low:.4g}" if stated.low == stated.high else f"{low:.4g} to {high:.4g}"
-    return f"{stated.name} {factor * value:.3g}{unit} instead of {allowed}"

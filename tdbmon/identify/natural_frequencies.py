@@ -19,6 +19,7 @@ from tdbsim.rotor import build_rotor
 from tdbmon.analysis.resting_modes import RestingEnd, RestingModes, resting_basis, resting_ends, resting_modes
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.model_share import BAND
 from tdbmon.identify.parameters import calibrated_machine
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ MODES = 6
 ORDERS = (1.0, 2.0)  # of rotation, that excite
 _FACTORS = np.geomspace(1e-2, 1e2, 81)  # of the fitted support stiffness
 _SPEEDS = 41
-_MEMBERS = 64
+_MEMBERS = 64  # drawn from the covariance
 _BEYOND = 1.2  # times the speed at the release, shown
 
 
@@ -90,24 +91,12 @@ class NaturalFrequencies:
     against_speed: RestingModes
 
 
-def natural_frequencies(calibration: Calibration, members: int = _MEMBERS, seed: int = 0) -> NaturalFrequencies:
-    """Return the natural frequencies of a calibrated machine, with intervals from the calibration's covariance.
-
-    Parameters
-    ----------
-    calibration : Calibration
-    members : int
-        Draws from the covariance.
-    seed : int
-        Of the draws.
-    """
+def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
+    """Return the natural frequencies of a calibrated machine, with intervals from the calibration's covariance."""
     machine = calibration.calibrated
     rotor = build_rotor(machine)
     basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
-    drawn = [
-        resting_modes(basis, resting_ends(each, rotor), n=MODES).frequencies[0]
-        for each in _machines(calibration, members, np.random.default_rng(seed))
-    ]
+    drawn = [resting_modes(basis, resting_ends(each, rotor), n=MODES).frequencies[0] for each in _machines(calibration)]
     speed = max(fit.speed for fit in calibration.drops)
     speeds = np.linspace(0.0, _BEYOND * speed, _SPEEDS)
     against_speed = resting_modes(basis, ends, speeds, MODES)
@@ -115,12 +104,8 @@ def natural_frequencies(calibration: Calibration, members: int = _MEMBERS, seed:
         ends=ends,
         modes=_named(basis, ends, np.array(drawn), speeds, against_speed, speed),
         support={
-            bearing.name: calibration.values.get(f"{bearing.name}.support_stiffness")
-            or Estimate(
-                bearing.support_stiffness.nominal,
-                unit="N/m",
-                method="machine file",
-                why="the machine file states no tolerance",
+            bearing.name: calibration.value(
+                f"{bearing.name}.support_stiffness", bearing.support_stiffness.nominal, "N/m"
             )
             for bearing in machine.touchdown_bearings
         },
@@ -133,14 +118,14 @@ def natural_frequencies(calibration: Calibration, members: int = _MEMBERS, seed:
     )
 
 
-def _machines(calibration: Calibration, members: int, rng: np.random.Generator) -> Iterator[Machine]:
+def _machines(calibration: Calibration) -> Iterator[Machine]:
     """Yield machines with values drawn from the calibration's covariance, within their bounds."""
-    problem = calibration.problem
+    problem, rng = calibration.problem, np.random.default_rng(0)
     count = len(problem.shared)
     covariance = calibration.covariance[:count, :count]
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    for _ in range(members):
+    for _ in range(_MEMBERS):
         point = calibration.point.copy()
         point[:count] += root @ rng.standard_normal(count)
         shared, _ = problem.values(np.clip(point, problem.low, problem.high), 0)
@@ -173,7 +158,7 @@ def _named(
     modes = []
     for k, (frequency, share) in enumerate(zip(still, sideways, strict=True)):
         queue = level if share >= 0.5 else upwards
-        low, high = (float(q) for q in np.quantile(drawn[:, k], (0.025, 0.975)))
+        low, high = (float(q) for q in np.quantile(drawn[:, k], BAND))
         modes.append(
             RestingMode(
                 frequency=Estimate(float(frequency), min(low, frequency), max(high, frequency), "Hz", rule),

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.cages import circle, turning
+from tdbmon.identify.cages import adapting, circle, turning
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none
 from tdbmon.identify.one_drop import frozen, only
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread, squares
+from tdbmon.identify.robust import squares
 
 Array = NDArray[np.float64]
 
@@ -108,11 +108,9 @@ def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
     """Return the points of a drop with its angles turned that promise most, all else adapting linearly."""
     count = len(alone.shared)
     angles = [count + k for k in turning(alone)]
-    base, jacobian = stays.residuals[0], stays.slopes[0]
     others = np.arange(len(stays.point)) >= count
     others[angles] = False
-    weights = np.sqrt(huber(base, spread(base)))
-    basis, _ = np.linalg.qr(np.vstack([jacobian[:, others] * weights[:, None], np.diag(alone.prior[others])]))
+    left_of = adapting(stays.residuals[0], stays.slopes[0], others, alone.prior)
     grids = [circle(alone, alone.parameters[angle])[0] for angle in angles]
     points, misfit = {}, np.full([len(grid) for grid in grids], np.inf)
     for at in np.ndindex(misfit.shape):
@@ -120,11 +118,8 @@ def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
         points[at][angles] += [grid[k] for grid, k in zip(grids, at, strict=True)]
     found = alone.residuals_at(list(points.values()), 0, horizon)
     for at, residual in zip(points, found, strict=True):
-        if residual is None:
-            continue
-        left = np.concatenate([residual * weights, (alone.prior * points[at])[others]])
-        left -= basis @ (basis.T @ left)
-        misfit[at] = left @ left
+        if residual is not None:
+            misfit[at] = left_of(residual, points[at])
     hollow = np.isfinite(misfit)
     for axis, step in product(range(misfit.ndim), (-1, 1)):
         hollow &= misfit <= np.roll(misfit, step, axis)

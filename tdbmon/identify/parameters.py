@@ -43,6 +43,8 @@ from tdbsim.machine import Machine, Tolerant, TouchdownBearing, Unbalance
 from tdbsim.modes import Modes
 from tdbsim.power_law import scaled_stiffness
 
+from tdbmon.estimate import OUTSIDE
+
 Array = NDArray[np.float64]
 
 CENTRE_SIGMA = 10e-6  # m; how well the zero of the probes is known to be the bearing's centre
@@ -124,6 +126,12 @@ class Parameter:
     def least(self) -> float:
         """Where its interval ends: nought for what is never negative, as its limits tell."""
         return 0.0 if self.low >= 0 else -math.inf
+
+    def instead(self, value: float, *stated: float) -> str:
+        """Return a value in words, with what the machine file states in its place: a number, or from which to which."""
+        told, *allowed = (f"{OUTSIDE[self.unit] * each:.4g}" for each in (value, *stated))
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{self.name} {told} instead of {' to '.join(allowed)}{unit}"
 
 
 def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
@@ -324,9 +332,9 @@ def moved(value: Tolerant, nominal: float) -> Tolerant:
     return Tolerant(nominal=nominal, low=min(value.low, nominal), high=max(value.high, nominal))
 
 
-def _end_value(bearing: Any, field: str) -> Tolerant:
-    value = bearing.balls.diametral_clearance if field == "diametral_clearance" else getattr(bearing, field)
-    return Tolerant.model_validate(value)
+def _end_value(bearing: TouchdownBearing, field: str) -> Tolerant:
+    value: Tolerant = getattr(bearing.balls if field == "diametral_clearance" else bearing, field)
+    return value
 
 
 def _stated_value(bearing: TouchdownBearing, field: str) -> float:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.problem import Problem
@@ -34,12 +33,11 @@ def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> t
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
     """Return what there is to say of the stated values at a point of a fit: which had to move, where they were free."""
     values, _ = problem.values(point, 0)
-    moved = []
-    for p in stated_parameters(problem.model.machine):
-        if p.name in values and abs(values[p.name] - p.nominal) > _TOLD * p.sigma:
-            factor = OUTSIDE[p.unit]
-            unit = "" if p.unit == "1" else f" {p.unit}"
-            moved.append(f"{p.name} {factor * values[p.name]:.4g} instead of {factor * p.nominal:.4g}{unit}")
+    moved = [
+        p.instead(values[p.name], p.nominal)
+        for p in stated_parameters(problem.model.machine)
+        if p.name in values and abs(values[p.name] - p.nominal) > _TOLD * p.sigma
+    ]
     if not moved:
         return []
     followed, told = ("drop is", "It tells") if len(problem.drops) == 1 else ("drops are", "They tell")

@@ -151,6 +151,24 @@ def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return (pulses.times[1:] + pulses.times[:-1]) / 2, hz, np.sqrt(2) * pulses.sigma * hz / interval
 
 
+def stated_over_counted(ds: xr.Dataset, pulses: Pulses) -> tuple[np.ndarray, np.ndarray]:
+    """Return the speed that a channel states over that of the pulses, turn by turn while the channel goes, and its scatter.
+
+    Returns
+    -------
+    ratio, sigma : numpy.ndarray, shape (n,)
+        Of the turns between the channel's first and last value, and the standard deviation by that of the pulses.
+    """
+    at, hz, sigma = speed(pulses)
+    channel = ds["speed"]
+    known = np.isfinite(channel.values)
+    if not known.any():
+        return np.empty(0), np.empty(0)
+    time, stated = channel[channel.dims[0]].values[known], channel.values[known]
+    inside = (at >= time[0]) & (at <= time[-1])
+    return np.interp(at[inside], time, stated) / hz[inside], sigma[inside] / hz[inside]
+
+
 def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
     """Return the speed that a channel states over that of the pulses: 1 where both are of one shaft.
 
@@ -158,14 +176,9 @@ def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
     """
     if "speed" not in ds or "keyphasor" not in ds or machine.keyphasor is None:
         return Estimate.missing("1", "the record does not hold both a speed channel and keyphasor pulses")
-    at, hz, _ = speed(pulses(ds, machine))
-    channel = ds["speed"]
-    time, stated = channel[channel.dims[0]].values, channel.values
-    good = np.isfinite(stated)
-    inside = (hz > 0) & (at >= time[good][0]) & (at <= time[good][-1]) if good.any() else np.zeros(len(at), dtype=bool)
-    if np.count_nonzero(inside) < 5:
+    ratio, _ = stated_over_counted(ds, pulses(ds, machine))
+    if len(ratio) < 5:
         return Estimate.missing("1", "fewer than five revolutions have both a stated speed and pulses")
-    ratio = np.interp(at[inside], time[good], stated[good]) / hz[inside]
     low, middle, high = np.quantile(ratio, (0.25, 0.5, 0.75))
     error = 1.2533 * float(high - low) / 1.349 / np.sqrt(ratio.size)
     return Estimate.from_sigma(float(middle), float(error), "1", "median over the revolutions")

@@ -12,12 +12,13 @@ from tdbsim.machine import Machine
 from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses, speed
+from tdbmon.record.keyphasor import Pulses, pulses, speed, stated_over_counted
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
 
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 _SAME = 0.03  # relative: of speeds that are one
+_FEWEST_TURNS = 4  # with a stated speed and pulses, by which the two are compared
 _STRONGER = 25.0  # times the power at a speed that no second channel doubts
 _LIKELIER = 4.0  # times the power at the one of two speeds that differ: twice the amplitude, as 1X has over 2X
 _UNITS = {
@@ -322,15 +323,13 @@ class _Ratio:
 
 
 def _over_pulses(ds: xr.Dataset, marks: Pulses | None) -> _Ratio | None:
-    if "speed" not in ds or marks is None or marks.times.size <= 4:
+    if "speed" not in ds or marks is None:
         return None
-    values, time = ds["speed"].values, ds[ds["speed"].dims[0]].values
-    good = np.isfinite(values)
-    if not good.any():
+    ratios, sigma = stated_over_counted(ds, marks)
+    if len(ratios) < _FEWEST_TURNS:
         return None
-    at, hz, sigma = speed(marks)
-    ratio = float(np.median(np.interp(at, time[good], values[good]) / hz))
-    return _Ratio(ratio, abs(ratio - 1) <= max(_SAME, 3 * float(np.median(sigma / hz))))
+    ratio = float(np.median(ratios))
+    return _Ratio(ratio, abs(ratio - 1) <= max(_SAME, 3 * float(np.median(sigma))))
 
 
 def _marks(ds: xr.Dataset, machine: Machine) -> Pulses | None:

@@ -14,9 +14,7 @@ from tdbmon.report.document import Document, Section
 from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
 
 
-def build_compare_report(
-    comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = (), note: str = ""
-) -> Document:
+def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> Document:
     """Return the report of a comparison as a document; `write_html` and `write_pdf` write it.
 
     Parameters
@@ -26,12 +24,9 @@ def build_compare_report(
         Of `tdbmon.history.verdict.verdict_of`.
     standing : sequence of Judged, optional
         Alarms of earlier drops that stand (`tdbmon.history.standing.standing_beside`).
-    note : str, optional
-        Said under the title.  Records that say of themselves that they are synthetic need none.
     """
     entry = comparison.entry
-    if not note and (entry.synthetic or any(e.synthetic for e in comparison.matched)):
-        note = synthetic_note(1 + len(comparison.matched))
+    synthetic = entry.synthetic or any(e.synthetic for e in comparison.matched)
     parts: list[Section | None] = [
         judgement.section(comparison, verdict, standing),
         changes.section(comparison),
@@ -45,6 +40,6 @@ def build_compare_report(
         "Comparison with earlier drops",
         f"{entry.machine} · {when} · {entry.raw_name}",
         tuple(part for part in parts if part is not None),
-        note=note,
+        note=synthetic_note(1 + len(comparison.matched)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )

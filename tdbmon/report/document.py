@@ -164,5 +164,4 @@ class Document:
     subtitle: str
     sections: tuple[Section, ...]
     note: str = ""
-    language: str = "en"
     made: str = ""

@@ -14,12 +14,11 @@ from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.sections.judgement import STANDING, WORDS
 
 
-def build_fleet_report(members: list[Member], note: str = "") -> Document:
+def build_fleet_report(members: list[Member]) -> Document:
     """Return the report of a fleet as a document."""
     from tdbmon.figures.fleet import fleet
 
-    if not note and any(m.comparison.entry.synthetic for m in members):
-        note = synthetic_note(sum(m.drops for m in members))
+    synthetic = any(m.comparison.entry.synthetic for m in members)
     table = _table(members)
     alarms = [(m.machine, each) for m in members for each in m.standing]
     reasons = [
@@ -46,7 +45,7 @@ def build_fleet_report(members: list[Member], note: str = "") -> Document:
                 ),
             ),
         ),
-        note=note,
+        note=synthetic_note(sum(m.drops for m in members)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
 

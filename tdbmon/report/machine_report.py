@@ -18,11 +18,10 @@ from tdbmon.report.sections.judgement import WORDS, standing_blocks
 _TONE: dict[str, Tone] = {word: tone for word, (_, tone) in WORDS.items()}
 
 
-def build_machine_report(history: MachineHistory, note: str = "") -> Document:
+def build_machine_report(history: MachineHistory) -> Document:
     """Return the report of a machine as a document."""
     last = history.last
-    if not note and any(e.synthetic for e in history.entries):
-        note = synthetic_note(len(history.entries))
+    synthetic = any(e.synthetic for e in history.entries)
     parts = [
         _summary(history),
         _courses(history),
@@ -34,7 +33,7 @@ def build_machine_report(history: MachineHistory, note: str = "") -> Document:
         "Machine report",
         f"{history.machine} · {counted(len(history.entries), 'drop')}",
         tuple(parts),
-        note=note,
+        note=synthetic_note(len(history.entries)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
 

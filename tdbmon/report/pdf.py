@@ -36,9 +36,9 @@ def render_pdf(document: Document) -> bytes:
     return pages[0]
 
 
-def render_first_page(document: Document, dots_per_inch: float = 90.0) -> bytes:
-    """Return the first page as it is on paper, as a PNG picture."""
-    return _set(document, {"format": "png", "ppi": dots_per_inch})[0]
+def render_first_page(document: Document) -> bytes:
+    """Return the first page as it is on paper, as a PNG picture of 90 dots an inch."""
+    return _set(document, {"format": "png", "ppi": 90.0})[0]
 
 
 def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
@@ -69,7 +69,6 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
         "title": document.title,
         "subtitle": document.subtitle,
         "note": document.note,
-        "language": document.language,
         "made": document.made,
         "sections": sections,
     }

@@ -10,6 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.fatigue import DropFatigue
 from tdbsim.hertz import BearingGeometry
 
+from tdbmon.estimate import Estimate
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.identify.contract import calibration_json, end_json
 from tdbmon.identify.forces import _at_speed, _Member, _peak, forces_of
@@ -156,3 +157,12 @@ def test_bad_requests(calibration):
     apart = replace(calibration, point=np.full_like(calibration.point, 1e9), covariance=0 * calibration.covariance)
     with pytest.raises(InputError, match="only 0 of 8 draws from the calibration can be simulated"):
         forces_of(apart, members=8)
+
+
+def test_a_support_mass_that_was_fitted_is_told_as_fitted(calibration, forces):
+    """It has no tolerance, but a fit that leaves too much frees it after all."""
+    found, stated = forces[0].ends["NDE"], calibration.machine.bearing("NDE").support_mass
+    assert end_json(calibration, found)["support"]["mass_kg"]["value"] == stated
+    fitted = Estimate(0.9 * stated, 0.8 * stated, stated, "kg", "fit")
+    freed = replace(calibration, values=calibration.values | {"NDE.support_mass": fitted})
+    assert end_json(freed, found)["support"]["mass_kg"] == fitted.to_json()

@@ -9,14 +9,16 @@ import pytest
 import xarray as xr
 from record_machine import machine
 from tdbsim.errors import InputError
+from tdbsim.sensors import keyphasor_pulses
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
+from tdbmon.record.keyphasor import pulses
 from tdbmon.record.levitated_lines import levitated_lines
 from tdbmon.record.quality import Check, check
 from tdbmon.record.read import read
-from tdbmon.record.speed_checks import refuted, without_refuted
+from tdbmon.record.speed_checks import refuted, require_one_speed, speed_check, without_refuted
 from tdbmon.shipped import shipped
 
 SHORT = sorted((Path(__file__).parents[2] / "datasets" / "short").glob("*.nc"))
@@ -253,3 +255,15 @@ def test_a_rotor_at_its_set_point_has_a_constant_speed() -> None:
     assert "speed" in without_refuted(ds, machine())
     alone = assign(_with_speed(96.0, keyphasor=False), machine())
     assert not [found for found in check(alone, machine()) if found.check == "dead" and not found.passed]
+
+
+def test_a_speed_signal_that_ends_early_is_compared_while_it_goes() -> None:
+    """Its last value says nothing of the turns after it, in which the rotor slows to half."""
+    time = np.arange(0.0, 20.0, 1 / 5000)
+    hz, turns = 150.0 * np.exp(-time / 30), 150.0 * 30 * -np.expm1(-time / 30)
+    hz[time > 4.0] = np.nan
+    level = keyphasor_pulses(2 * np.pi * machine().sense * turns, machine(), 0.03)
+    ds = xr.Dataset({"speed": ("time", hz), "keyphasor": ("time", level)}, coords={"time": time})
+    found = speed_check(ds, machine(), pulses(ds, machine()))
+    assert found.passed and "agrees with the keyphasor" in found.detail
+    require_one_speed(ds, machine(), "record")

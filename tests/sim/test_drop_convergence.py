@@ -15,6 +15,7 @@ from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
 from tdbsim.integration import error_scale
 from tdbsim.simulate import DropPlan, initial_state, run
+from tdbsim.usual_step import usual_step
 
 
 def _pressed_start(model):
@@ -130,8 +131,6 @@ def test_touch_down_anywhere_in_a_step(machine):
 
 def test_a_light_ring_takes_shorter_steps(machine):
     """The shipped machine takes 25 us; with rings of a fifth of their mass that is too long, and not taken."""
-    from tdbsim.usual_step import usual_step
-
     assert usual_step(machine) == 25e-6
     rings = [bearing.inner_ring_mass / 5 for bearing in machine.touchdown_bearings]
     ends = tuple(
@@ -146,6 +145,21 @@ def test_a_light_ring_takes_shorter_steps(machine):
     assert run(model, plan).peak_normal.min() > 100
     assert usual < 1e-8
     assert long > 5 * usual
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.3, 1.5])
+def test_a_contact_of_another_exponent_is_as_stiff_at_its_depth(machine, exponent):
+    """The exponent bends the contact's curve about 10 um and hardly changes its slope at some: nor the step."""
+    ends = tuple(each.model_copy(update={"inner_ring_mass": 0.1}) for each in machine.touchdown_bearings)
+    light = machine.model_copy(update={"touchdown_bearings": ends})
+    ends = tuple(each.model_copy(update={"contact_exponent": exponent}) for each in ends)
+    bent = light.model_copy(update={"touchdown_bearings": ends})
+    assert usual_step(bent) == pytest.approx(usual_step(light), rel=0.05)
+    plan, model = DropPlan(150.0, 0.012), build_model(bent)
+    exact = at_ends(run(model, replace(plan, method="dormand_prince", tolerance=1e-11)))
+    caught = run(model, plan)
+    assert caught.peak_normal.min() > 100
+    assert np.abs(at_ends(caught) - exact).max() < 2e-8
 
 
 def test_neighbouring_trajectories_part(machine):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from both_planes import BothPlanes
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from tdbsim.errors import InputError
@@ -303,23 +304,24 @@ def test_whirl_modes_satisfy_the_full_equations_of_motion(stiffness):
     """Put back into all coordinates of the model: nothing of the reduction is left over, nor of the plane signs."""
     machine = undamped(MACHINE)
     model = build_rotor(machine)
+    both = BothPlanes(model)
     found = supported(machine, model, stiffness, 120.0, 4)
-    held = model.stiffness.copy()
+    held = both.stiffness.copy()
     for end in machine.ends:
         x, y = np.broadcast_to(stiffness[end], 2)
         row = model.plane_rows(machine.bearing(end).position)
-        held += x * model.in_plane_x(row).T @ model.in_plane_x(row)
-        held += y * model.in_plane_y(row).T @ model.in_plane_y(row)
+        held += x * both.in_plane_x(row).T @ both.in_plane_x(row)
+        held += y * both.in_plane_y(row).T @ both.in_plane_y(row)
     omega = 2 * math.pi * 120.0
     for k, frequency in enumerate(found.frequencies):
         x, y = (found.modes.vectors @ part[:, k] for part in (found.amplitude_x, found.amplitude_y))
         shape = sum(
-            model.in_plane_x(getattr(x, part)) * unit + model.in_plane_y(getattr(y, part)) * unit
+            both.in_plane_x(getattr(x, part)) * unit + both.in_plane_y(getattr(y, part)) * unit
             for part, unit in (("real", 1.0), ("imag", 1j))
         )
         lam = 2j * math.pi * frequency
-        inertia = lam**2 * model.mass @ shape
-        residual = inertia + lam * omega * model.gyroscopic @ shape + held @ shape
+        inertia = lam**2 * both.mass @ shape
+        residual = inertia + lam * omega * both.gyroscopic @ shape + held @ shape
         flexible = np.linalg.solve(held, residual)  # as a displacement: forces at stiff coordinates weigh little
         assert np.linalg.norm(flexible[0::4]) + np.linalg.norm(flexible[1::4]) < 1e-4 * np.linalg.norm(shape)
 

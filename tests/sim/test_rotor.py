@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from both_planes import BothPlanes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tdbsim.errors import InputError
@@ -81,19 +82,20 @@ def test_inertias_are_those_of_the_cylinders_and_wheels(parts, place, mass):
 
 def test_matrices_are_symmetric_and_the_gyroscopic_one_skew_and_rigid_motion_is_free():
     model = build_rotor(MACHINE)
-    for matrix in (model.mass, model.stiffness):
+    both = BothPlanes(model)
+    for matrix in (both.mass, both.stiffness):
         np.testing.assert_allclose(matrix, matrix.T, rtol=1e-12, atol=1e-14 * np.abs(matrix).max())
-    np.testing.assert_allclose(model.gyroscopic, -model.gyroscopic.T, rtol=1e-12, atol=1e-16)
-    assert np.linalg.eigvalsh(model.mass).min() > 0
+    np.testing.assert_allclose(both.gyroscopic, -both.gyroscopic.T, rtol=1e-12, atol=1e-16)
+    assert np.linalg.eigvalsh(both.mass).min() > 0
     rigid = np.zeros((4, 4 * len(model.nodes)))
     rigid[0, 0::4] = 1  # x
     rigid[1, 1::4] = 1  # y
     rigid[2, 1::4], rigid[2, 2::4] = -model.nodes, 1  # about +x: y = -theta_x z
     rigid[3, 0::4], rigid[3, 3::4] = model.nodes, 1  # about +y: x = theta_y z
-    scale = np.abs(model.stiffness).max()
-    np.testing.assert_allclose(model.stiffness @ rigid.T, 0, atol=1e-9 * scale)
+    scale = np.abs(both.stiffness).max()
+    np.testing.assert_allclose(both.stiffness @ rigid.T, 0, atol=1e-9 * scale)
     # turning about +y at omega, the spin's momentum moves towards -x: the moment needed about +x is I_p omega theta_y'
-    couple = rigid @ model.gyroscopic @ rigid.T
+    couple = rigid @ both.gyroscopic @ rigid.T
     assert couple[2, 3] == pytest.approx(model.polar_inertia, rel=1e-9)
     assert couple[3, 2] == pytest.approx(-model.polar_inertia, rel=1e-9)
     np.testing.assert_allclose(couple[:2], 0, atol=1e-9)
@@ -101,12 +103,13 @@ def test_matrices_are_symmetric_and_the_gyroscopic_one_skew_and_rigid_motion_is_
 
 def test_rigid_motion_is_reproduced_at_any_position():
     model = build_rotor(MACHINE)
+    both = BothPlanes(model)
     q = np.zeros(4 * len(model.nodes))
     q[0::4], q[1::4] = 1e-4 + 3e-4 * model.nodes, 2e-4 - 5e-4 * model.nodes
     q[2::4], q[3::4] = 5e-4, 3e-4
     for position in (0.0, 0.0123, 0.15, 0.777, model.length):
         row = model.plane_rows(position)
-        place = [(lay(row) @ q)[0] for lay in (model.in_plane_x, model.in_plane_y)]
+        place = [(lay(row) @ q)[0] for lay in (both.in_plane_x, both.in_plane_y)]
         np.testing.assert_allclose(place, [1e-4 + 3e-4 * position, 2e-4 - 5e-4 * position])
 
 

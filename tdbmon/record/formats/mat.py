@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 (and 4) through scipy, 7.3 (HDF5 inside) through h5py."""
+"""MATLAB files: version 5 through scipy, 7.3 (HDF5 inside) through h5py."""
 
 from __future__ import annotations
 
