@@ -39,11 +39,21 @@ def begun(best: Contender, suspect: Suspect, start: Start, early: bool) -> Conte
     return min((each for each in tried if each is not None), key=lambda each: each.bic, default=None)
 
 
+def joined(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
+    """Return a contender with one cause more, not fitted yet; None where it cannot be simulated there."""
+    try:
+        return with_cause(best, suspect, start)
+    except InputError:
+        return None
+
+
 def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
     """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
+    wider = joined(best, suspect, start)
+    if wider is None:
+        return None
     try:
-        widened = with_cause(best, suspect, start)
-        return replace(widened, fit=fit(widened.problem, widened.fit.point, best.horizon, 0, slopes=widened.fit.slopes))
+        return replace(wider, fit=fit(wider.problem, wider.fit.point, best.horizon, 0, slopes=wider.fit.slopes))
     except InputError:
         return None
 

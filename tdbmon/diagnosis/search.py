@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, with_own_slopes
+from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, joined, with_own_slopes
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -26,7 +26,6 @@ from tdbmon.diagnosis.contender import (
     replaced,
     settled,
     weighed,
-    with_cause,
     without_each,
     without_last,
 )
@@ -289,18 +288,19 @@ class Search:
         Its values have made up for what is so weak, and a fit that begins at them stays there: who promises most is fitted from
         the fall on too, from where its score says and from where the slopes of its own led.
         """
-        promising = _promising(best, asked)
-        promised = [score.suspect for score in promising]
+        said = promising(best, asked)
+        promised = [score.suspect for score in said]
         first = [each for each in rough if each.causes[-1] in promised]
         others = [each for each in rough if each not in first][:_PROMISED]
         fitted = with_own_slopes([*first, *others], horizon)
         near = [settled(each, horizon, SLOPES) for each in best_of_each_name(fitted)[:_WEAK]]
-        begun = [with_cause(best, score.suspect, score.start) for score in promising]
-        begun += [settled(each, horizon, SLOPES) for each in fitted if each.causes[-1] in promised]
-        return best_of_each_name([*near, *all_from_the_fall(self.fallen, begun, self.horizons)])
+        led = [settled(each, horizon, SLOPES) for each in fitted if each.causes[-1] in promised]
+        begun = [*(joined(best, score.suspect, score.start) for score in said), *led]
+        anew = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
+        return best_of_each_name([*near, *anew])
 
 
-def _promising(best: Contender, asked: Sequence[Score]) -> list[Score]:
+def promising(best: Contender, asked: Sequence[Score]) -> list[Score]:
     """Return the scores, of suspects of different names, that promise most beyond the price of their parameters."""
     price = math.log(best.residuals)
     of_each_name: dict[str, Score] = {}

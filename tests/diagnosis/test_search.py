@@ -1,16 +1,19 @@
 """The search for a cause of what the best model leaves."""
 
+import math
 from dataclasses import replace
 
 import pytest
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
+from tdbmon.diagnosis.score import Score
 from tdbmon.diagnosis.search import (
     Search,
     elsewhere,
     extended_by,
     only_parts,
     others_of_the_field,
+    promising,
     siblings_first,
     where_waves_look_likely,
     worth_fitting,
@@ -241,3 +244,21 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
     # what a lag leaves is another's; beside what acts in contacts an oval is sought as all others
     search.suspects = ()
     assert search._found_beside(contender(best, ("loose_support@DE",), 0.0, 3.0), best, 0.014, [], True) == []
+
+
+def test_of_weak_causes_those_are_fitted_from_the_fall_on_whose_scores_are_plain(competed, crew):
+    plain = next(each for each in competed if not each.causes)
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
+
+    def score(name, gain, each=()):
+        suspect = next(s for s in everyone if s.name == name)
+        return Score(suspect, gain, 1e4, Start({size.name: size.typical for size, _ in suspect.sizes}, each))
+
+    phases = tuple({"phase": 0.0} for _ in range(4))
+    waves, more = score("race_waviness@DE", 230, phases), score("race_waviness@DE", 225, phases)
+    grown, hard = score("thermal_growth@NDE", 220), score("hardening_support@DE", 150)
+    price = math.log(plain.residuals)
+    assert 150 < waves.beyond(price) < grown.beyond(price)  # they have a phase of their own in every drop
+    assert promising(plain, [waves, more, grown, hard]) == [grown, waves]
+    assert promising(plain, [more, hard]) == [more]
+    assert promising(plain, [hard]) == []
