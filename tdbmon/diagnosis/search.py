@@ -42,7 +42,7 @@ _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SAME_KIND = 3  # of one effect among them
 _WEAK = 2  # beside a model that leaves noise alone: of those fitted with their own slopes, and of the best scores
 # sum of squares beyond the price of its parameters, from which on a score is worth fits from the fall on: with nothing hidden
-# the best promised less than that in nine synthetic cases of eleven
+# the best promised less than that in five synthetic cases of eight
 _PROMISING = 150.0
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
