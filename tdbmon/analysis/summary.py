@@ -35,6 +35,7 @@ def summary_lines(analysis: Analysis) -> list[str]:
         lines.append(
             "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
         )
+    lines += _whirls(analysis)
     lines.append(f"{'rotor':<26}{weight(analysis)}")
     lines += [f"{name:<26}{value}{_beside(name, value)}" for name, value in rows]
     for name, end in analysis.ends.items():
@@ -57,6 +58,23 @@ def weight(analysis: Analysis) -> str:
     loads = static_loads(analysis.machine, analysis.rotor)
     resting = ", ".join(f"{loads[end]:.0f} N on {end}" for end in analysis.machine.ends)
     return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
+
+
+def _whirls(analysis: Analysis) -> list[str]:
+    """Return a line an end that whirls: backward whirl destroys touchdown bearings, so that it stands before all numbers."""
+    lines = []
+    for end, whirl in analysis.whirl.items():
+        longest = whirl.worst
+        if longest is None:
+            continue
+        name, onset = ("backward whirl", whirl.backward_onset) if whirl.backward else ("full whirl", whirl.full_onset)
+        begin = f"{onset.value:.4f} s"
+        if (after := since(onset, analysis.release_time)).known:
+            begin = f"{after} after the release [{begin}]"
+        about = ", about the drawing's gap" if whirl.drawn else ""
+        told = f"from {begin}; the longest lasts {longest.duration_s:.3g} s at {longest.frequency}{about}"
+        lines.append(f"{f'{name}, {end}':<26}{told}")
+    return lines
 
 
 def _levitated(analysis: Analysis, end: str) -> list[str]:
