@@ -13,7 +13,7 @@ from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
-from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
+from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
 from tdbmon.record.timebase import usual_interval
 
@@ -47,11 +47,12 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
     found += ds.attrs.get("time_remarks", ())
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
-    still = no_drop(ds, machine, probes)
+    # a shaft that does not fall, or not yet in every direction, tells neither dead probes nor wrong units
+    early = no_drop(ds, machine, probes) or cut_in_fall(ds, machine, probes)
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
-        found += [each for each in of_probe if still is None or each.check not in ("dead", "unit")]
-    found += [still] if still is not None else []
+        found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
+    found += [early] if early is not None else []
     marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
