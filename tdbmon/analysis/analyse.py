@@ -15,14 +15,14 @@ from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
-from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.levitation import Levitation, levitation
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import split_phases
-from tdbmon.analysis.release import Release, release_of, springing_back
+from tdbmon.analysis.release import Release, not_told, release_of, springing_back
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.returned import returned
@@ -88,14 +88,19 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
+    unscaled = ""
     if release is not None:
         checks += check_free_fall(release, machine)
+        unscaled = undated(release, machine)
+        if unscaled:  # about when it was is known all the same: what lies before is levitation
+            release = not_told(release, unscaled)
+            released = released if released is not None and time[0] < released < time[-1] else None
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
     checks += check_orientation(planes, *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
@@ -116,7 +121,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     phases = split_phases(
         float(time[0]),
         float(time[-1]),
-        released,
+        None if unscaled else released,
         min(touched) if touched else None,
         max(settled) if settled and len(settled) == sum(end.plane != "none" for end in ends.values()) else None,
         standstill,
