@@ -14,8 +14,8 @@ _DRAG = "constant drag"
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
-def summary_lines(analysis: Analysis) -> list[str]:
-    """Return the main numbers of an analysis as lines of text, with 95 % intervals."""
+def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
+    """Return the main numbers of an analysis as lines of text, with 95 % intervals; `fitted`: --forces is given already."""
     rows: list[tuple[str, Estimate]] = []
     if analysis.release is not None:
         rows.append(("release", analysis.release.time))
@@ -43,7 +43,7 @@ def summary_lines(analysis: Analysis) -> list[str]:
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
         lines += _end_lines(end, analysis.machine.bearing(name).radial_gap, released)
-    return lines + [f"  {FORCES_TELL}"] * analysis.forces_tell_contacts
+    return lines + [f"  {FORCES_TELL}"] * (analysis.forces_tell_contacts and not fitted)
 
 
 def _beside(name: str, value: Estimate) -> str:
