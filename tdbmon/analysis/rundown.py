@@ -89,7 +89,7 @@ class RunDown:
     Attributes
     ----------
     initial : Estimate
-        Speed at the release, Hz.
+        Speed at the release, or as a record without a drop ends, Hz.
     lost_speed : Estimate
         Speed lost to contacts and ring spin-up beyond the fitted drag, Hz.
     decay_time : Estimate
@@ -202,6 +202,25 @@ def fit_rundown(
     else:
         raise InputError("neither a speed signal nor keyphasor pulses are given; the run-down needs one of them")
     return _run(observed, float(time[-1]), release_time, polar_inertia)
+
+
+def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | None, why: str) -> RunDown:
+    """Return the speed with which a record without a drop ends; the rest is missing for the reason `why`.
+
+    Parameters
+    ----------
+    time, speed, pulses
+        As in `fit_rundown`.
+    why : str
+    """
+    found = fit_rundown(time, speed, release_time=float(time[-2]), polar_inertia=None, pulses=pulses)
+    initial = (
+        replace(found.initial, method=f"{found.source}, as the record ends") if found.initial.known else found.initial
+    )
+    hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
+    return replace(
+        found, initial=initial, lost_speed=hz, decay_time=s, drag_torque=torque, standstill_time=s, models=(), law=None
+    )
 
 
 @dataclass(frozen=True)

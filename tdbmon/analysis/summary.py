@@ -21,7 +21,9 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         rows.append(("release", analysis.release.time))
         if analysis.release.force_decay.known:
             rows.append(("  magnetic force decays", analysis.release.force_decay))
-    if analysis.rundown is not None:
+    if analysis.rundown is not None and not analysis.falls:
+        rows.append(("speed as the record ends", analysis.rundown.initial))
+    elif analysis.rundown is not None:
         rows.append(("speed at the release", analysis.rundown.initial))
         rows.append(("speed decay time", analysis.rundown.decay_time))
         rows.append((_DRAG, analysis.rundown.drag_torque))
@@ -42,6 +44,9 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
+        if not analysis.falls:
+            lines += _orbit_lines(analysis, name)
+            continue
         lines += _end_lines(end, analysis.machine.bearing(name).radial_gap, released)
     return lines + [f"  {FORCES_TELL}"] * (analysis.forces_tell_contacts and not fitted)
 
@@ -82,8 +87,20 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     found = analysis.levitation.get(end)
     if found is None or not found.reach.known:
         return []
+    name = "levitated, from centre" if analysis.falls else "levitated, from zero"
     beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
-    return [f"  {'levitated, from centre':<24}{found.reach}{beside}"]
+    if not analysis.falls:
+        beside += f" ({found.reach.why})"
+    return [f"  {name:<24}{found.reach}{beside}"]
+
+
+def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
+    """Return place, orbit and noise of a shaft that levitates throughout the record, of which no more is told."""
+    found = analysis.levitation.get(end)
+    if found is None:
+        return []
+    rows = (("  x", found.x), ("  y", found.y), ("  once per revolution", found.once), ("  noise", found.noise))
+    return [f"  {label:<24}{estimate}" for label, estimate in rows]
 
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:

@@ -74,12 +74,10 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
 def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple[str, ...]:
     """Return the names of the probes that are fit for analysis.
 
-    Left out are all where the shaft never falls, and probes that are missing, dead, identical with another one (one of
+    Left out are probes that are missing, dead, identical with another one (one of
     the two is not what its name says), a factor of ten or more off the gap, without a value in half of their samples
     or more, or on another time base than the one that shows most.
     """
-    if any(entry.check == "drop" and not entry.passed for entry in checks):
-        return ()
     out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
     names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
     names = [name for name in names if np.isfinite(ds[name].values).mean() > 0.5]

@@ -56,6 +56,8 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     for part in _SECTIONS:
         if part is summary:
             made = summary.section(analysis, fitted)
+        elif part is tracking and not analysis.falls:
+            continue  # no run-down to follow
         elif part in (contact, limits):
             made = part.section(analysis, fitted is not None)
         else:
