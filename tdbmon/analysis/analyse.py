@@ -15,22 +15,23 @@ from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
-from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
-from tdbmon.analysis.levitation import Levitation, levitation
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
+from tdbmon.analysis.levitation import Levitation, levitation, levitation_alone
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
-from tdbmon.analysis.phases import split_phases
-from tdbmon.analysis.release import Release, release_of, springing_back
+from tdbmon.analysis.phases import Phase, split_phases
+from tdbmon.analysis.release import Release, not_told, release_of, springing_back
 from tdbmon.analysis.rest import rest_travel
-from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.result import NO_DROP, Analysis, EndResult
 from tdbmon.analysis.returned import returned
-from tdbmon.analysis.rundown import RunDown, fit_rundown
+from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
 from tdbmon.analysis.set_point import check_set_point
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing, predicted_swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
+from tdbmon.estimate import Estimate
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
@@ -82,20 +83,28 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     if planes is None:
         return _speed_only(record, machine, rotor, checks, speed, key)
 
+    if any(each.check == "drop" and not each.passed for each in checks):
+        return _levitated_only(planes, record, machine, rotor, checks, speed, key)
+
     progress("finding the release and the contacts")
     seen = planes.sel(end=seen_ends(planes))
     time = planes.time.to_numpy()
     angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
+    unscaled = ""
     if release is not None:
         checks += check_free_fall(release, machine)
+        unscaled = undated(release, machine)
+        if unscaled:  # about when it was is known all the same: what lies before is levitation
+            release = not_told(release, unscaled)
+            released = released if released is not None and time[0] < released < time[-1] else None
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
     checks += check_orientation(planes, *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
@@ -106,17 +115,12 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
 
     progress("looking for lines and whirl")
     settled = [e.gap.settled_from for e in ends.values() if e.gap is not None]
-    lines: tuple[Line, ...] = ()
-    if speed.known:
-        bands = _expected(machine, rotor, swing)
-        lines = find_lines(seen, speed.time, speed.hz, machine.sense, machine.mains, bands)
-        lines = name_bearing_orders(lines, machine)
     touched = [e.contacts.events[0].start for e in ends.values() if e.contacts is not None and e.contacts.events]
     standstill = rundown.standstill_time.value if rundown is not None else None
     phases = split_phases(
         float(time[0]),
         float(time[-1]),
-        released,
+        None if unscaled else released,
         min(touched) if touched else None,
         max(settled) if settled and len(settled) == sum(end.plane != "none" for end in ends.values()) else None,
         standstill,
@@ -137,7 +141,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         speed_hz=speed.hz,
         angle=angle,
         waterfall=_spectra(seen),
-        lines=lines,
+        lines=_lines(seen, speed, machine, rotor, swing),
         whirl=_whirl(planes, machine, ends, released, drawn),
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
@@ -230,16 +234,75 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
 def _speed_only(
     record: xr.Dataset, machine: Machine, rotor: RotorModel, checks: list[Check], speed: _Speed, key: Pulses | None
 ) -> Analysis:
-    rundown = _rundown(speed, None, rotor, key, checks)
+    fell = not any(each.check == "drop" and not each.passed for each in checks)
     return Analysis(
         machine=machine,
         rotor=rotor,
         record=record,
-        rundown=rundown,
+        rundown=_rundown(speed, None, rotor, key, checks) if fell else _without_drop(speed, key),
         checks=tuple(checks),
         speed_time=speed.time,
         speed_hz=speed.hz,
     )
+
+
+def _levitated_only(
+    planes: xr.Dataset,
+    record: xr.Dataset,
+    machine: Machine,
+    rotor: RotorModel,
+    checks: list[Check],
+    speed: _Speed,
+    key: Pulses | None,
+) -> Analysis:
+    """Return what a record without a drop tells: how the shaft levitates, and how fast it turns."""
+    time = planes.time.to_numpy()
+    loads = static_loads(machine, rotor)
+    um, stiffness = Estimate.missing("um", NO_DROP), Estimate.missing("N/m", NO_DROP)
+    ends = {
+        end: EndResult(
+            end,
+            str(planes.plane.sel(end=end).item()),
+            loads[end],
+            rest_travel(machine.bearing(end), loads[end]),
+            None,
+            um,
+            um,
+            None,
+            stiffness,
+            um,
+        )
+        for end in machine.ends
+    }
+    seen = planes.sel(end=[name for name, end in ends.items() if end.plane != "none"])
+    return Analysis(
+        machine=machine,
+        rotor=rotor,
+        record=record,
+        planes=planes,
+        checks=tuple(checks),
+        phases=(Phase("levitated", float(time[0]), float(time[-1])),),
+        levitation={
+            name: levitation_alone(
+                planes, name, speed.before(None), machine.mains, machine.bearing(name).radial_gap.nominal
+            )
+            for name in map(str, seen.end.values)
+        },
+        ends=ends,
+        rundown=_without_drop(speed, key),
+        speed_time=speed.time,
+        speed_hz=speed.hz,
+        angle=shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None,
+        waterfall=_spectra(seen),
+        lines=_lines(seen, speed, machine, rotor, None),
+    )
+
+
+def _without_drop(speed: _Speed, key: Pulses | None) -> RunDown | None:
+    if not speed.known:
+        return None
+    time, hz = (speed.time, speed.hz) if speed.sampled is None else (speed.sampled, None)
+    return speed_alone(time, hz, pulses=key, why=NO_DROP)
 
 
 def _release(
@@ -294,6 +357,16 @@ def _rundown(
         polar_inertia=rotor.polar_inertia,
         pulses=key,
     )
+
+
+def _lines(
+    seen: xr.Dataset, speed: _Speed, machine: Machine, rotor: RotorModel, swing: Swing | None
+) -> tuple[Line, ...]:
+    if not speed.known:
+        return ()
+    bands = _expected(machine, rotor, swing)
+    lines = find_lines(seen, speed.time, speed.hz, machine.sense, machine.mains, bands)
+    return name_bearing_orders(lines, machine)
 
 
 def _expected(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[tuple[str, float, float]]:

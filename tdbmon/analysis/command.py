@@ -52,7 +52,7 @@ def analyse(
             document = build_report(result, fitted=fitted)
             for write in writers:
                 write(document)
-    for line in summary_lines(result):
+    for line in summary_lines(result, fitted is not None):
         typer.echo(line)
     if fitted is not None:
         from tdbmon.identify.contract import force_lines

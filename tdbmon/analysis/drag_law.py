@@ -324,7 +324,8 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
         return np.vstack([out, -np.eye(k + 1)[k]]) if prior else out
 
     p0 = np.append(np.array(begin) / scale, np.zeros(0 if zero is None else 1))
-    p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-8, ftol=1e-7, maxfev=100, full_output=True)
+    with np.errstate(over="ignore"):  # in a covariance of its own, which is not used, where the speed is steady
+        p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-8, ftol=1e-7, maxfev=100, full_output=True)
     sensitivity = slopes(p)
     covariance = np.linalg.pinv(sensitivity.T @ sensitivity)[:k, :k] * np.outer(scale, scale)
     return LawFit(law_of(p[:k]), terms, covariance, misfit(p), white(p), sensitivity, len(coast) - len(noise.ar))

@@ -36,6 +36,7 @@ def analyse_ends(
     back: Mapping[str, str],
     checks: list[Check],
     whirl: Mapping[str, Whirl],
+    unscaled: str = "",
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -53,6 +54,8 @@ def analyse_ends(
         Gets whether the radius from the arc is that from the swing.
     whirl : mapping
         Whirl of the ends that are seen: pressed by its own swing, the shaft lies deeper than at rest, and settles after it only.
+    unscaled : str, optional
+        Why times after the release are not told, where they are on a wrong scale.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
@@ -82,6 +85,7 @@ def analyse_ends(
             known = None if swing is None else swing.gap[end]
             circles[end] = _agreed(fit_gap(planes, end, machine, travels[end], since, known), end, known, checks)
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
+    late = unscaled or late
     ends = {}
     for end in machine.ends:
         travel, circle = travels[end], circles[end]

@@ -20,6 +20,8 @@ _APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API 
 _SURE = 1.96  # standard deviations of it: the interval excludes that both read alike
 _ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
 _UPRIGHT = 0.15  # of gravity: less is no fall
+_SCALE = 2.0  # times gravity, or a half of it, at every end: times or lengths are on a wrong scale
+_HOLDS_S = 0.01  # of a magnetic force's decay: a longer one fits a wrong time base as well
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
@@ -45,6 +47,25 @@ def check_free_fall(release: Release, machine: Machine) -> list[Check]:
         cure = "" if passed else f": {_suspects(share, machine, end)}"
         found.append(Check("free fall", end, passed, detail + cure))
     return found
+
+
+def undated(release: Release, machine: Machine) -> str:
+    """Say why a fall does not date the release: it is far from gravity's at every end; "" where it does.
+
+    A field that holds on makes a fall slow too; where it lasts milliseconds, its decay tells it from a wrong scale.
+    """
+    if not release.time.known or not release.fall or machine.gravity < _LEAST_GRAVITY:
+        return ""
+    if max(release.whirl.values()) > _TELLING * machine.gravity:
+        return ""
+    shares = [-y / machine.gravity for _, y in release.fall.values()]
+    held = release.force_decay.value is not None and release.force_decay.value < _HOLDS_S
+    if min(shares) < _SCALE and (max(shares) > 1 / _SCALE or held):
+        return ""
+    return (
+        f"the shaft falls with {min(shares):.2g} times gravity (see free fall): where times or lengths may be on a wrong scale"
+        " neither the release nor a contact after it is told; correct sampling rate or sensitivities"
+    )
 
 
 def check_probe_scales(release: Release, machine: Machine) -> list[Check]:

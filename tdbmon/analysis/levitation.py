@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,9 @@ from tdbmon.analysis.vibration_zone import share_of_clearance
 from tdbmon.estimate import Estimate
 
 _LEAST_TURNS = 3.0  # of the shaft in the stretch: below, its orbit is not told from its place
+_HEAD_S = 0.02  # of a record without a drop, that shows the orbit
+_STEADY = 4.0  # times as far from there: no levitated orbit grows so
+_FROM_ZERO = "from the probes' zero: without a drop no circle tells the clearance centre"
 _GUARD_S = 1e-3  # before the release: its instant is not exact
 
 
@@ -74,7 +77,11 @@ def levitation(
     z, t = z[:, good], t[good]
     seconds = float(t[-1] - t[0]) if len(t) > 1 else 0.0
     if speed_hz is None or seconds * speed_hz < _LEAST_TURNS:
-        why = "the speed before the release is not known" if speed_hz is None else "the levitated stretch is too short"
+        why = (
+            "the speed of the levitated shaft is not known"
+            if speed_hz is None
+            else "the levitated stretch is too short"
+        )
         return unknown(why)
     frequencies = [speed_hz, 2 * speed_hz] + ([mains_hz] if seconds * mains_hz >= _LEAST_TURNS else [])
     waves = [wave(2 * np.pi * f * t) for f in frequencies for wave in (np.cos, np.sin)]
@@ -94,6 +101,27 @@ def levitation(
         reach,
         share_of_clearance(reach, clearance),
     )
+
+
+def levitation_alone(
+    planes: xr.Dataset, end: str, speed_hz: float | None, mains_hz: float, clearance: float
+) -> Levitation:
+    """Fit the levitated orbit of an end of a record without a drop.
+
+    No circle tells the clearance centre there: distances are from the probes' zero, and so without an interval.
+    """
+    shaft = planes.displacement.sel(end=end)
+    z = shaft.to_numpy()[:, np.isfinite(shaft.to_numpy()).all(axis=0)]
+    head = int(np.sum(shaft.time < shaft.time[0] + _HEAD_S))
+    if z.shape[1] < head:
+        return unknown("too few samples have a value")
+    away = np.hypot(*(z - np.median(z[:, :head], axis=1)[:, None]))
+    if away.max() > _STEADY * away[:head].max():  # a drop in a wrong unit, say
+        return unknown("the shaft does not stay on the orbit of its first moments, as it does in levitation")
+    found = levitation(planes, end, float(shaft.time[-1]) + 2 * _GUARD_S, speed_hz, mains_hz, None, clearance)
+    far = float(np.hypot(*z).max())
+    reach = Estimate(far, unit="um", method="greatest distance from the probes' zero", why=_FROM_ZERO, kind="0-pk")
+    return replace(found, reach=reach, share=share_of_clearance(reach, clearance))
 
 
 def unknown(why: str) -> Levitation:

@@ -50,7 +50,8 @@ def check_orientation(
     Returns
     -------
     list of Check
-        One row an end; a failed one names the likely cause.  None where the record ends before the shaft is at rest.
+        One row an end; a failed one names the likely cause.  None where the record ends before the shaft is at rest: while it
+        whirls, or bounces so widely that its mean place is no place of rest.
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
@@ -71,10 +72,19 @@ def check_orientation(
         if whirl is not None and end in whirl and whirl[end].last_s > time[-tail.shape[1]]:
             continue
         rest = np.nanmean(tail, axis=1)
+        if _restless(tail, rest, xy[:, time < start]):
+            continue
         row = _rest_row(end, rest, record, machine, release_s, len(tail[0]))
         if row.passed or not out_of_range.intersection(probe.name for probe in machine.probes_at(end)):
             rows.append(row)
     return rows
+
+
+def _restless(tail: np.ndarray, rest: np.ndarray, before: np.ndarray) -> bool:
+    """True where the shaft moves (rms) wider than its mean place lies from where it levitated, or else the probes' zero."""
+    levitated = np.nanmean(before, axis=1) if np.isfinite(before).all(axis=0).any() else np.zeros(2)
+    moves = np.sqrt(np.nanmean(np.sum((tail - rest[:, None]) ** 2, axis=0)))
+    return bool(moves > np.hypot(*(rest - levitated)))
 
 
 def _rest_row(

@@ -69,8 +69,8 @@ class Release:
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards or
-        none: then neither force decay, states, noise nor levitated position are told.
+        From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards,
+        none or one on a wrong scale: then neither force decay, states, noise nor levitated position are told.
     states : dict
         Position and velocity an end.
     noise : dict
@@ -202,6 +202,12 @@ def find_release(
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     return Release(when, decay, states, noise, levitated, fall, whirl, shares)
+
+
+def not_told(release: Release, why: str) -> Release:
+    """Return a release with the reason why it is not told in place of what rests on its instant."""
+    time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
+    return Release(time, decay, {}, {}, {}, release.fall, release.whirl)
 
 
 def springing_back(rotor: RotorModel) -> tuple[float, ...]:

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from tdbmon.record.quality import Check
 
 
+NO_DROP = "the shaft does not fall in this record (see drop)"
+
+
 @dataclass(frozen=True)
 class EndResult:
     """What was found at one touchdown bearing (SI).
@@ -91,7 +94,8 @@ class Analysis:
     release : Release or None
     phases : tuple of Phase
     levitation : dict
-        The levitated shaft by the end's name; empty where the release is not told, without the ends that are not seen.
+        The levitated shaft by the end's name, of the whole record where it holds no drop; empty where the release is not told,
+        without the ends that are not seen.
     ends : dict
         By the end's name; empty without displacement.
     swing : Swing or None
@@ -130,8 +134,15 @@ class Analysis:
     tracks: xr.Dataset | None = None
 
     @property
+    def falls(self) -> bool:
+        """False where the shaft levitates throughout the record."""
+        return all(check.passed for check in self.checks if check.check == "drop")
+
+    @property
     def release_time(self) -> Estimate:
         """Instant of the release."""
+        if not self.falls:
+            return Estimate.missing("s", NO_DROP)
         if self.release is None:
             return Estimate.missing("s", "the record starts after the release, or holds no displacement")
         return self.release.time
@@ -139,6 +150,8 @@ class Analysis:
     @property
     def settled(self) -> Estimate:
         """Instant from which both ends stay on their rings."""
+        if not self.falls:
+            return Estimate.missing("s", NO_DROP)
         times = [end.gap.settled_from for end in self.ends.values() if end.gap is not None]
         if not times or len(times) < len(self.ends):
             return Estimate.missing("s", "not both ends have a clearance circle")

@@ -38,6 +38,7 @@ _SLIPPING = 0.03  # except against levitation: a relative deceleration greater t
 _STEADY = 0.5
 _TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
 _FALLING = 4.0  # standard deviations by which the speed must fall
+_TURNS_HZ = 1.0  # a steady reading below is no speed that a rotor lost some of
 _HIDDEN = (
     f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
     " levitated one, which this record does not show well enough; a longer record is needed"
@@ -46,6 +47,8 @@ _BY_INERTIA = (
     ", times 2π and the polar inertia of the machine file; the interval holds the noise of the speed alone, neither an error of"
     " that inertia nor of the law"
 )
+_LAW = "speed at the release less the fitted law carried back to it"
+_LEVEL = "speed at the release less the steady speed after the contacts, carried back to it"
 _NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
 
@@ -86,7 +89,7 @@ class RunDown:
     Attributes
     ----------
     initial : Estimate
-        Speed at the release, Hz.
+        Speed at the release, or as a record without a drop ends, Hz.
     lost_speed : Estimate
         Speed lost to contacts and ring spin-up beyond the fitted drag, Hz.
     decay_time : Estimate
@@ -201,6 +204,25 @@ def fit_rundown(
     return _run(observed, float(time[-1]), release_time, polar_inertia)
 
 
+def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | None, why: str) -> RunDown:
+    """Return the speed with which a record without a drop ends; the rest is missing for the reason `why`.
+
+    Parameters
+    ----------
+    time, speed, pulses
+        As in `fit_rundown`.
+    why : str
+    """
+    found = fit_rundown(time, speed, release_time=float(time[-2]), polar_inertia=None, pulses=pulses)
+    initial = (
+        replace(found.initial, method=f"{found.source}, as the record ends") if found.initial.known else found.initial
+    )
+    hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
+    return replace(
+        found, initial=initial, lost_speed=hz, decay_time=s, drag_torque=torque, standstill_time=s, models=(), law=None
+    )
+
+
 @dataclass(frozen=True)
 class _Observed:
     """Spans about the release and after it, standstill, and the root of the noise's density where it is known."""
@@ -251,10 +273,11 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     density, source, ratio = observed.density, observed.source, observed.ratio
     before: LawFit | None = None
 
-    def without(why: str, models: tuple[SpeedModel, ...] = ()) -> RunDown:
+    def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
         initial = speed_at_release(before or levitated_law(lead, release, _known(lead, density)), release, source)
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
-        return RunDown(initial, hz, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
+        lost = hz if level is None else _lost(initial, level, release, _LEVEL)
+        return RunDown(initial, lost, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
 
     if len(after) < FEWEST:
         return without(f"{len(after)} usable means of the speed after the release; {FEWEST} are needed")
@@ -277,7 +300,8 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
     if chosen is None or plain.law.linear < _FALLING * plain.sigma("linear"):
-        return without(f"the speed does not fall: it changes by {slope:.3g} ± {1.96 * error:.2g} Hz/s")
+        why = f"the speed does not fall after the contacts: it changes by {slope:.3g} ± {1.96 * error:.2g} Hz/s"
+        return without(why, level=plain if plain.law.speed > _TURNS_HZ else None)
     fit = chosen.fit
     models = tuple(speed_model(c, c is chosen) for c in candidates)
     levitated = _coasting(stretch, before)
@@ -287,7 +311,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     initial, decay = speed_at_release(before, release, source, 1.96), _decay_time(chosen, levitated, stretch)
     return RunDown(
         initial,
-        _lost(initial, fit, release, decay, stretch),
+        _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
         _inexact(decay, candidates, chosen, stretch),
         _torque(candidates, chosen, polar_inertia),
         stop_time(fit, rest, reached, last, release),
@@ -311,25 +335,31 @@ def _span(coast: Coast) -> float:
     return float(np.median(coast.end - coast.begin))
 
 
-def _lost(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast) -> Estimate:
-    """Return the speed lost beyond the law.
-
-    As far as the decay time is less sure than the fit says, the law may turn about the middle of its stretch.
-    """
+def _lost(initial: Estimate, fit: LawFit, release: float, method: str) -> Estimate:
+    """Return the speed lost beyond the law, or beyond a level speed after the contacts."""
     if initial.value is None or initial.sigma is None:
         return Estimate.missing("Hz", initial.why)
     lost = initial.value - float(fit.law.speed_at(release))
-    half = 1.96 * float(np.hypot(initial.sigma, fit.speed_sigma(release)))
-    down = up = 0.0
-    if decay.value is not None and decay.low and decay.high:
-        arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value
-        own = 1.96 * fit.sigma("linear")
-        down, up = (
-            arm * float(np.sqrt(max(turned**2 - own**2, 0.0)))
-            for turned in (1 / decay.low - 1 / decay.value, 1 / decay.value - 1 / decay.high)
-        )
-    method = "speed at the release less the fitted law carried back to it"
-    return Estimate(lost, lost - float(np.hypot(half, down)), lost + float(np.hypot(half, up)), "Hz", method)
+    sigma = float(np.hypot(initial.sigma, fit.speed_sigma(release)))
+    return Estimate.from_sigma(lost, sigma, "Hz", method)
+
+
+def _turned(
+    lost: Estimate, initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast
+) -> Estimate:
+    """Widen a speed lost as far as the decay time is less sure than the fit says: its law may turn about its middle."""
+    if lost.value is None or lost.high is None or initial.value is None:
+        return lost
+    if decay.value is None or not decay.low or not decay.high:
+        return lost
+    arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value
+    own = 1.96 * fit.sigma("linear")
+    down, up = (
+        arm * float(np.sqrt(max(turned**2 - own**2, 0.0)))
+        for turned in (1 / decay.low - 1 / decay.value, 1 / decay.value - 1 / decay.high)
+    )
+    half = lost.high - lost.value
+    return replace(lost, low=lost.value - float(np.hypot(half, down)), high=lost.value + float(np.hypot(half, up)))
 
 
 def _short(stretch: Coast) -> bool:

@@ -14,14 +14,16 @@ _DRAG = "constant drag"
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
-def summary_lines(analysis: Analysis) -> list[str]:
-    """Return the main numbers of an analysis as lines of text, with 95 % intervals."""
+def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
+    """Return the main numbers of an analysis as lines of text, with 95 % intervals; `fitted`: --forces is given already."""
     rows: list[tuple[str, Estimate]] = []
     if analysis.release is not None:
         rows.append(("release", analysis.release.time))
         if analysis.release.force_decay.known:
             rows.append(("  magnetic force decays", analysis.release.force_decay))
-    if analysis.rundown is not None:
+    if analysis.rundown is not None and not analysis.falls:
+        rows.append(("speed as the record ends", analysis.rundown.initial))
+    elif analysis.rundown is not None:
         rows.append(("speed at the release", analysis.rundown.initial))
         rows.append(("speed decay time", analysis.rundown.decay_time))
         rows.append((_DRAG, analysis.rundown.drag_torque))
@@ -35,14 +37,18 @@ def summary_lines(analysis: Analysis) -> list[str]:
         lines.append(
             "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
         )
+    lines += _whirls(analysis)
     lines.append(f"{'rotor':<26}{weight(analysis)}")
     lines += [f"{name:<26}{value}{_beside(name, value)}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
+        if not analysis.falls:
+            lines += _orbit_lines(analysis, name)
+            continue
         lines += _end_lines(end, analysis.machine.bearing(name).radial_gap, released)
-    return lines + [f"  {FORCES_TELL}"] * analysis.forces_tell_contacts
+    return lines + [f"  {FORCES_TELL}"] * (analysis.forces_tell_contacts and not fitted)
 
 
 def _beside(name: str, value: Estimate) -> str:
@@ -59,13 +65,42 @@ def weight(analysis: Analysis) -> str:
     return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
 
 
+def _whirls(analysis: Analysis) -> list[str]:
+    """Return a line an end that whirls: backward whirl destroys touchdown bearings, so that it stands before all numbers."""
+    lines = []
+    for end, whirl in analysis.whirl.items():
+        longest = whirl.worst
+        if longest is None:
+            continue
+        name, onset = ("backward whirl", whirl.backward_onset) if whirl.backward else ("full whirl", whirl.full_onset)
+        begin = f"{onset.value:.4f} s"
+        if (after := since(onset, analysis.release_time)).known:
+            begin = f"{after} after the release [{begin}]"
+        about = ", about the drawing's gap" if whirl.drawn else ""
+        told = f"from {begin}; the longest lasts {longest.duration_s:.3g} s at {longest.frequency}{about}"
+        lines.append(f"{f'{name}, {end}':<26}{told}")
+    return lines
+
+
 def _levitated(analysis: Analysis, end: str) -> list[str]:
     """Return how far from the clearance centre the shaft levitated, if that is known, and the zone of ISO 14839-2."""
     found = analysis.levitation.get(end)
     if found is None or not found.reach.known:
         return []
+    name = "levitated, from centre" if analysis.falls else "levitated, from zero"
     beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
-    return [f"  {'levitated, from centre':<24}{found.reach}{beside}"]
+    if not analysis.falls:
+        beside += f" ({found.reach.why})"
+    return [f"  {name:<24}{found.reach}{beside}"]
+
+
+def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
+    """Return place, orbit and noise of a shaft that levitates throughout the record, of which no more is told."""
+    found = analysis.levitation.get(end)
+    if found is None:
+        return []
+    rows = (("  x", found.x), ("  y", found.y), ("  once per revolution", found.once), ("  noise", found.noise))
+    return [f"  {label:<24}{estimate}" for label, estimate in rows]
 
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:

@@ -77,6 +77,8 @@ class Whirl:
         Of the longest advance of either kind, Hz.
     last_s : float
         When the shaft went round last, s; minus infinity where it did not.
+    longest_backward, longest_full : Advance or None
+        The longest advance of each kind; None where there is none.
     drawn : bool
         Whether it was told about the drawing's gap and the probes' zero, for want of a clearance circle.
     """
@@ -89,7 +91,14 @@ class Whirl:
     full_longest_s: float
     frequency: Estimate
     last_s: float
+    longest_backward: Advance | None = None
+    longest_full: Advance | None = None
     drawn: bool = False
+
+    @property
+    def worst(self) -> Advance | None:
+        """The longest advance against the rotation, which is what destroys bearings, or else the longest right round."""
+        return self.longest_backward or self.longest_full
 
 
 def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float = -np.inf) -> Whirl:
@@ -129,16 +138,20 @@ def find_whirl(
     time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
     full = _advances(time, angle, radius >= _FULL)
     backward = [a for a in _advances(time, angle, radius >= _BACKWARD) if a.turns < 0]
-    longest = max(full + backward, key=lambda a: a.duration_s, default=None)
+    longest, longest_backward, longest_full = (
+        max(advances, key=lambda a: a.duration_s, default=None) for advances in (full + backward, backward, full)
+    )
     return Whirl(
         backward=bool(backward),
         full=bool(full),
         backward_onset=_onset(backward, "the shaft does not go round against its rotation"),
         full_onset=_onset(full, "the shaft does not go round the whole clearance"),
-        backward_longest_s=max((a.duration_s for a in backward), default=0.0),
-        full_longest_s=max((a.duration_s for a in full), default=0.0),
+        backward_longest_s=longest_backward.duration_s if longest_backward else 0.0,
+        full_longest_s=longest_full.duration_s if longest_full else 0.0,
         frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
         last_s=max((a.until_s for a in full + backward), default=-np.inf),
+        longest_backward=longest_backward,
+        longest_full=longest_full,
     )
 
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 _PANELS = 6
 _PANEL_MM, _DOWN_MM = {1: 36.0, 2: 26.5}, 18.0  # of one row of panels, and of two
 _SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
+_WHIRL_TURNS = 4  # of the longest whirl: more lie over each other
 _DENSE = 500  # samples, beyond which the line is drawn as an image
 
 
@@ -79,6 +80,7 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
     elif settled is None or settled > begin:
         whole = "from the first sample on" if release is None else "from the release on"
         spans.append((whole, begin, min(begin + 0.1, last)))
+        spans += _whirl_span(analysis, end)
     if settled is not None:
         swing = analysis.swing.frequencies[0].value if analysis.swing is not None else None
         length = 3 / (swing or 30.0)
@@ -90,6 +92,16 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
             if at > spans[-1][2] and at + long <= last:
                 spans.append((name, at, at + long))
     return spans[:_PANELS]
+
+
+def _whirl_span(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
+    """A few turns out of the middle of the longest whirl of an end, where it whirls."""
+    longest = analysis.whirl[end].worst if end in analysis.whirl else None
+    if longest is None:
+        return []
+    few = min(_WHIRL_TURNS / abs(longest.turns), 1.0) * longest.duration_s
+    begin = longest.start_s + 0.5 * (longest.duration_s - few)
+    return [("backward whirl" if longest.turns < 0 else "whirl", begin, begin + few)]
 
 
 def _turns(analysis: Analysis, at: float) -> float:

@@ -12,11 +12,15 @@ from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
+from tdbmon.record.timebase import usual_interval
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
 _STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
 _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
+_SOON = 3.0  # times the fall through the gap: within it the record ends, and a shaft may have moved straight down alone
+_LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
+_LASTS_S = 1e-3  # a spike is no fall
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
 
 
@@ -78,6 +82,38 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
         " cut before the release, or did the magnets hold? Otherwise check the unit of all displacements and their cables"
     )
     return Check("drop", "", False, detail)
+
+
+def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
+    """A failed check where the record ends soon after the shaft left its orbit: a probe across the fall has moved little yet.
+
+    None where it did not levitate as long before, or where a probe moves there already as no levitated shaft does.
+    """
+    begun, gaps = [], [machine.bearing(probe.end).radial_gap.nominal for probe in probes]
+    fall = float(np.sqrt(2 * max(gaps, default=0.0) / machine.gravity)) if machine.gravity > 0 else 0.0
+    for probe, gap in zip(probes, gaps, strict=True):
+        values, time = ds[probe.name].values, ds[ds[probe.name].dims[0]].values
+        if not np.isfinite(values).any():
+            continue
+        last = time > time[-1] - _SOON * fall
+        levitated = values[~last & np.isfinite(values)]
+        if levitated.size < last.sum() or np.ptp(levitated) > _LEVITATES * gap:
+            return None
+        beyond = np.maximum(values - levitated.max(), levitated.min() - values)
+        lasting = faults.runs_of(last & (beyond > _FALLS * gap))
+        lasting = lasting.where(lasting.length * usual_interval(time) > _LASTS_S)
+        begun += [float(time[lasting.first[0]])] if len(lasting) else []
+    if not begun:
+        return None
+    # from where a tenth of the gap has been fallen through back to where that began
+    released = min(begun) - float(np.sqrt(_FALLS)) * fall
+    after = float(time[-1]) - released
+    where = "while the shaft still falls" if after < fall else "in its first contacts"
+    detail = (
+        f"the record ends {after * 1e3:.2g} ms after the release, {where}: little can be told of the drop, and nothing of a probe"
+        " that has hardly moved. Was the file cut? Record for a second or more after the release"
+    )
+    return Check("length", "", False, detail)
 
 
 def _moves_slowly(values: np.ndarray) -> bool:

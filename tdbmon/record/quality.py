@@ -13,7 +13,7 @@ from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
-from tdbmon.record.probe_checks import SHORT_GAP, missing_samples, no_drop, probe_checks, twins
+from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
 from tdbmon.record.timebase import usual_interval
 
@@ -47,11 +47,12 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
     found += ds.attrs.get("time_remarks", ())
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
-    still = no_drop(ds, machine, probes)
+    # a shaft that does not fall, or not yet in every direction, tells neither dead probes nor wrong units
+    early = no_drop(ds, machine, probes) or cut_in_fall(ds, machine, probes)
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
-        found += [each for each in of_probe if still is None or each.check not in ("dead", "unit")]
-    found += [still] if still is not None else []
+        found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
+    found += [early] if early is not None else []
     marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
@@ -73,12 +74,10 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
 def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple[str, ...]:
     """Return the names of the probes that are fit for analysis.
 
-    Left out are all where the shaft never falls, and probes that are missing, dead, identical with another one (one of
+    Left out are probes that are missing, dead, identical with another one (one of
     the two is not what its name says), a factor of ten or more off the gap, without a value in half of their samples
     or more, or on another time base than the one that shows most.
     """
-    if any(entry.check == "drop" and not entry.passed for entry in checks):
-        return ()
     out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
     names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
     names = [name for name in names if np.isfinite(ds[name].values).mean() > 0.5]

@@ -56,8 +56,10 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     for part in _SECTIONS:
         if part is summary:
             made = summary.section(analysis, fitted)
-        elif part is limits:
-            made = limits.section(analysis, fitted is not None)
+        elif part is tracking and not analysis.falls:
+            continue  # no run-down to follow
+        elif part in (contact, limits):
+            made = part.section(analysis, fitted is not None)
         else:
             made = part.section(analysis)
         if made is not None:

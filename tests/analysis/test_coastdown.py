@@ -16,8 +16,10 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.summary import summary_lines
+from tdbmon.analysis.vibration_zone import zone
 from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
+from tdbmon.report import build_report
 from tdbmon.shipped import shipped
 
 
@@ -262,8 +264,42 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
 @pytest.mark.parametrize(("last", "told"), [(0.13, True), (0.5, False)])
 def test_where_no_circle_is_found_the_terminal_says_what_tells_the_first_contact(machine, last, told):
     channels = read(shipped("short/drop_100.nc"))
-    lines = summary_lines(analyse(channels.sel(time=slice(0, last)), machine))
-    assert any("--forces" in line for line in lines) == told
+    found = analyse(channels.sel(time=slice(0, last)), machine)
+    assert any("--forces" in line for line in summary_lines(found)) == told
+    assert not any("--forces" in line for line in summary_lines(found, fitted=True))
+
+
+def test_a_record_cut_before_the_release_tells_how_the_shaft_levitates(machine):
+    record = read(shipped("short/drop_100.nc"))
+    whole, cut = analyse(record, machine), analyse(record.sel(time=slice(0, 0.095)), machine)
+    assert [each.check for each in cut.checks if not each.passed] == ["drop"]
+    assert cut.release is None and [phase.name for phase in cut.phases] == ["levitated"]
+    for end, known in whole.levitation.items():
+        found = cut.levitation[end]
+        for name in ("x", "y", "once", "noise"):
+            told, wide = getattr(found, name), getattr(known, name)
+            assert told.low - 1e-8 <= wide.value <= told.high + 1e-8
+        assert zone(found.share) == "A" and "probes' zero" in found.reach.why
+        assert "does not fall" in cut.ends[end].air_gap.why
+    assert cut.rundown.initial.value == pytest.approx(whole.rundown.initial.value, rel=1e-3)
+    assert "does not fall" in cut.rundown.decay_time.why and not cut.rundown.models
+    lines = summary_lines(cut)
+    assert any(line.startswith("speed as the record ends") for line in lines)
+    assert any("zone A" in line for line in lines)
+    assert not any("usable" in line or "decay" in line or "standstill" in line for line in lines)
+    words = str(build_report(cut))
+    assert "no usable displacement" not in words and "first-contacts" not in words
+    analysis_json(cut)
+    assert any(feature.name == "initial_hz" and feature.estimate.known for feature in features_of(cut))
+
+
+def test_a_drop_in_a_wrong_unit_is_no_levitation(machine):
+    record = read(shipped("short/drop_100.nc"))
+    for probe in machine.probes:
+        record[probe.name] = record[probe.name].copy(data=1e-3 * record[probe.name].values)
+    found = analyse(record, machine)
+    assert not found.falls
+    assert all("does not stay" in each.x.why for each in found.levitation.values())
 
 
 def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 
 import pytest
+from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.release import find_release
+from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.assign import assign
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -120,6 +122,39 @@ def test_a_magnetic_force_that_dies_away_leaves_the_fall_straight(machine):
         release = find_release(to_planes(assign(held, machine), machine), machine, 60.0, [305.4])
         assert release.force_decay.value == pytest.approx(decay * 1e-3, rel=0.2)
         assert all(check.passed for check in check_probe_scales(release, machine))
+
+
+@pytest.mark.parametrize("longer", [2.0, 1.5, 0.5])
+def test_times_on_a_wrong_scale_tell_neither_release_nor_contact(longer):
+    channels = read(shipped("years/drop_03.nc")).sel(time=slice(0, 1.0))
+    machine = load_machine(shipped("years/machine.toml"))
+    scaled = channels.assign_coords(time=channels.time.values * longer)
+    found = analyse(scaled, machine)
+    assert any(check.check == "free fall" and not check.passed for check in found.checks)
+    lines = summary_lines(found)
+    circled = [end for end in found.ends.values() if end.gap is not None]
+    assert circled
+    for quantity in (found.release.time, found.release.force_decay, *(end.stiffness for end in circled)):
+        assert "times gravity (see free fall)" in quantity.why
+    for end in circled:
+        assert end.contacts.first is None and "see free fall" in end.no_contact
+    assert not any("ms after the release" in line or "magnetic force" in line for line in lines)
+    assert all(levitated.x.known for levitated in found.levitation.values())  # about when it ended is known
+
+
+@pytest.mark.parametrize("name", ["short/drop_060", "short/drop_100", "loose/drop_100", "short/drop_210"])
+def test_no_force_that_decays_in_tens_of_milliseconds_is_made_of_a_wrong_rate(name, machine):
+    channels = read(shipped(f"{name}.nc"))
+    release = analyse(channels.assign_coords(time=2 * channels.time.values), machine).release
+    assert not release.time.known and not release.force_decay.known
+
+
+def test_a_slow_fall_under_a_force_that_dies_away_dates_its_release(machine):
+    planes, truth = drop(0, decay=8e-3, rate=10000.0, fall=0.012)
+    release = find_release(planes, machine, 97.0)
+    assert not all(check.passed for check in check_free_fall(release, machine))
+    assert release.time.low <= truth <= release.time.high
+    assert undated(release, machine) == ""
 
 
 def test_a_fall_upwards_dates_no_release(machine):

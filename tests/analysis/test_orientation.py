@@ -61,6 +61,29 @@ def test_a_long_levitated_stretch_is_no_rest(record, machine):
         assert found[end].detail == row.detail
 
 
+def test_a_shaft_that_goes_about_the_probes_zero_as_the_record_ends_is_not_judged(record, machine):
+    """Its mean place is a few micrometres from there, in a direction that tells nothing."""
+    gap = machine.bearing("NDE").radial_gap.nominal
+    time = record["NDE_A"][record["NDE_A"].dims[0]].values
+    place = 5e-6j + gap * np.sin(2 * np.pi * 90.0 * time) * np.exp(2j * np.pi * 20.0 * time)
+    moving = record.copy()
+    for probe in machine.probes_at("NDE"):
+        moving[probe.name] = record[probe.name].copy(
+            data=np.where(time > 0.3, (place * np.exp(-1j * probe.angle)).real, record[probe.name].values)
+        )
+    planes = to_planes(moving, machine, [probe.name for probe in machine.probes])
+    found = {row.channel: row for row in check_orientation(planes, moving, machine, 0.1, {})}
+    assert "NDE" not in found
+
+
+def test_a_zero_set_where_the_shaft_rests_is_still_told(record, machine):
+    faulty = record.copy()
+    for probe, off in zip(machine.probes_at("NDE"), (3e-6, 5e-6), strict=True):
+        faulty[probe.name] = record[probe.name] - record[probe.name].values[-800:].mean() + off
+    row = rows(faulty, machine)["NDE"]
+    assert not row.passed and "a probe's zero is off" in row.detail
+
+
 def test_an_end_with_a_probe_out_of_range_is_not_accused(record, machine):
     faulty = record.copy()
     faulty["NDE_A"] = record["NDE_A"] + 2e-3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.release import springing_back
+from tdbmon.analysis.summary import summary_lines
+from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.forces import later_remarks
 from tdbmon.report.sections import whirl as whirl_section
@@ -79,6 +82,26 @@ def test_whirl_is_told_without_a_clearance_circle(whirling):
     assert told["backward"] and told["full"]
     words = " ".join(str(block) for block in whirl_section.section(whirling).blocks)
     assert "the gap of the drawing" in words
+
+
+def test_the_terminal_tells_backward_whirl_before_all_numbers(whirling):
+    first, *lines = summary_lines(whirling)
+    assert first.startswith("quality") and all("backward whirl" in line for line in lines[:2])
+    for line, (end, found) in zip(lines, whirling.whirl.items(), strict=False):
+        assert line.startswith(f"backward whirl, {end}") and f"[{found.backward_onset.value:.4f} s]" in line
+        assert f"{found.backward_longest_s:.3g} s at {found.longest_backward.frequency}" in line
+        assert "about the drawing's gap" in line
+
+
+def test_turns_of_the_longest_whirl_are_drawn_without_a_clearance_circle(whirling):
+    for end, found in whirling.whirl.items():
+        first, whirl = orbit_sequence(whirling, end).axes
+        assert "from the release on" in first.get_title() and "backward whirl" in whirl.get_title()
+        (path,) = [line for line in whirl.lines if line.get_label() == "orbit"]
+        turned = np.ptp(np.unwrap(np.angle(path.get_xdata() + 1j * path.get_ydata()))) / (2 * np.pi)
+        assert turned == pytest.approx(4.0, abs=1.0)  # by the mean frequency of the whole whirl
+        begin, stop = map(float, re.search(r"([\d.]+) to ([\d.]+) s", whirl.get_title()).groups())
+        assert found.longest_backward.start_s < begin < stop < found.longest_backward.end_s
 
 
 def test_a_shaft_that_whirls_is_not_at_rest_and_accuses_no_probe(whirling):

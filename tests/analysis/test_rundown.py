@@ -406,6 +406,24 @@ def test_speed_that_does_not_fall_is_a_missing_result(slope: float) -> None:
         run.speed_at(1.0)
 
 
+def test_speed_lost_to_contacts_is_told_though_the_speed_is_steady_after_them() -> None:
+    """A short record: 0.14 Hz in 30 ms of contacts, then no drag that shows; the interval holds it as often as stated."""
+    time = np.arange(0, 0.4, 1e-3)
+    course = 500.0 - 0.14 * np.clip((time - 0.108) / 0.03, 0.0, 1.0)
+    held, told = 0, 0
+    for seed in range(SEEDS):
+        speed = course + np.random.default_rng(seed).normal(0, 0.02, time.size)
+        run = fit_rundown(time, speed, release_time=0.1, polar_inertia=None)
+        if run.law is not None:
+            continue
+        assert "after the contacts" in run.decay_time.why and run.lost_speed.known
+        told += 1
+        held += run.lost_speed.low <= 0.14 <= run.lost_speed.high
+        assert run.lost_speed.low > 0.05
+    assert told > 0.9 * SEEDS
+    assert held >= 0.91 * told
+
+
 @pytest.mark.parametrize("offset", [0.0, 0.2])
 def test_standstill_only_is_a_missing_result(offset: float) -> None:
     t = np.arange(0, 5, 1 / 500)

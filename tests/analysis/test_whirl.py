@@ -51,6 +51,17 @@ def test_rolling_round_is_full_whirl_and_backward_only_against_the_rotation(sens
     assert found.frequency.value == pytest.approx(40.0, rel=0.03)
     assert (found.backward_longest_s > 0) == found.backward
     assert found.backward_onset.known == found.backward
+    assert found.worst.turns == pytest.approx(sense * way * 6.0, abs=0.5)
+
+
+def test_whirl_against_the_rotation_is_the_worst_beside_a_longer_one_with_it():
+    forward = -np.pi / 2 + _ramp(20.0, 40.0)
+    backward = forward[-1] + _ramp(-6.0, 60.0)
+    angle = np.concatenate([forward, backward[1:]])
+    found = find_whirl(_planes(np.ones(angle.size), angle), "NDE", CENTRE, GAP, 1)
+    assert found.frequency.value == pytest.approx(40.0, rel=0.03)  # of the longest
+    assert found.worst.turns < 0 and found.worst.frequency.value == pytest.approx(60.0, rel=0.03)
+    assert found.worst.start_s == pytest.approx(0.5, abs=0.25 / 40.0)
 
 
 def test_frequency_of_a_steady_whirl_has_an_interval_that_holds_it():

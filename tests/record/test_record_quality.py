@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time as clock
 from pathlib import Path
 
@@ -233,7 +234,23 @@ def test_a_record_of_levitation_alone_is_told_as_such(sound: xr.Dataset) -> None
     failed = _failed(before)
     assert list(failed) == [("drop", "")]
     assert "the shaft does not fall in this record" in failed["drop", ""]
-    assert usable(before, machine(), check(before, machine())) == ()
+    assert usable(before, machine(), check(before, machine())) == ("NDE_A", "NDE_B", "DE_A", "DE_B")
+
+
+@pytest.mark.parametrize(
+    ("after", "where"),
+    [(4.0, "while the shaft still falls"), (10.0, "in its first contacts"), (18.0, "first contacts")],
+)
+def test_a_record_cut_in_the_fall_accuses_no_probe_across_it(after: float, where: str) -> None:
+    """Two probes lie level: they have moved by some micrometres where the upright ones have seen the fall."""
+    drawn = load_machine(shipped("years/machine.toml"))
+    whole = assign(read(shipped("years/drop_03.nc")), drawn)
+    row = {c.check: c for c in check(whole.sel(time=slice(0, 0.1 + after * 1e-3)), drawn) if not c.passed}
+    assert list(row) == ["length"]
+    told = re.match(r"the record ends ([\d.]+) ms after the release", row["length"].detail)
+    assert told is not None and float(told.group(1)) == pytest.approx(after, abs=1.0)
+    assert where in row["length"].detail
+    assert "length" not in {c.check for c in check(whole, drawn)}
 
 
 def test_all_displacements_in_a_wrong_unit_are_told_once(sound: xr.Dataset) -> None:

@@ -19,6 +19,7 @@ from tdbmon.record.finding import Check
 from tdbmon.report import Document, build_report
 from tdbmon.report.document import Figure, Paragraph, Row, Section, SignalViewer, Table, Verdict
 from tdbmon.report.html import render_html
+from tdbmon.report.sections import contact
 from tdbmon.report.sections.findings import end_findings
 from tests.figure_checks import figures_of
 
@@ -219,6 +220,13 @@ def test_what_is_missing_of_an_end_is_said_once_on_the_first_page(short: Analysi
     column = table.header.index("NDE")
     assert [row.cells[column] for row in table.rows if row.cells[0] == "Rebound"] == ["–"]
     assert all("not estimated" not in cell for row in table.rows for cell in row.cells)
+
+
+def test_fitted_forces_need_no_hint_to_them(short: Analysis) -> None:
+    unsettled = Estimate.missing("um", "the shaft still lifts off")
+    lost = replace(short.ends["NDE"], gap=None, contacts=None, air_gap=unsettled, stiffness=unsettled)
+    one = replace(short, ends={**short.ends, "NDE": lost})
+    assert "--forces" in str(contact.section(one)) and "--forces" not in str(contact.section(one, fitted=True))
 
 
 def test_contacts_after_a_late_beginning_are_listed_but_none_is_the_first(short: Analysis) -> None:

@@ -16,8 +16,8 @@ from tdbmon.report.sections.left_out import left_out
 _LISTED = 10
 
 
-def section(analysis: Analysis) -> Section | None:
-    """Return the contacts."""
+def section(analysis: Analysis, fitted: bool = False) -> Section | None:
+    """Return the contacts; where the simulation is `fitted`, its sections follow and need no hint."""
     if not any(end.contacts is not None and end.contacts.events for end in analysis.ends.values()):
         return None
     ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
@@ -27,7 +27,7 @@ def section(analysis: Analysis) -> Section | None:
         for end in analysis.ends.values()
         if end not in ends
     ]
-    blocks += [sentence(FORCES_TELL)] * analysis.forces_tell_contacts
+    blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and not fitted)
     if ends:
         blocks = _first(analysis, ends, release, blocks)
     blocks += [

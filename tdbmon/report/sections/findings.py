@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.result import NO_DROP, Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 
 RESTITUTION = "Restitution (velocity after over before the contact)"
@@ -38,7 +38,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     if analysis.release is not None and analysis.release.force_decay.known:
         found.append(Finding("Decay time of the magnetic force", "", analysis.release.force_decay))
     for name, attribute, unit in (
-        ("Speed at the release", "initial", "Hz"),
+        ("Speed at the release" if analysis.falls else "Speed as the record ends", "initial", "Hz"),
         ("Speed lost to contacts and ring spin-up", "lost_speed", "Hz"),
         ("Decay time of the speed", "decay_time", "s"),
         ("Torque of constant drag", "drag_torque", "N m"),
@@ -51,7 +51,8 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies
-        missing = Estimate.missing("Hz", "no swing of enough cycles stands out after both ends have settled")
+        why = "no swing of enough cycles stands out after both ends have settled" if analysis.falls else NO_DROP
+        missing = Estimate.missing("Hz", why)
         found.append(
             Finding(
                 f"Swing in the clearance, {name}, small amplitude",

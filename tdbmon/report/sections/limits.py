@@ -12,7 +12,7 @@ _MODEL = "displacement alone does not give it: it needs the simulation fitted to
 def section(analysis: Analysis, fitted: bool = False) -> Section:
     """Return every quantity without a value, those of one reason together; `fitted` where a model gives the forces."""
     rows = []
-    if not fitted:
+    if not fitted and analysis.falls:
         rows = [
             Row(("Contact force, Hertz stress", "both", _MODEL)),
             Row(("Support stiffness and damping apart", "both", _MODEL)),

@@ -63,10 +63,14 @@ def _orbits_caption(analysis: Analysis, end: str) -> str:
             " touches is not known"
         )
     start = "the record's first sample" if analysis.release is None else "the release"
+    whirl = analysis.whirl.get(end)
+    turns = ""
+    if not has_circle(analysis, end) and whirl is not None and whirl.worst is not None:
+        turns = " The panel beside shows some turns of the longest whirl."
     dots = "; a dot marks each pulse of the keyphasor" if analysis.angle is not None else ""
     return (
         f"Orbits of {end} from {start} on, equal axes, looking at the machine with x right and y up. Black: {circle}."
-        f" The arrow turns as the rotor does{dots}."
+        f" The arrow turns as the rotor does{dots}.{turns}"
     )
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.vibration_zone import ZONES, zone
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
-from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table, sentence
 from tdbmon.report.signal import signals_of
 
 _FIRST_S = 0.25
@@ -17,7 +17,9 @@ _FIRST_S = 0.25
 def section(analysis: Analysis) -> Section:
     """Return the release, the phases and the time histories."""
     blocks: list[Block] = []
-    if analysis.release is None:
+    if not analysis.falls:
+        blocks += [sentence(NO_DROP), *_levitated(analysis)]
+    elif analysis.release is None:
         blocks.append(
             Paragraph(
                 "The release was not found: the record holds no levitated stretch before the fall, or no displacement."
@@ -82,14 +84,16 @@ def _levitated(analysis: Analysis) -> list[Block]:
         rows.append(Row((end, *told, words(found.share) if found.share.known else "–", zone(found.share) or "–")))
     if not rows:
         return []
-    header = ("End", "x", "y", "1X, both axes", "Farthest from the clearance centre", "Over C_min", "Zone")
+    origin = "the clearance centre" if analysis.falls else "the probes' zero"
+    header = ("End", "x", "y", "1X, both axes", f"Farthest from {origin}", "Over C_min", "Zone")
     zones = ", ".join(f"{name} to {limit:g}" for name, limit in ZONES)
     said = (
         f"Zones of ISO 14839-2 by the share of the least radial clearance C_min: {zones}, D above. C_min is the radial gap of the"
         " machine file here. The standard judges steady running; this is what the record holds of it in the plane of the"
         " bearing, with run-out and noise."
     )
-    return [Table("Levitation before the release; x and y from the probes' zero", header, tuple(rows)), Paragraph(said)]
+    when = " before the release" if analysis.falls else ""
+    return [Table(f"Levitation{when}; x and y from the probes' zero", header, tuple(rows)), Paragraph(said)]
 
 
 def _figures(analysis: Analysis) -> list[Block]:
@@ -99,20 +103,19 @@ def _figures(analysis: Analysis) -> list[Block]:
     release = analysis.release.time.value if analysis.release is not None else None
     begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
     end = min(begin + _FIRST_S, float(time[-1]))
-    return [
-        Figure(
-            "first-contacts",
-            f"The first {end - begin:.2f} s of the drop.{_reading(analysis, begin, end)}",
-            f"x and y of each end from {begin:.2f} s to {end:.2f} s: the fall and the bounces on the touchdown bearings.",
-            partial(time_history, analysis, begin, end),
-        ),
-        Figure(
-            "whole-record",
-            f"The whole record.{_reading(analysis, float(time[0]), float(time[-1]))}",
-            "x and y of each end over the whole record.",
-            partial(time_history, analysis),
-        ),
-    ]
+    first = Figure(
+        "first-contacts",
+        f"The first {end - begin:.2f} s of the drop.{_reading(analysis, begin, end)}",
+        f"x and y of each end from {begin:.2f} s to {end:.2f} s: the fall and the bounces on the touchdown bearings.",
+        partial(time_history, analysis, begin, end),
+    )
+    whole = Figure(
+        "whole-record",
+        f"The whole record.{_reading(analysis, float(time[0]), float(time[-1]))}",
+        "x and y of each end over the whole record.",
+        partial(time_history, analysis),
+    )
+    return [first, whole] if analysis.falls else [whole]
 
 
 def _reading(analysis: Analysis, begin: float, end: float) -> str:

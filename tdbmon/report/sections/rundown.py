@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, words
-from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
 _NAMES = {
     "decay_time_s": "decay time",
@@ -23,6 +23,8 @@ def section(analysis: Analysis) -> Section:
     rundown = analysis.rundown
     if rundown is None:
         return Section(title, (Paragraph("The record holds neither a speed signal nor a keyphasor."),))
+    if not analysis.falls:
+        return Section(title, (sentence(NO_DROP),))
     rows = [
         Row(("Source of the speed", rundown.source)),
         Row(("Speed signal over keyphasor", words(rundown.pulse_ratio))),

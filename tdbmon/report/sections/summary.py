@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from tdbsim.machine import Tolerant
 
-from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
@@ -65,6 +65,8 @@ def _story(analysis: Analysis) -> str:
         if analysis.rundown is None or not analysis.rundown.initial.known
         else rpm(analysis.rundown.initial)
     )
+    if not analysis.falls:
+        return f"The rotor of “{analysis.machine.name}” levitates throughout the record{when}, at {speed}: {NO_DROP}."
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
     counts, untold = [], []
     for end in analysis.ends.values():

@@ -10,7 +10,7 @@ from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 def section(analysis: Analysis) -> Section | None:
     """Return the whirl of each end."""
-    if not analysis.ends:
+    if not analysis.ends or not analysis.falls:
         return None
     blocks: list[Block] = [
         Paragraph(
