@@ -12,12 +12,12 @@ from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
+from tdbmon.record.misread import limits
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
 _STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
 _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
-_FAR = 3.0  # radial gaps from the centre: no rotor gets there
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
@@ -115,8 +115,8 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.R
 
 
 def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap: float) -> Check:
-    low, high = probe.range if probe.range is not None else (-_FAR * gap, _FAR * gap)
-    what = "the probe's range" if probe.range is not None else f"{_FAR:g} radial gaps"
+    low, high = limits(probe, gap)
+    what = "the probe's range" if probe.range is not None else f"{high / gap:g} radial gaps"
     outside = faults.runs_of((signal.values < low) | (signal.values > high))
     if not len(outside):
         return Check("range", name, True, f"within {what}, {um(low)} to {um(high)}")
