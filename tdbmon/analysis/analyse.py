@@ -39,7 +39,7 @@ from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
-from tdbmon.record.quality import Check, check, repair_gaps, usable
+from tdbmon.record.quality import Check, check, left_out, repair_gaps, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.speed_checks import without_refuted
@@ -80,6 +80,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)
+    unused = left_out(record, machine, tuple(checks))
     planes = _planes(record, machine, checks, speed)
     if planes is None:
         return _speed_only(record, machine, rotor, checks, speed, key)
@@ -100,7 +101,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     drawn = _drawn_whirl(planes, machine, released)
     checks += check_orientation(planes, *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):

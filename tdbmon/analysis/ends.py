@@ -37,6 +37,7 @@ def analyse_ends(
     checks: list[Check],
     whirl: Mapping[str, Whirl],
     misread: Mapping[str, str],
+    unused: Mapping[str, str],
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -56,6 +57,8 @@ def analyse_ends(
         Whirl of the ends that are seen: pressed by its own swing, the shaft lies deeper than at rest, and settles after it only.
     misread : mapping
         What `tdbmon.record.misread.misread` says of the probes.
+    unused : mapping
+        What `tdbmon.record.quality.left_out` says of the probes.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
@@ -76,7 +79,7 @@ def analyse_ends(
     # along the rigid line only: one end at its probes would give the swing another shape
     if len(times) == len(machine.ends) and (planes.plane == "bearing").all():
         swing = find_swing(planes, machine, rotor, max(times))
-    unseen = NoCircle("no two usable probes in different directions see this end")
+    unseen = {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends}
     settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
     settled |= {end: NoCircle(_NOT_LYING) for end in seen if back[end]}
     settled |= {
@@ -87,7 +90,7 @@ def analyse_ends(
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
-        since = settled.get(end, unseen)
+        since = settled.get(end, unseen[end])
         if isinstance(since, NoCircle):
             circles[end] = since
         else:
@@ -129,6 +132,12 @@ def analyse_ends(
             _deepest(planes, end, circle, start, contacts),
         )
     return ends, swing
+
+
+def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
+    """Say why an end has no orbit."""
+    why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
+    return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
 
 
 def _after_whirl(settled: float | NoCircle, whirled: float, last: float) -> float | NoCircle:
