@@ -15,7 +15,7 @@ from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.rest import RestTravel, rest_travel
 from tdbmon.analysis.result import EndResult
 from tdbmon.analysis.stiffness import single_mass_stiffness
-from tdbmon.analysis.swing import Swing, find_swing
+from tdbmon.analysis.swing import Swing, carried_shares, find_swing
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
@@ -88,6 +88,7 @@ def analyse_ends(
         if probes and isinstance(settled[end], NoCircle)
     }
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
+    shares = carried_shares(machine, rotor)
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
         since = settled.get(end, unseen[end])
@@ -95,7 +96,9 @@ def analyse_ends(
             circles[end] = since
         else:
             known = None if swing is None else swing.gap[end]
-            circles[end] = _agreed(fit_gap(planes, end, machine, travels[end], since, known), end, known, checks)
+            circles[end] = _agreed(
+                fit_gap(planes, end, machine, travels[end], since, known, shares[end]), end, known, checks
+            )
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
