@@ -157,7 +157,7 @@ def test_circle_intervals_hold_centre_and_radius(stiff):
 
 @pytest.mark.parametrize(("end", "radius"), [("NDE", 300e-6), ("DE", 290e-6)])
 def test_ends_that_swing_against_each_other_tell_the_radius_all_the_same(stiff, end, radius):
-    """The rotor's mass couples them: by the load of an end that swings alone the arc was 14 to 17 um too small, give or take 7."""
+    """The rotor's mass couples them: the load of an end that swings alone made the arc 14 to 17 um too small, +- 7."""
     machine, rotor = stiff
     planes = swing(stiff, (300e-6, 290e-6), 10.0, (0.5, -0.2), compliance=9e-6)
     from_swing = find_swing(planes, machine, rotor, 0.0).gap[end]
