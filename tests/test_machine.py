@@ -113,6 +113,19 @@ def test_all_that_is_missing_is_named_at_once_table_by_table():
     assert "more" not in said and "\n" not in said
 
 
+def test_of_several_mistakes_each_is_named():
+    for end in ("NDE", "DE"):
+        assert f'name = "{end}"' in TEXT
+    with pytest.raises(InputError) as error:
+        parse_machine(tomllib.loads(TEXT.replace("diametral_clearance", "radial_clearance")), "machine.toml")
+    said = str(error.value)
+    assert "unknown key 'radial_clearance'; did you mean 'diametral_clearance'?" in said
+    for end in ("NDE", "DE"):
+        assert f"[touchdown_bearing] '{end}' [balls]: 'diametral_clearance' is missing" in said
+    assert said.count("'radial_clearance'") == 2
+    assert "\n" not in said
+
+
 def test_channels_map_only_what_the_machine_has():
     data = tomllib.loads(TEXT) | {"channels": {"NDE_X": "Ai0"}}
     with pytest.raises(InputError, match="did you mean 'NDE_"):

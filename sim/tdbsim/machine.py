@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
 
 from tdbsim.bearing_heat import BearingHeat
 from tdbsim.errors import InputError, did_you_mean
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 _TEMPLATE = "docs/machine_file.md explains every key, datasets/machines/template.toml is a file to fill in"
+_NAMED = 8  # mistakes of a file, in one message
 
 
 class Section(Part):
@@ -417,7 +419,7 @@ def _explain(error: ValidationError, data: dict[str, Any]) -> str:
     findings = error.errors()
     finding = min(findings, key=lambda f: f["type"] != "extra_forbidden")  # a misspelt key explains the missing one
     place = _place(finding["loc"], data)
-    more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
+    more = _more([each for each in findings if each is not finding], data)
     if finding["type"] == "extra_forbidden":
         name = str(finding["loc"][-1])
         return f"{place}unknown key '{name}'{did_you_mean(name, _known_keys(finding['loc'][:-1]))}{more}"
@@ -431,6 +433,17 @@ def _explain(error: ValidationError, data: dict[str, Any]) -> str:
     if finding["type"] != "value_error":
         message += f", not {finding['input']!r}"
     return f"{where}{message}{more}"
+
+
+def _more(others: list[ErrorDetails], data: dict[str, Any]) -> str:
+    """Name what else is wrong, in a word each: a file is mended in one go."""
+    what = {"extra_forbidden": "unknown", "missing": "missing"}
+    words = []
+    for other in others:
+        key = f"'{other['loc'][-1]}'" if other["loc"] else "the whole"
+        words.append(f"{_place(other['loc'], data)}{key} is {what.get(other['type'], 'wrong')}")
+    left = f"; and {len(words) - _NAMED} more" if len(words) > _NAMED else ""
+    return f" (also {'; '.join(words[:_NAMED])}{left})" if words else ""
 
 
 def _missing(places: list[tuple[int | str, ...]], data: dict[str, Any], findings: int) -> str:

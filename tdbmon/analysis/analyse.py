@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from tdbsim.machine import Machine
 from tdbsim.modes import supported
 from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
-from tdbmon.analysis.axes import seen_ends, to_planes
+from tdbmon.analysis.axes import at_own_probes, differ, seen_ends, to_planes
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
@@ -38,7 +39,8 @@ from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-from tdbmon.record.quality import Check, check, repair_gaps, usable
+from tdbmon.record.misread import misread
+from tdbmon.record.quality import Check, check, left_out, repair_gaps, usable
 from tdbmon.record.sensor_effects import freed, sensor_chain
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.speed_checks import without_refuted
@@ -79,6 +81,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     rotor = build_rotor(machine)
     key = pulses(record, machine) if "keyphasor" in record else None
     speed = _speed(record, key)
+    unused = left_out(record, machine, tuple(checks))
     planes = _planes(record, machine, checks, speed)
     if planes is None:
         return _speed_only(record, machine, rotor, checks, speed, key)
@@ -99,12 +102,15 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         if unscaled:  # about when it was is known all the same: what lies before is levitation
             release = not_told(release, unscaled)
             released = released if released is not None and time[0] < released < time[-1] else None
+    wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
+    planes = _apart(planes, record, machine, wrong, checks)
+    seen = planes.sel(end=seen.end)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
     checks += check_orientation(planes, *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, unscaled)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
@@ -229,6 +235,30 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
     seen = to_planes(*freed(without_flat_tops(record, machine), machine), fit)
     seen["cut_off"] = (seen.displacement.isnull() & planes.displacement.notnull()).any("axis")
     return seen
+
+
+def _apart(
+    planes: xr.Dataset, record: xr.Dataset, machine: Machine, wrong: Mapping[str, str], checks: list[Check]
+) -> xr.Dataset:
+    """Take an end whose own probes read well apart from the rigid line that probes elsewhere misread."""
+    used = [str(name) for name in planes.probe.values]
+    along = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) == "bearing"]
+    faulty = [name for name in used if name in wrong]
+    own = {end: [probe for probe in machine.probes_at(end) if probe.name in used] for end in along}
+    sound = [
+        end
+        for end, probes in own.items()
+        if not any(probe.name in faulty for probe in probes) and differ([probe.angle for probe in probes])
+    ]
+    if not faulty or not sound:
+        return planes
+    for end in sound:
+        why = " and ".join(f"{name} (see {wrong[name]})" for name in faulty)
+        checks.append(Check("orbit", end, True, f"taken at its own probes' plane: {why} would spoil it at the bearing"))
+    planes = at_own_probes(planes, *freed(without_flat_tops(record, machine), machine), used, sound)
+    whole = at_own_probes(planes, *freed(record, machine), used, sound).displacement
+    cut = (planes.displacement.isnull() & whole.notnull()).any("axis")
+    return planes.assign(cut_off=planes.cut_off.where(~planes.end.isin(sound), cut))
 
 
 def _speed_only(

@@ -81,6 +81,41 @@ def seen_ends(planes: xr.Dataset) -> list[str]:
     return [str(end) for end, plane in zip(planes.end.values, planes.plane.values, strict=True) if plane != "none"]
 
 
+def at_own_probes(
+    planes: xr.Dataset, record: xr.Dataset, machine: Machine, use: Sequence[str], ends: Sequence[str]
+) -> xr.Dataset:
+    """Take ends at their own probes' plane instead of along the rigid line, which carries what another end misreads.
+
+    Parameters
+    ----------
+    planes : Dataset
+        Result of `to_planes` of the same record.
+    record, machine, use
+        As `to_planes` takes them.
+    ends : sequence of str
+        Each with two usable probes in different directions.
+
+    Returns
+    -------
+    Dataset
+        The planes given, with these ends at the plane "probe".
+    """
+    displacement, weights = planes.displacement.copy(deep=True), planes.weights.copy(deep=True)
+    plane = planes.plane.copy(deep=True)
+    for end in ends:
+        own = to_planes(record, machine, [probe.name for probe in machine.probes_at(end) if probe.name in use])
+        displacement.loc[{"end": end}] = own.displacement.sel(end=end)
+        weights.loc[{"end": end}] = own.weights.sel(end=end).reindex(probe=weights.probe, fill_value=0.0)
+        plane.loc[{"end": end}] = "probe"
+    return planes.assign(displacement=displacement, weights=weights, plane=plane)
+
+
+def differ(angles: Sequence[float]) -> bool:
+    """True for probes (angles in rad) of which two look in different directions."""
+    directions = np.column_stack([np.cos(angles), np.sin(angles)])
+    return len(angles) >= 2 and int(np.linalg.matrix_rank(directions, tol=0.1)) == 2
+
+
 def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[str]]:
     """Return the map (end, axis, probe) from readings to displacement, and the plane that it leads to."""
     probes = [p for p in machine.probes if p.name in names]
@@ -100,9 +135,8 @@ def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[s
             planes.append("bearing")
             continue
         own = np.array([p.end == end for p in probes])
-        directions = np.column_stack([cos[own], sin[own]])
-        if own.sum() >= 2 and np.linalg.matrix_rank(directions, tol=0.1) == 2:
-            weights[i][:, own] = np.linalg.pinv(directions)
+        if differ([p.angle for p in probes if p.end == end]):
+            weights[i][:, own] = np.linalg.pinv(np.column_stack([cos[own], sin[own]]))
             planes.append("probe")
         else:
             planes.append("none")

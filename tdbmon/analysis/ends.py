@@ -16,15 +16,16 @@ from tdbmon.analysis.late_beginning import late_beginning
 from tdbmon.analysis.rest import RestTravel, rest_travel
 from tdbmon.analysis.result import EndResult
 from tdbmon.analysis.stiffness import single_mass_stiffness
-from tdbmon.analysis.swing import Swing, find_swing
+from tdbmon.analysis.swing import Swing, carried_shares, find_swing
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import um
+from tdbmon.record.misread import FEW
 from tdbmon.record.quality import Check
 
-_CUT_OFF = 0.005  # of the samples after the release: more move the circle that is fitted to the rest
 _WHIRLS = "the shaft whirls round its clearance to {last:.4g} s, {left:.2g} s before the record ends, and does not rest"
+_OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NOT_LYING = "the shaft does not lie on its bearing when the record ends (see rest at the bottom)"
 
 
@@ -36,6 +37,8 @@ def analyse_ends(
     back: Mapping[str, str],
     checks: list[Check],
     whirl: Mapping[str, Whirl],
+    misread: Mapping[str, str],
+    unused: Mapping[str, str],
     unscaled: str = "",
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
@@ -54,12 +57,19 @@ def analyse_ends(
         Gets whether the radius from the arc is that from the swing.
     whirl : mapping
         Whirl of the ends that are seen: pressed by its own swing, the shaft lies deeper than at rest, and settles after it only.
+    misread : mapping
+        What `tdbmon.record.misread.misread` says of the probes.
+    unused : mapping
+        What `tdbmon.record.quality.left_out` says of the probes.
     unscaled : str, optional
         Why times after the release are not told, where they are on a wrong scale.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
     seen = seen_ends(planes)
+    outside = {
+        end: [probe.name for probe in machine.probes_at(end) if misread.get(probe.name) == "range"] for end in seen
+    }
     settled = {
         end: _after_whirl(
             settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start),
@@ -70,20 +80,29 @@ def analyse_ends(
     }
     swing = None
     times = [s for s in settled.values() if not isinstance(s, NoCircle)]
-    if len(times) == len(machine.ends):
+    # along the rigid line only: one end at its probes would give the swing another shape
+    if len(times) == len(machine.ends) and (planes.plane == "bearing").all():
         swing = find_swing(planes, machine, rotor, max(times))
-    unseen = NoCircle("no two usable probes in different directions see this end")
+    unseen = {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends}
     settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
     settled |= {end: NoCircle(_NOT_LYING) for end in seen if back[end]}
+    settled |= {
+        end: NoCircle(_OUTSIDE.format(probes=" and ".join(probes)))
+        for end, probes in outside.items()
+        if probes and isinstance(settled[end], NoCircle)
+    }
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
+    shares = carried_shares(machine, rotor)
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
-        since = settled.get(end, unseen)
+        since = settled.get(end, unseen[end])
         if isinstance(since, NoCircle):
             circles[end] = since
         else:
             known = None if swing is None else swing.gap[end]
-            circles[end] = _agreed(fit_gap(planes, end, machine, travels[end], since, known), end, known, checks)
+            circles[end] = _agreed(
+                fit_gap(planes, end, machine, travels[end], since, known, shares[end]), end, known, checks
+            )
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     late = unscaled or late
     ends = {}
@@ -123,6 +142,12 @@ def analyse_ends(
     return ends, swing
 
 
+def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
+    """Say why an end has no orbit."""
+    why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
+    return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
+
+
 def _after_whirl(settled: float | NoCircle, whirled: float, last: float) -> float | NoCircle:
     """Return from when the shaft lies on the ring and whirls no more, s."""
     if isinstance(settled, NoCircle) or whirled <= settled:
@@ -146,7 +171,7 @@ def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: li
 def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     """Say that the peaks cut off leave no circle to fit: what is left of the arc lies too near; "" where they are few."""
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
-    if share <= _CUT_OFF:
+    if share <= FEW:
         return ""
     return f"{percent(share, 1)} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
 

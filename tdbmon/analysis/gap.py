@@ -3,18 +3,20 @@
 At rest the shaft centre lies at the radius that the air gap, the ball clearance and the deflection under the weight add
 up to (`tdbmon.analysis.rest`).  The arc that it swings along gives the circle's centre too.
 
-The swing loads the bearing by more than the weight at the bottom and by less at the turning points: N/W = cos(angle) +
-v^2/(g R).  So the radius is r = R + s (N/W - 1), where s is the deflection a unit of relative load.  Along the arc of one
-amplitude this looks just like a shift of the centre by 3 s; left out, it would put the centre tens of micrometres too
-low.  It is fitted with the circle, with the machine file's value of s as prior knowledge; the arc alone then gives the
-radius to some ten micrometres (`Gap.from_arc`).  Where the swing frequency gives the same radius independently
-(`tdbmon.analysis.swing`) and both agree, it settles the circle; where they disagree no circle is told
-(`tdbmon.analysis.ends`).
+The swing loads the bearing by more than the weight at the bottom and by less at the turning points: N/W = cos(angle) -
+a n/g, where a is the acceleration of the mass that the end carries and n the outward normal.  That is v^2/R towards the
+centre, and the acceleration of the radius itself, which follows the load at twice the swing's frequency, a third of the
+bearing's resonance and more; and as the rotor is rigid, it is in part that of the other end.  So the radius is
+r = R + s (N/W - 1), where s is the deflection a unit of relative load.  Along the arc of one amplitude this looks just like a
+shift of the centre by 3 s; left out, it would put the centre tens of micrometres too low.  It is fitted with the circle, with
+the machine file's value of s as prior knowledge; the arc alone then gives the radius to some ten micrometres
+(`Gap.from_arc`).  Where the swing frequency gives the same radius independently (`tdbmon.analysis.swing`) and both agree, it
+settles the circle; where they disagree no circle is told (`tdbmon.analysis.ends`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +28,8 @@ from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
-_LOWPASS_HZ = 300.0  # only velocities are smoothed; the arc itself needs the swing's harmonics
+_LOWPASS_HZ = 300.0  # only accelerations are smoothed; the arc itself needs the swing's harmonics
+_BESIDE = 0.9  # of an end's samples, at which the other end must be seen too to tell of its load
 _PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
 _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
@@ -99,6 +102,7 @@ def fit_gap(
     travel: RestTravel,
     settled_s: float,
     from_swing: Estimate | None = None,
+    shares: Mapping[str, float] | None = None,
 ) -> Gap | NoCircle:
     """Fit the clearance circle of an end.
 
@@ -116,6 +120,9 @@ def fit_gap(
         Time from which the shaft stays on the ring (`settled_from`), s.
     from_swing : Estimate, optional
         The radius from the swing frequency.
+    shares : mapping, optional
+        Of the mass that this end carries, how much moves with each end (`tdbmon.analysis.swing.carried_shares`); by default all
+        with its own.
 
     Returns
     -------
@@ -125,7 +132,7 @@ def fit_gap(
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
     after = time >= settled_s
-    steady = _Steady.of(time[after], xy[after], rate)
+    steady = _Steady.of(time[after], xy[after], _carried(planes, end, shares or {})[after], rate)
     if not len(steady.xy):
         return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
@@ -194,43 +201,55 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
 
 @dataclass(frozen=True)
 class _Steady:
-    """Where the settled shaft is seen (n, 2), m, how fast it moves there (n, 2), m/s, and in which block of time."""
+    """Where the settled shaft is seen (n, 2), m, the acceleration of what it carries (n, 2), m/s^2, and the block of time."""
 
     xy: np.ndarray
-    velocity: np.ndarray
+    acceleration: np.ndarray
     block: np.ndarray
 
     @classmethod
-    def of(cls, time: np.ndarray, xy: np.ndarray, rate: float) -> _Steady:
+    def of(cls, time: np.ndarray, xy: np.ndarray, carried: np.ndarray, rate: float) -> _Steady:
         """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing.
 
-        A stretch without samples, missing ones or a hole in the time axis, parts pieces: no velocity reaches across it.
+        A stretch without samples, missing ones or a hole in the time axis, parts pieces: no acceleration reaches across it.
         """
         count = max(1, int(rate / _RATE_HZ))
         rate /= count
-        averaged = [_averaged(time[piece], xy[piece], count) for piece in pieces(time)]
-        time, xy = (np.concatenate(column) for column in zip(*averaged, strict=True))
-        seen = np.isfinite(xy).all(axis=1)
-        time, xy = time[seen], xy[seen]
+        both = np.hstack([xy, carried])
+        averaged = [_averaged(time[piece], both[piece], count) for piece in pieces(time)]
+        time, both = (np.concatenate(column) for column in zip(*averaged, strict=True))
+        seen = np.isfinite(both).all(axis=1)
+        time, xy, carried = time[seen], both[seen, :2], both[seen, 2:]
         number = np.round((time - time[:1]) * rate).astype(int)
-        velocity = np.full(xy.shape, np.nan)
+        acceleration = np.full(xy.shape, np.nan)
         for piece in pieces(time):
-            if piece.stop - piece.start >= max(2.0, rate / _LOWPASS_HZ):  # or too short for a velocity
-                velocity[piece] = _velocity(xy[piece], number[piece] - number[piece.start], rate)
-        kept = np.isfinite(velocity).all(axis=1)
-        return cls(xy[kept], velocity[kept], number[kept] // max(int(_BLOCK_S * rate), 1))
+            if piece.stop - piece.start >= max(3.0, rate / _LOWPASS_HZ):  # or too short for an acceleration
+                acceleration[piece] = _acceleration(carried[piece], number[piece] - number[piece.start], rate)
+        kept = np.isfinite(acceleration).all(axis=1)
+        return cls(xy[kept], acceleration[kept], number[kept] // max(int(_BLOCK_S * rate), 1))
+
+
+def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray:
+    """Return the path of the mass that an end carries (n, 2), m: that of the end where the other one is not seen beside it."""
+    own = planes.displacement.sel(end=end).to_numpy().T
+    if not shares or any(str(planes.plane.sel(end=each).item()) != "bearing" for each in shares):
+        return own
+    moved = sum(share * planes.displacement.sel(end=each).to_numpy().T for each, share in shares.items())
+    seen, also = (np.isfinite(each).all(axis=1).sum() for each in (own, moved))
+    return np.asarray(moved) if also >= _BESIDE * seen else own
 
 
 def _averaged(time: np.ndarray, xy: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     whole = len(xy) // count * count
-    return time[:whole].reshape(-1, count).mean(axis=1), xy[:whole].reshape(-1, count, 2).mean(axis=1)
+    return time[:whole].reshape(-1, count).mean(axis=1), xy[:whole].reshape(-1, count, xy.shape[1]).mean(axis=1)
 
 
-def _velocity(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray:
-    """Return the smoothed velocity at samples so numbered, straight lines over the few that are missing between them."""
+def _acceleration(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray:
+    """Return the smoothed acceleration at samples so numbered, straight lines over the few that are missing between them."""
     every = np.arange(number[-1] + 1)
     line = xy if len(every) == len(xy) else np.column_stack([np.interp(every, number, row) for row in xy.T])
-    return np.asarray(np.gradient(_lowpass(line, rate), axis=0) * rate)[number]
+    velocity = np.gradient(_lowpass(line, rate), axis=0) * rate
+    return np.asarray(np.gradient(velocity, axis=0) * rate)[number]
 
 
 def _overlap(a: Estimate, b: Estimate) -> bool:
@@ -259,12 +278,12 @@ class _Cells:
 
     @classmethod
     def of(cls, steady: _Steady, gravity: float, circle: np.ndarray) -> _Cells:
-        velocity, block = steady.velocity, steady.block
+        block = steady.block
         d = steady.xy - circle[:2]
         r = np.hypot(d[:, 0], d[:, 1])
         angle = np.arctan2(d[:, 0], -d[:, 1])
-        along = (velocity[:, 0] * d[:, 1] - velocity[:, 1] * d[:, 0]) / r
-        load = np.cos(angle) + along**2 / (gravity * circle[2]) if gravity > 0 else np.ones_like(r)
+        outward = np.sum(steady.acceleration * d, axis=1) / r
+        load = np.cos(angle) - outward / gravity if gravity > 0 else np.ones_like(r)
         bins = np.round(np.rad2deg(angle) / _BIN_DEG).astype(int)
         bins -= bins.min()
         blocks = int(block.max()) + 1

@@ -16,7 +16,9 @@ def compare_with_pulses(
 ) -> tuple[Estimate, tuple[float, float] | None]:
     """Compare the speed signal's revolutions with the pulses counted.
 
-    Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.
+    Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.  The rounding to
+    samples is not random where a turn lasts nearly whole samples: it may drift by one over the train, by which the interval of
+    the ratio is wider.
 
     Parameters
     ----------
@@ -56,5 +58,6 @@ def compare_with_pulses(
     solution, *_ = np.linalg.lstsq(weight @ columns, weight @ np.interp(times, at, covered), rcond=None)
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
     method = "revolutions of the speed signal over pulses counted"
-    ratio = Estimate.from_sigma(float(solution[0]), float(sigma[0]), "1", method)
+    value, half = float(solution[0]), 1.96 * float(sigma[0]) + step / float(since[-1])
+    ratio = Estimate(value, value - half, value + half, "1", method)
     return ratio, (float(solution[2]), float(sigma[2])) if with_zero else None

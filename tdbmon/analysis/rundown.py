@@ -21,7 +21,7 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit, Noise
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.pulse_train import compare_with_pulses
-from tdbmon.analysis.speed_at_release import FREE_FALL_S, LEAD_S, levitated_law, speed_at_release
+from tdbmon.analysis.speed_at_release import LEAD_S, levitated_law, speed_at_release
 from tdbmon.analysis.standstill import Rest, find_rest, stop_time
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
@@ -198,7 +198,7 @@ def fit_rundown(
     if signal is not None:
         observed = _from_signal(time, signal, turns, release_time, sigma)
     elif turns is not None:
-        observed = _from_pulses(turns, time, release_time)
+        observed = _from_pulses(turns, time, release_time, _tick(pulses, time))
     else:
         raise InputError("neither a speed signal nor keyphasor pulses are given; the run-down needs one of them")
     return _run(observed, float(time[-1]), release_time, polar_inertia)
@@ -225,7 +225,11 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
 
 @dataclass(frozen=True)
 class _Observed:
-    """Spans about the release and after it, standstill, and the root of the noise's density where it is known."""
+    """Spans up to the release and after it, standstill, and the root of the noise's density where it is known.
+
+    `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
+    the interval of the scale, where the pulses set it.
+    """
 
     lead: Coast
     after: Coast
@@ -233,6 +237,8 @@ class _Observed:
     source: str
     ratio: Estimate
     density: float | None = None
+    tick: float = 0.0
+    scale_half: float = 0.0
 
 
 def _between(pulses: Pulses) -> Coast:
@@ -241,10 +247,17 @@ def _between(pulses: Pulses) -> Coast:
     return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
 
 
-def _from_pulses(turns: Coast, time: np.ndarray, release: float) -> _Observed:
+def _tick(pulses: Pulses | None, time: np.ndarray) -> float:
+    """Return what the times of pulses are rounded to, s: a sample, or less where their edges are seen between samples."""
+    step = usual_interval(time)
+    spread = float("nan") if pulses is None else float(np.sqrt(12) * pulses.sigma)
+    return min(step, spread) if np.isfinite(spread) else step
+
+
+def _from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> _Observed:
     last = float(time[-1])
-    lead, after = turns.between(release - LEAD_S, release + FREE_FALL_S), turns.between(release, last)
-    return _Observed(lead, after, Rest(False, last, last), "keyphasor pulses", _NO_PULSES)
+    lead, after = turns.between(release - LEAD_S, release), turns.between(release, last)
+    return _Observed(lead, after, Rest(False, last, last), "keyphasor pulses", _NO_PULSES, tick=tick)
 
 
 def _from_signal(
@@ -252,7 +265,7 @@ def _from_signal(
 ) -> _Observed:
     last = float(time[-1])
     step = usual_interval(time)
-    lead = without_holes(_blocks(time, signal, release - LEAD_S, release + FREE_FALL_S, 200), time)
+    lead = without_holes(_blocks(time, signal, release - LEAD_S, release, 200), time)
     after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
     ratio, source, gain = _NO_PULSES, "speed signal", 1.0
@@ -265,7 +278,9 @@ def _from_signal(
             rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
     lead, after = (replace(coast, mean=(coast.mean - rest.level) / gain) for coast in (lead, after))
     after = replace(after, offset_sigma=rest.creep)
-    return _Observed(lead, after, rest, source, ratio, None if sigma is None else sigma / gain * float(np.sqrt(step)))
+    density = None if sigma is None else sigma / gain * float(np.sqrt(step))
+    scale_half = 0.0 if gain == 1.0 or ratio.high is None else ratio.high / gain - 1
+    return _Observed(lead, after, rest, source, ratio, density, scale_half=scale_half)
 
 
 def _run(observed: _Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
@@ -274,7 +289,8 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     before: LawFit | None = None
 
     def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
-        initial = speed_at_release(before or levitated_law(lead, release, _known(lead, density)), release, source)
+        levitated = before or levitated_law(lead, release, _known(lead, density))
+        initial = speed_at_release(levitated, release, source, bound=_unsure(observed, levitated))
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
         lost = hz if level is None else _lost(initial, level, release, _LEVEL)
         return RunDown(initial, lost, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
@@ -308,7 +324,8 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial, decay = speed_at_release(before, release, source, 1.96), _decay_time(chosen, levitated, stretch)
+    initial = speed_at_release(before, release, source, 1.96, _unsure(observed, before))
+    decay = _decay_time(chosen, levitated, stretch)
     return RunDown(
         initial,
         _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
@@ -323,6 +340,17 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
         fit.law,
         polar_inertia,
     )
+
+
+def _unsure(observed: _Observed, levitated: LawFit | None) -> float:
+    """Relative half-width that the speed at the release has beyond noise.
+
+    A turn of nearly whole samples lets the rounding of the pulses drift by up to one `tick` over their train, instead of being
+    random.
+    """
+    if levitated is None:
+        return 0.0
+    return float(np.hypot(observed.tick / (observed.lead.end[-1] - levitated.law.start), observed.scale_half))
 
 
 def _known(coast: Coast, density: float | None) -> Noise | None:

@@ -15,7 +15,7 @@ from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
 
 LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
-FREE_FALL_S = 0.005  # no contact yet: the rotor has fallen 0.12 mm
+_LEAST_S = 0.005  # of levitation, without which nothing tells the speed there
 _MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
 
 
@@ -25,7 +25,7 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     Parameters
     ----------
     lead : Coast
-        Up to `FREE_FALL_S` after the release.
+        Up to the release, where a driven rotor begins to coast.
     release : float
         s.
     noise : Noise or None
@@ -36,7 +36,7 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     LawFit or None
         None where too little levitates, or nothing turns.
     """
-    if len(lead) < 6 or lead.begin[0] > release - FREE_FALL_S or lead.mean.min() <= 0:
+    if len(lead) < 6 or lead.begin[0] > release - _LEAST_S or lead.mean.min() <= 0:
         return None
     lead = find_last_stretch(lead, noise)
     rough = fit_law(lead, ("linear",), noise or WHITE)
@@ -49,15 +49,18 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
 
 
-def speed_at_release(before: LawFit | None, release: float, source: str, quantile: float | None = None) -> Estimate:
+def speed_at_release(
+    before: LawFit | None, release: float, source: str, quantile: float | None = None, bound: float = 0.0
+) -> Estimate:
     """Return the speed at the release (s) by the levitated law, Hz.
 
     Without a `quantile` Student's is taken, since the noise was estimated from the same few spans; `source` tells of what
-    signal.
+    signal; `bound` is the relative half-width of what is not noise.
     """
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
     if quantile is None:
         quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
-    value, sigma = float(before.law.speed_at(release)), before.speed_sigma(release)
-    return Estimate.from_sigma(value, sigma, "Hz", f"{source}, levitated stretch up to the release", quantile=quantile)
+    value = float(before.law.speed_at(release))
+    half = float(np.hypot(quantile * before.speed_sigma(release), bound * value))
+    return Estimate(value, value - half, value + half, "Hz", f"{source}, levitated stretch up to the release")

@@ -126,12 +126,26 @@ def _path_radius(machine: Machine, end: str, load: float) -> float:
     return bearing.radial_gap.nominal + rest_travel(bearing, float(load)).total
 
 
-def _end_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
-    """Rigid mass matrix in the coordinates of the ends, with the rings that roll along."""
+def carried_shares(machine: Machine, rotor: RotorModel) -> dict[str, dict[str, float]]:
+    """Return, of the mass that each end carries of the rigid rotor, the shares that move with each end; they add up to one."""
+    mass = _rigid_mass_matrix(machine, rotor)
+    shares = mass / mass.sum(axis=1, keepdims=True)
+    return {
+        end: dict(zip(machine.ends, row.tolist(), strict=True)) for end, row in zip(machine.ends, shares, strict=True)
+    }
+
+
+def _rigid_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
+    """Mass matrix in the coordinates of the ends."""
     a, b = (machine.bearing(end).position - rotor.centre_of_mass for end in machine.ends)
     # translation and tilt from the ends' displacements
     turn = np.linalg.inv(np.array([[1.0, a], [1.0, b]]))
-    mass = turn.T @ np.diag([rotor.total_mass, rotor.diametral_inertia]) @ turn
+    return np.asarray(turn.T @ np.diag([rotor.total_mass, rotor.diametral_inertia]) @ turn)
+
+
+def _end_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
+    """Rigid mass matrix in the coordinates of the ends, with the rings that roll along."""
+    mass = _rigid_mass_matrix(machine, rotor)
     for i, end in enumerate(machine.ends):
         bearing = machine.bearing(end)
         mass[i, i] += bearing.inner_ring_inertia / bearing.journal_radius**2

@@ -28,7 +28,8 @@ from tdbmon.history.filing import Filing
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
-from tdbmon.history.twin import laid, twin_of
+from tdbmon.history.twin import at_same_instant, laid, twin_of
+from tdbmon.quantity import moment
 from tdbmon.sha256 import sha256_of
 
 Filed = Literal["filed", "analysed again", "already filed"]
@@ -131,8 +132,8 @@ class Archive:
         Raises
         ------
         InputError
-            If the record is filed under another machine, another file of the same measurement is filed, or the archive
-            cannot be written.
+            If the record is filed under another machine, another file of the same measurement or a drop of the same instant
+            is filed, or the archive cannot be written.
         """
         raw_place = f"raw/{filing.sha256[:2]}/{filing.sha256}{raw.suffix.lower()}"
         machine_place = f"machines/{filing.machine_sha256}.toml"
@@ -197,13 +198,21 @@ class Archive:
             )
 
     def _refuse_twin(self, base: sqlite3.Connection, filing: Filing, raw: Path, machine: Path) -> None:
-        """Refuse another file of a measurement that is filed."""
+        """Refuse another file of a measurement that is filed, and a drop at the instant of one that is."""
         twin = twin_of(self, base, filing, lambda: laid(raw, machine))
         if twin is not None:
             raise InputError(
                 f"{raw}: holds the same measurement as drop {twin.id} ({twin.raw_name}), which is filed;"
                 " a drop counts once: leave it out, or remove the other first"
                 f" (tdbmon archive remove --archive {self.folder} {twin.id})"
+            )
+        same = at_same_instant(base, filing)
+        if same is not None:
+            raise InputError(
+                f"{raw}: states the same time ({moment(filing.dropped)}), machine and speed as drop {same.id} ({same.raw_name}),"
+                " which is filed; a drop counts once: leave it out, or remove the other first"
+                f" (tdbmon archive remove --archive {self.folder} {same.id}); if it is another drop, say when it was with"
+                " --dropped TIME"
             )
 
 

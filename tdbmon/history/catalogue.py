@@ -288,6 +288,14 @@ def moment_of(dropped: str, filed: str) -> float:
     return (known or 0.0) if stated is None else stated
 
 
+def instant(time: str) -> float | None:
+    """Return an ISO 8601 time in s since 1970; None where it states no time of day (midnight sharp is that of a bare date)."""
+    stated = seconds(time)
+    if stated is None or datetime.fromisoformat(time).time() == datetime.min.time():
+        return None
+    return stated
+
+
 def seconds(time: str) -> float | None:
     """Return an ISO 8601 time in s since 1970, one without a zone as UTC; None where it is no time."""
     try:

@@ -27,6 +27,7 @@ _EQUAL = 1e-12  # relative: two drops of one machine never agree to this in ever
 _NEAR = 3e-3  # relative: the speed and half of the features of two exports; of two drops half differ by 1 % and more
 _LEAST = 5  # features that tell drops apart
 _ROUNDING = 1e-3  # of a probe's standard deviation: so little are two exports of its samples apart
+_SECOND = 1.0  # s: formats round the time of a drop
 _CUT = 0.9  # of the samples, that the shorter of two exports must hold
 
 
@@ -68,6 +69,24 @@ def twin_of(
         if _same_samples(samples, filed):
             return entry
     return None
+
+
+def at_same_instant(base: sqlite3.Connection, filing: Filing) -> Entry | None:
+    """Return the filed drop of the same machine, time of day and speed, or None: one machine drops once in a second.
+
+    Its samples differ, so it is no mere copy: one channel of it was changed, or a clock stood still.
+    """
+    when = catalogue.instant(filing.dropped)
+    if when is None:  # a day alone is that of several drops
+        return None
+    limits = (filing.machine, when - _SECOND, when + _SECOND)
+    near = catalogue.entries(base, "machine = ? AND moment > ? AND moment < ?", limits)
+    speed = catalogue.speed_of(filing.features)
+    return next((e for e in near if catalogue.instant(e.dropped) is not None and _one_speed(speed, e.speed)), None)
+
+
+def _one_speed(one: float | None, other: float | None) -> bool:
+    return one is None or other is None or _apart(one, other) <= _NEAR
 
 
 def _numbers(filing: Filing) -> dict[tuple[str, str], float]:

@@ -151,7 +151,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.returned import returned
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-    from tdbmon.record.quality import check, repair_gaps, usable
+    from tdbmon.record.quality import check, left_out, repair_gaps, usable
     from tdbmon.record.sensor_effects import freed
     from tdbmon.record.skipped_samples import with_skipped_samples
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
@@ -162,7 +162,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     still = next((c.detail for c in checks if c.check == "drop" and not c.passed), "")
     if still:
         raise InputError(f"{name}: {still}")
-    fit = usable(laid, machine, checks)
+    fit, unused = usable(laid, machine, checks), left_out(laid, machine, checks)
     laid = without_flat_tops(without_lost_samples(with_skipped_samples(laid), machine), machine)
     laid = without_refuted(repair_gaps(laid), machine)
     require_one_speed(laid, machine, name)
@@ -192,6 +192,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release)], lost, name)
     remarks = [
         f"{name}: calibrated without probe '{p.name}'"
+        + (f", which {unused[p.name]}" if p.name in unused else "")
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes

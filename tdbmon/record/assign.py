@@ -12,6 +12,8 @@ from tdbmon.record.dataset import as_record
 from tdbmon.record.one_time import Series, on_one_time
 
 _PAUSE = 0.5  # s
+_SENSITIVITY = 'sensitivity = "7.87 mV/um"'
+_NO_UNIT, _IN_VOLTS = "without a unit", "in V without a sensitivity"
 
 _QUANTITIES = {
     "m": "a displacement", "Hz": "a speed or frequency", "V": "a voltage", "s": "a time", "rad": "an angle",
@@ -53,15 +55,21 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         _without_pause(ds[dimension].values, source)
     probes = {probe.name: probe for probe in machine.probes}
     data: dict[str, xr.DataArray] = {}
+    lacking: list[_Lacks] = []
     for name, channel in found.items():
         array = ds[channel]
         place = f"{source}: channel '{channel}'" + (f" ({name})" if name != channel else "")
-        if name in probes:
-            data[name] = _displacement(array, probes[name], place)
-        elif name == "speed":
-            data[name] = _speed(array, machine, place)
-        else:
-            data[name] = array
+        try:
+            if name in probes:
+                data[name] = _displacement(array, probes[name], place)
+            elif name == "speed":
+                data[name] = _speed(array, machine, place)
+            else:
+                data[name] = array
+        except _Lacks as lack:
+            lacking.append(lack)
+    if lacking:
+        raise InputError(str(lacking[0]) if len(lacking) == 1 else _all_lacking(source, lacking))
     data, times, remarks = on_one_time(data, {str(dimension): ds[dimension] for dimension in ds.sizes}, machine)
     out = _collect(data, times)
     out.attrs = dict(ds.attrs)
@@ -71,6 +79,26 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     if remarks:
         out.attrs["time_remarks"] = remarks
     return out
+
+
+class _Lacks(InputError):
+    """A channel lacks its unit or its sensitivity, which the machine file can give by an entry."""
+
+    def __init__(self, message: str, place: str, what: str, entry: str) -> None:
+        super().__init__(message)
+        self.channel, self.what, self.entry = place.partition(": channel ")[2], what, entry
+
+
+def _all_lacking(source: str, lacking: list[_Lacks]) -> str:
+    """Name all channels that lack something at once: a machine file is then completed in one go."""
+    said = []
+    for what in dict.fromkeys(each.what for each in lacking):
+        of_kind = [each for each in lacking if each.what == what]
+        entries = " and ".join(dict.fromkeys(each.entry for each in of_kind))
+        said.append(
+            f"{', '.join(each.channel for each in of_kind)} {what}: give it in the machine file, e.g. {entries}"
+        )
+    return f"{source}: channels {'; '.join(said)}"
 
 
 def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
@@ -113,16 +141,17 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
         return array if array.attrs["units"] == "m" else _displacement(array, probe, place)
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
         if probe.sensitivity is None:
-            raise InputError(
-                f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file,"
-                ' e.g. sensitivity = "7.87 mV/um"'
+            said = (
+                f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file, e.g. {_SENSITIVITY}"
             )
+            raise _Lacks(said, place, _IN_VOLTS, f"{_SENSITIVITY} with each probe")
         return _rescaled(array, 1.0 / probe.sensitivity, -probe.offset / probe.sensitivity, "m")
     if units in ("", "1"):
-        raise InputError(
+        said = (
             f"{place} has no unit; write one into the file, or give it with probe '{probe.name}' in the machine file,"
-            ' e.g. unit = "um", or sensitivity = "7.87 mV/um" for volts'
+            f' e.g. unit = "um", or {_SENSITIVITY} for volts'
         )
+        raise _Lacks(said, place, _NO_UNIT, f'unit = "um" (or {_SENSITIVITY} for volts) with each probe')
     cure = _wrong(units, "m", f"unit = \"um\" with probe '{probe.name}'")
     raise InputError(f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {cure}")
 
@@ -144,14 +173,14 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
             return _rescaled(array, scale(units, "Hz"), 0.0, "Hz")
     if _is_voltage(units):
         if signal is None or signal.sensitivity is None:
-            raise InputError(
-                f'{place} is in V; give its sensitivity in the machine file, e.g. [speed] sensitivity = "1 mV/rpm"'
-            )
+            entry = '[speed] sensitivity = "1 mV/rpm"'
+            said = f"{place} is in V; give its sensitivity in the machine file, e.g. {entry}"
+            raise _Lacks(said, place, _IN_VOLTS, entry)
         return _rescaled(array, scale(units, "V") / signal.sensitivity, 0.0, "Hz")
     if units in ("", "1"):
-        raise InputError(
-            f'{place} has no unit; write one into the file or into the machine file, e.g. [speed] unit = "rpm"'
-        )
+        entry = '[speed] unit = "rpm"'
+        said = f"{place} has no unit; write one into the file or into the machine file, e.g. {entry}"
+        raise _Lacks(said, place, _NO_UNIT, entry)
     cure = _wrong(units, "Hz", '[speed] unit = "rpm"')
     raise InputError(f"{place} is {_quantity(array)}, where a speed in Hz, rpm, rad/s or V is needed; {cure}")
 

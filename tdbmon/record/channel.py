@@ -72,12 +72,14 @@ class Content:
     """What a format's reader found in a file.
 
     `machine` is the name of the machine that the file states, if any.
+    `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
     `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
     """
 
     channels: tuple[Channel, ...]
     title: str = ""
     drop_time: str = ""
+    drop_time_from: str = ""
     incomplete: str = ""
     machine: str = ""
 
@@ -122,6 +124,8 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         "title": content.title,
         "drop_time": _iso(content.drop_time),
     }
+    if record.attrs["drop_time"] and content.drop_time_from:
+        record.attrs["drop_time_from"] = content.drop_time_from
     if content.incomplete:
         record.attrs["incomplete"] = content.incomplete
     if content.machine:

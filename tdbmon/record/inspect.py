@@ -48,6 +48,7 @@ class Inspection:
     size: int
     title: str
     drop_time: str
+    drop_time_from: str  # what that time is, where it need not be the drop's
     machine: str
     incomplete: str
     left_out: dict[str, str]  # channels whose samples have no time, and why
@@ -62,7 +63,8 @@ class Inspection:
     def lines(self) -> list[str]:
         """Return a table for the terminal, displacements in um."""
         head = [f"{self.file}   {self.reader}, {self.size / 1e6:.3g} MB, SHA-256 {self.sha256[:16]}..."]
-        words = (("title", self.title), ("machine", self.machine), ("drop", self.drop_time))
+        doubt = f" ({self.drop_time_from}: check)" if self.drop_time_from else ""
+        words = (("title", self.title), ("machine", self.machine), ("drop", f"{self.drop_time}{doubt}"))
         head += [f"{word}: {text}" for word, text in words if text]
         head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
         head += [f"left out: {name}: {why}" for name, why in list(self.left_out.items())[:_MOST]]
@@ -91,6 +93,7 @@ def inspect(path: str | Path) -> Inspection:
         size=path.stat().st_size,
         title=attributes["title"],
         drop_time=attributes["drop_time"],
+        drop_time_from=attributes.get("drop_time_from", ""),
         machine=attributes.get("machine", ""),
         incomplete=attributes.get("incomplete", ""),
         left_out=dict(attributes.get("left_out", {})),

@@ -12,6 +12,7 @@ from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
+from tdbmon.record.misread import limits
 from tdbmon.record.timebase import usual_interval
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
@@ -21,7 +22,6 @@ _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has 
 _SOON = 3.0  # times the fall through the gap: within it the record ends, and a shaft may have moved straight down alone
 _LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
 _LASTS_S = 1e-3  # a spike is no fall
-_FAR = 3.0  # radial gaps from the centre: no rotor gets there
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
@@ -151,8 +151,8 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.R
 
 
 def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap: float) -> Check:
-    low, high = probe.range if probe.range is not None else (-_FAR * gap, _FAR * gap)
-    what = "the probe's range" if probe.range is not None else f"{_FAR:g} radial gaps"
+    low, high = limits(probe, gap)
+    what = "the probe's range" if probe.range is not None else f"{high / gap:g} radial gaps"
     outside = faults.runs_of((signal.values < low) | (signal.values > high))
     if not len(outside):
         return Check("range", name, True, f"within {what}, {um(low)} to {um(high)}")

@@ -19,6 +19,12 @@ from tdbmon.record.timebase import usual_interval
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
 _ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
+_LEAST = 0.5  # of a probe's samples that must have a value
+_UNFIT = {
+    "dead": "is dead",
+    "identical": "equals another probe",
+    "unit": "reads by a factor wrong",
+}  # by the failed check
 _WHOLE = 0.9  # of the probes' time: a slow channel's last sample is not so early
 _UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
 
@@ -78,10 +84,39 @@ def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple
     the two is not what its name says), a factor of ten or more off the gap, without a value in half of their samples
     or more, or on another time base than the one that shows most.
     """
-    out = {entry.channel for entry in checks if not entry.passed and entry.check in ("dead", "identical", "unit")}
-    names = [probe.name for probe in machine.probes if probe.name in ds and probe.name not in out]
-    names = [name for name in names if np.isfinite(ds[name].values).mean() > 0.5]
-    return best_time_base(ds, machine, names)
+    out = left_out(ds, machine, checks)
+    return tuple(probe.name for probe in machine.probes if probe.name in ds and probe.name not in out)
+
+
+def left_out(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> dict[str, str]:
+    """Return the probes that `usable` leaves out one by one, and why, as words to follow the name."""
+    out = {name: "is not in the record (see present)" for name in _absent(ds, machine)}
+    for entry in checks:
+        if not entry.passed and entry.check in _UNFIT:
+            out[entry.channel] = f"{_UNFIT[entry.check]} (see {entry.check})"
+    kept = [probe.name for probe in machine.probes if probe.name not in out]
+    out |= {name: why for name in kept if (why := _mostly_missing(ds[name]))}
+    kept = [name for name in kept if name not in out]
+    on_one = best_time_base(ds, machine, kept)
+    return out | {name: "is on another time base (see time base)" for name in kept if name not in on_one}
+
+
+def _absent(ds: xr.Dataset, machine: Machine) -> list[str]:
+    return [probe.name for probe in machine.probes if probe.name not in ds]
+
+
+def _mostly_missing(array: xr.DataArray) -> str:
+    """Say that a probe has too few values, and where to cut the record if it fails for good; "" for one that has enough."""
+    there = np.isfinite(array.values)
+    share = float(np.mean(there)) if there.size else 0.0
+    if share > _LEAST:
+        return ""
+    said = f"has no value in {percent(1 - share)} of the samples (limit {percent(_LEAST)})"
+    last = int(there.size - np.argmax(there[::-1])) if there.any() else 0  # the first sample after the last value
+    if np.mean(there[:last]) <= _LEAST or last == 0:
+        return said
+    at = float(array[array.dims[0]].values[last])
+    return f"{said}, none from {at:.4g} s on: cut the record at {at:.4g} s"
 
 
 def repair_gaps(ds: xr.Dataset) -> xr.Dataset:

@@ -36,6 +36,37 @@ def test_a_cut_arc_tells_no_circle(machine):
     assert {c.check for c in found.checks if not c.passed} == {"clipping"}
 
 
+def test_a_cut_probe_leaves_the_other_end(machine):
+    """Along the rigid line its missing peaks would take both ends."""
+    sound, record = cut(machine, 0.5, "NDE_B")
+    whole, found = analyse(sound, machine).ends["DE"], analyse(record, machine)
+    assert found.ends["NDE"].gap is None
+    assert "are cut off" in found.ends["NDE"].air_gap.why
+    assert_same_end(found.ends["DE"], whole)
+    assert any(c.check == "orbit" and c.channel == "DE" and "NDE_B (see clipping)" in c.detail for c in found.checks)
+
+
+def test_probes_without_their_offset_leave_the_other_end(machine):
+    """As where the machine file lacks the set-point voltage of one end's probes."""
+    sound = read(shipped("short/drop_100.nc"))
+    record = sound.copy()
+    for probe in ("NDE_A", "NDE_B"):
+        channel = machine.channel_in_file(probe)
+        record[channel] = (sound[channel] + 1.5e-3).assign_attrs(sound[channel].attrs)
+    whole, found = analyse(sound, machine).ends["DE"], analyse(record, machine)
+    assert {c.channel for c in found.checks if c.check == "range" and not c.passed} == {"NDE_A", "NDE_B"}
+    assert "NDE_A and NDE_B read where no rotor gets to" in found.ends["NDE"].air_gap.why
+    assert_same_end(found.ends["DE"], whole)
+
+
+def assert_same_end(found, whole):
+    """The same contacts, seen at the end's own probes."""
+    assert found.plane == "probe"
+    assert whole.plane == "bearing"
+    assert found.gap.radius.value == pytest.approx(whole.gap.radius.value, rel=0.1)
+    assert found.contacts.events[0].start == pytest.approx(whole.contacts.events[0].start, abs=5e-4)
+
+
 def test_of_one_peak_cut_off_only_the_greatest_excursion_is_withheld(machine):
     sound, record = cut(machine, 0.001, "NDE_B")
     whole, found = analyse(sound, machine).ends["NDE"], analyse(record, machine).ends["NDE"]

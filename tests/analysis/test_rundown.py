@@ -224,8 +224,8 @@ def test_known_noise_is_used() -> None:
 # the parts of a drop
 
 
-def one_a_turn(times: np.ndarray) -> Pulses:
-    return Pulses(times, np.arange(times.size), np.nan, 0, 0, "")
+def one_a_turn(times: np.ndarray, sigma: float = np.nan) -> Pulses:
+    return Pulses(times, np.arange(times.size), sigma, 0, 0, "")
 
 
 def whole_drop(seed: int, offset: float = 0.0, gain: float = 1.0) -> tuple[np.ndarray, np.ndarray, Pulses, DragLaw]:
@@ -356,7 +356,7 @@ def test_a_drive_that_trips_before_the_release_does_not_move_the_speed_there(tri
         pulses = np.interp(np.arange(1, int(revolutions[-1])), revolutions, t)
         if keyphasor:
             pulses += rng.normal(0, 2e-7, len(pulses))
-            run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.5, pulses=one_a_turn(pulses))
+            run = fit_rundown(t, None, release_time=RELEASE, polar_inertia=0.5, pulses=one_a_turn(pulses, 2e-7))
         else:
             measured = speed + rng.normal(0, 0.02, len(t))
             run = fit_rundown(t, measured, release_time=RELEASE, polar_inertia=0.5)
@@ -364,6 +364,51 @@ def test_a_drive_that_trips_before_the_release_does_not_move_the_speed_there(tri
         # six turns are too few to show where the drive tripped
         assert run.initial.high - run.initial.low < (0.5 if keyphasor and tripped < 0.1 else 0.05)
     assert held >= 17
+
+
+def sampled_pulses(t: np.ndarray, speed: np.ndarray, phase: float) -> Pulses:
+    """One pulse a turn, each timed by the first sample after it, as an edge between two levels is."""
+    step = t[1] - t[0]
+    turned = phase + np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]))) * step
+    return one_a_turn(t[np.flatnonzero(np.diff(np.floor(turned)) > 0) + 1] - step / 2)
+
+
+@pytest.mark.parametrize("keyphasor", [False, True])
+def test_a_rotor_driven_up_to_the_release_has_its_speed_there(keyphasor: bool) -> None:
+    """The rotor coasts from the release on: a law that is fitted across that kink has the speed there too low."""
+    held = 0
+    t = np.arange(0, 1.0, 1 / 20000)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        driven = rng.uniform(60.0, 210.0)
+        law = DragLaw(RELEASE, driven, 1 / 12.0)
+        speed = np.where(t < RELEASE, driven, law.speed_at(t))
+        marks = sampled_pulses(t, speed, rng.uniform())
+        signal = None if keyphasor else speed + rng.normal(0, 1e-3, len(t))
+        run = fit_rundown(t, signal, release_time=RELEASE, polar_inertia=0.5, pulses=marks if keyphasor else None)
+        held += run.initial.low <= driven <= run.initial.high
+        assert run.initial.high - run.initial.low < (0.01 if keyphasor else 1e-4) * driven
+    assert held >= 17
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.6])
+def test_a_turn_of_nearly_whole_samples_does_not_set_the_scale_of_a_true_signal(seconds: float) -> None:
+    """The rounding of the pulses' times drifts by a sample over the train: the signal is the better of the two."""
+    t = np.arange(0, RELEASE + seconds, 1 / 20000)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        law = DragLaw(RELEASE, 500.0 + rng.uniform(-0.1, 0.1), 1e-4)
+        speed = np.where(t < RELEASE, law.speed, law.speed_at(t))
+        marks, signal = sampled_pulses(t, speed, rng.uniform()), speed + rng.normal(0, 1e-3, len(t))
+        run = fit_rundown(t, signal, release_time=RELEASE, polar_inertia=0.5, pulses=marks)
+        assert run.pulse_ratio.low <= 1 <= run.pulse_ratio.high
+        assert run.initial.value == pytest.approx(law.speed, rel=1e-5)
+
+
+def test_scale_of_the_pulses_is_in_the_interval_of_the_speed() -> None:
+    t, speed, marks, _ = whole_drop(4, gain=1.02)
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=marks)
+    assert run.initial.high / run.initial.value >= run.pulse_ratio.high / run.pulse_ratio.value
 
 
 @pytest.mark.parametrize(("seconds", "sigma"), [(0.6, 0.3), (1.2, 1.0), (20.0, 0.005)])

@@ -11,6 +11,7 @@ from tdbsim.machine import Machine, load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
+from tdbmon.identify.drop import measured_drop
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -75,3 +76,20 @@ def test_a_clock_that_jumps_leaves_the_run_down() -> None:
     for name in ("initial", "lost_speed", "decay_time"):
         assert getattr(found.rundown, name).value == pytest.approx(getattr(whole.rundown, name).value, rel=1e-6)
     assert "the clock jumps by 0.4 s at 2 s" in failed(found) and "clock" not in failed(whole)
+
+
+def test_a_probe_that_fails_for_good_says_where_to_cut_the_record(record: xr.Dataset, machine: Machine) -> None:
+    failing = record.copy()
+    failing["NDE_B"] = record["NDE_B"].where(record.time < 0.2)
+    why = analyse(failing, machine).ends["NDE"].air_gap.why
+    cure = "NDE_B has no value in 60 % of the samples (limit 50 %), none from 0.2 s on: cut the record at 0.2 s"
+    assert cure in why
+    remarks = measured_drop(failing, machine).remarks
+    assert any(cure.removeprefix("NDE_B ") in remark and "without probe 'NDE_B'" in remark for remark in remarks)
+    cut = analyse(failing.sel(time=slice(0, 0.1999)), machine)
+    assert cut.ends["NDE"].plane == "bearing"
+
+
+def test_an_end_without_an_orbit_names_the_probe_that_it_lacks(record: xr.Dataset, machine: Machine) -> None:
+    why = analyse(record.drop_vars("DE_A"), machine).ends["DE"].air_gap.why
+    assert "DE_A is not in the record" in why

@@ -122,6 +122,30 @@ def test_the_same_measurement_in_another_file_is_refused(empty, tmp_path):
     assert wrong(empty) == []
 
 
+def test_a_second_drop_of_one_machine_at_one_instant_is_refused(empty, tmp_path):
+    """A copy with one channel changed: counts of drops are agreed with the maker of the bearings."""
+    raw, machine = files(tmp_path, 0)
+    first = filing(raw, machine, dropped="2020-01-01T09:30:05Z", seed=0)
+    assert empty.add(first, raw, machine) == "filed"
+    other, _ = files(tmp_path, 1)
+    made = filing(other, machine, dropped="2020-01-01T10:30:05.4+01:00", seed=1)
+    with pytest.raises(
+        InputError, match=r"drop_1.nc: states the same time .* as drop \w{12} \(drop_0.nc\).*--dropped TIME"
+    ):
+        empty.add(made, other, machine)
+    assert len(empty.entries()) == 1
+    assert empty.add(replace(made, dropped="2020-01-01T09:40:05Z"), other, machine) == "filed"
+
+
+@pytest.mark.parametrize("change", [{"speed": 90.0}, {"name": "another"}, {"dropped": "2020-01-01"}])
+def test_another_speed_machine_or_a_bare_date_is_another_drop(empty, tmp_path, change):
+    raw, machine = files(tmp_path, 0)
+    stated = {"dropped": change.get("dropped", "2020-01-01T09:30:05Z")}
+    empty.add(filing(raw, machine, seed=0, **stated), raw, machine)
+    other, _ = files(tmp_path, 1)
+    assert empty.add(filing(other, machine, seed=1, **{**stated, **change}), other, machine) == "filed"
+
+
 def test_the_same_measurement_in_another_format_is_refused_and_compared_as_the_filed_one(years, tmp_path):
     """Exported with two decimals and without its last line, under a name and a time of its own."""
     record = read(YEARS / "drop_03.nc").isel(time=slice(0, -1))

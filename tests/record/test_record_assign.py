@@ -103,6 +103,15 @@ def test_an_unknown_unit_can_be_said_in_the_machine_file() -> None:
         assign(_record(speed="bananas"), machine())
 
 
+def test_all_channels_without_a_unit_or_a_sensitivity_are_named_at_once() -> None:
+    with pytest.raises(InputError) as error:
+        assign(_record(NDE_A="", NDE_B="1", DE_A="V", speed=""), machine())
+    said = str(error.value)
+    assert said.startswith("drop.nc: channels 'NDE_A', 'NDE_B', 'speed' without a unit: give it in the machine file")
+    assert 'unit = "um"' in said and '[speed] unit = "rpm"' in said
+    assert "; 'DE_A' in V without a sensitivity: give it in the machine file, e.g. sensitivity =" in said
+
+
 @pytest.mark.parametrize("unit", ["bananas", "um", ""])
 def test_a_speed_s_unit_is_a_speed_or_a_voltage(unit: str) -> None:
     with pytest.raises(InputError, match="neither a speed nor a voltage"):

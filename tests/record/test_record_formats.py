@@ -276,6 +276,18 @@ def test_mdf_groups_keep_their_rates(tmp_path: Path) -> None:
     np.testing.assert_allclose(record["time_2"].values, 1 + np.arange(5) / 10)
 
 
+def test_the_time_in_the_header_of_an_mdf_file_is_said_to_be_that(tmp_path: Path) -> None:
+    """A program that converts a record writes the time at which it does."""
+    samples.write_mdf(tmp_path / "a.mf4", samples.signals())
+    found = inspect(tmp_path / "a.mf4")
+    assert found.drop_time.startswith("2026-03-10T09:00:00")
+    line = next(line for line in found.lines() if line.startswith("drop: "))
+    assert "(start of measurement in the file's header" in line
+    assert line.endswith(": check)")
+    samples.write_netcdf(tmp_path / "a.nc", samples.signals())
+    assert "drop: 2026-03-10T09:00:00Z" in inspect(tmp_path / "a.nc").lines()
+
+
 # the library's writer opens a binary file twice and closes it once
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_binary_uff_is_read(tmp_path: Path) -> None:

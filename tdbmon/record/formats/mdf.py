@@ -17,6 +17,8 @@ import numpy as np
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
 
+_BEGAN = "start of measurement in the file's header, which some programs set when they write the file"
+
 
 class MDF:
     """Channel groups with their master time; texts and structures are left out."""
@@ -71,4 +73,4 @@ def _content(asammdf: Any, path: Path) -> Content:
         replace(channel, name=f"{place}/{channel.name}" if count[channel.name] > 1 else channel.name, group=place)
         for place, channel in found
     )
-    return Content(channels, title, began.isoformat() if began else "")
+    return Content(channels, title, began.isoformat() if began else "", _BEGAN)
