@@ -72,16 +72,16 @@ class Content:
     """What a format's reader found in a file.
 
     `machine` is the name of the machine that the file states, if any.
-    `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
     `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
+    `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
     """
 
     channels: tuple[Channel, ...]
     title: str = ""
     drop_time: str = ""
-    drop_time_from: str = ""
     incomplete: str = ""
     machine: str = ""
+    drop_time_from: str = ""
 
 
 def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:

@@ -73,4 +73,4 @@ def _content(asammdf: Any, path: Path) -> Content:
         replace(channel, name=f"{place}/{channel.name}" if count[channel.name] > 1 else channel.name, group=place)
         for place, channel in found
     )
-    return Content(channels, title, began.isoformat() if began else "", _BEGAN)
+    return Content(channels, title, began.isoformat() if began else "", drop_time_from=_BEGAN)
