@@ -83,6 +83,8 @@ def followed(
             if freed is not None and rivals[0].misfit - freed[1].misfit > WORTH * (rivals[0].misfit - noise):
                 progress("fitting what the machine file states without tolerance too")
                 return followed(freed[0], horizons, progress, may_widen=False)
+        if fails and leads and TOUCHED_S < horizon <= _SOUGHT_S:
+            rivals = _deepest([better_clearances(problem, rivals[0], horizon), *rivals])
         if fails and leads and STRAYED_S <= horizon <= _SOUGHT_S:
             led = led_along(problem, rivals[0], horizon)
             leads = not hardly_gained(rivals[0], led, noise)
