@@ -138,7 +138,7 @@ class Search:
             deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
             if deeper.misfit < best.misfit - _SURE:
                 plain, field, best = replaced(plain, field, best, deeper)
-            field = field + [each for each in found if not each.negligible or _needed(each, best)]
+            field = field + of_size(found, best)
             after = min([best, *found], key=lambda each: each.bic)
             for freed in without_each(after, horizon):
                 if freed.causes:
@@ -381,6 +381,16 @@ def others_of_the_field(
         and (plain.horizon < horizon or each.excess < (1 - _RIVAL_TAKES) * plain.excess)
     }
     return sorted(rivals.values(), key=lambda each: each.bic)
+
+
+def of_size(found: Sequence[Contender], best: Contender) -> list[Contender]:
+    """Return those found beside the best model that are no less than every machine has, or needed, or no imitation of such.
+
+    What explains clearly less than a cause next to nothing may only look like it.
+    """
+    small = [each for each in found if each.negligible and not _needed(each, best)]
+    least = min((each.bic for each in small), default=math.inf)
+    return [each for each in found if each not in small and each.bic < least + _SURE]
 
 
 def _needed(small: Contender, best: Contender) -> bool:

@@ -11,6 +11,7 @@ from tdbmon.diagnosis.search import (
     Search,
     elsewhere,
     extended_by,
+    of_size,
     only_parts,
     others_of_the_field,
     promising,
@@ -262,3 +263,24 @@ def test_of_weak_causes_those_are_fitted_from_the_fall_on_whose_scores_are_plain
     assert promising(plain, [waves, more, grown, hard]) == [grown, waves]
     assert promising(plain, [more, hard]) == [more]
     assert promising(plain, [hard]) == []
+
+
+def test_what_explains_clearly_less_than_a_cause_next_to_nothing_imitates_it(crew):
+    """A gain of 0.3 %: crosstalk explained less, but was of a size that counts, and stayed alone."""
+    problem = problem_of(crew)
+    plain = Contender((), problem, fit(problem, problem.start, 0.006, 1), 0.006, 0.9)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+
+    def found(name, size, misfit):
+        suspect = next(s for s in everyone if s.name == name)
+        wider = with_cause(plain, suspect, Start({suspect.sizes[0][0].name: size}))
+        return replace(wider, fit=replace(wider.fit, misfit=misfit))
+
+    failing = replace(plain, fit=replace(plain.fit, misfit=1.3 * plain.residuals))
+    gain = found("probe_gain@DE_A", 1.0005, 1.2 * plain.residuals)
+    near, far = (found("probe_crosstalk@DE", 0.02, gain.misfit + more) for more in (5.0, 50.0))
+    assert gain.negligible and not near.negligible
+    assert of_size([gain, near], failing) == [near]
+    assert of_size([gain, far], failing) == []
+    explains = replace(gain, fit=replace(gain.fit, misfit=0.9 * plain.residuals))
+    assert of_size([explains, far], failing) == [explains, far]
