@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import ErrorDetails
 
 from tdbsim.bearing_heat import BearingHeat
 from tdbsim.errors import InputError, did_you_mean
+from tdbsim.mistakes import explain
 from tdbsim.plausible import check_plausible
 from tdbsim.power_law import LINE_CONTACT
 from tdbsim.quantity import (
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
     from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
-_TEMPLATE = "docs/machine_file.md explains every key, datasets/machines/template.toml is a file to fill in"
-_NAMED = 8  # mistakes of a file, in one message
 
 
 class Section(Part):
@@ -411,98 +409,4 @@ def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
     try:
         return Machine.model_validate(data)
     except ValidationError as error:
-        raise InputError(f"{source}: {_explain(error, data)}") from None
-
-
-def _explain(error: ValidationError, data: dict[str, Any]) -> str:
-    """Turn the first finding of a validation into one line: place, what, cure."""
-    findings = error.errors()
-    finding = min(findings, key=lambda f: f["type"] != "extra_forbidden")  # a misspelt key explains the missing one
-    place = _place(finding["loc"], data)
-    more = _more([each for each in findings if each is not finding], data)
-    if finding["type"] == "extra_forbidden":
-        name = str(finding["loc"][-1])
-        return f"{place}unknown key '{name}'{did_you_mean(name, _known_keys(finding['loc'][:-1]))}{more}"
-    if finding["type"] == "missing":
-        return _missing([each["loc"] for each in findings if each["type"] == "missing"], data, len(findings))
-    if finding["type"] == "tuple_type" and isinstance(finding["input"], dict):
-        name = str(finding["loc"][-1])
-        return f"{place}[{name}] may come more than once: write [[{name}]], in two brackets{more}"
-    message = finding["msg"].removeprefix("Value error, ")
-    where = f"{place}{finding['loc'][-1]}: " if finding["loc"] and isinstance(finding["loc"][-1], str) else place
-    if finding["type"] != "value_error":
-        message += f", not {finding['input']!r}"
-    return f"{where}{message}{more}"
-
-
-def _more(others: list[ErrorDetails], data: dict[str, Any]) -> str:
-    """Name what else is wrong, in a word each: a file is mended in one go."""
-    what = {"extra_forbidden": "unknown", "missing": "missing"}
-    words = []
-    for other in others:
-        key = f"'{other['loc'][-1]}'" if other["loc"] else "the whole"
-        words.append(f"{_place(other['loc'], data)}{key} is {what.get(other['type'], 'wrong')}")
-    left = f"; and {len(words) - _NAMED} more" if len(words) > _NAMED else ""
-    return f" (also {'; '.join(words[:_NAMED])}{left})" if words else ""
-
-
-def _missing(places: list[tuple[int | str, ...]], data: dict[str, Any], findings: int) -> str:
-    """Name all keys that are missing, table by table; of tables that are missing what they need."""
-    tables: dict[str, list[str]] = {}
-    for loc in places:
-        tables.setdefault(_place(loc, data), []).append(_missing_key(loc))
-    lacking = [
-        f"{table}{', '.join(keys)} {'is' if len(keys) == 1 else 'are'} missing" for table, keys in tables.items()
-    ]
-    more = f" (and {findings - len(places)} more to correct)" if findings > len(places) else ""
-    cure = "" if len(places) == 1 else f"; {_TEMPLATE}"
-    return f"{'; '.join(lacking)}{more}{cure}"
-
-
-def _missing_key(loc: tuple[int | str, ...]) -> str:
-    model: Any = Machine
-    for key in loc:
-        model = model if isinstance(key, int) else _model_in(_field(model, key).annotation)
-    if model in (None, Tolerant):
-        return f"'{loc[-1]}'"
-    needs = [field.alias or name for name, field in model.model_fields.items() if field.is_required()]
-    return f"'{loc[-1]}' (with {', '.join(needs)})"
-
-
-def _place(loc: tuple[int | str, ...], data: Any) -> str:
-    words: list[str] = []
-    node = data
-    for key in loc[:-1]:
-        try:
-            node = node[key]
-        except (KeyError, IndexError, TypeError):
-            break
-        if isinstance(key, int):
-            label = node.get("name") if isinstance(node, dict) else None
-            words.append(f"'{label}'" if label else f"number {key + 1}")
-        else:
-            words.append(f"[{key}]")
-    return " ".join(words) + ": " if words else ""
-
-
-def _known_keys(loc: tuple[int | str, ...]) -> list[str]:
-    model: Any = Machine
-    for key in loc:
-        if isinstance(key, int):
-            continue
-        model = _model_in(_field(model, key).annotation)
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _field(model: Any, key: str) -> Any:
-    return next(field for name, field in model.model_fields.items() if key in (name, field.alias))
-
-
-def _model_in(annotation: Any) -> Any:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    for argument in getattr(annotation, "__args__", ()):
-        found = _model_in(argument)
-        if found is not None:
-            return found
-    return None
+        raise InputError(f"{source}: {explain(error, data, Machine)}") from None

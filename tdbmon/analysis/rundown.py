@@ -20,18 +20,14 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit, Noise
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
-from tdbmon.analysis.pulse_train import compare_with_pulses
-from tdbmon.analysis.speed_at_release import LEAD_S, levitated_law, speed_at_release
-from tdbmon.analysis.standstill import Rest, find_rest, stop_time
-from tdbmon.analysis.unbroken import longest_stretch, without_holes
+from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
+from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
+from tdbmon.analysis.standstill import stop_time
+from tdbmon.analysis.unbroken import without_holes
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.keyphasor import Pulses
-from tdbmon.record.keyphasor import speed as pulse_speed
-from tdbmon.record.timebase import usual_interval
 
-_BLOCKS = 2000
-_SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
 _SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
 _SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
 # of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
@@ -49,7 +45,6 @@ _BY_INERTIA = (
 )
 _LAW = "speed at the release less the fitted law carried back to it"
 _LEVEL = "speed at the release less the steady speed after the contacts, carried back to it"
-_NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
 
 @dataclass(frozen=True)
@@ -194,11 +189,11 @@ def fit_rundown(
     time = np.asarray(time, dtype=float)
     signal = None if speed is None else np.asarray(speed)
     _check(time, signal, pulses, release_time, polar_inertia, sigma)
-    turns = None if pulses is None else without_holes(_between(pulses), time)
+    turns = None if pulses is None else without_holes(between(pulses), time)
     if signal is not None:
-        observed = _from_signal(time, signal, turns, release_time, sigma)
+        observed = from_signal(time, signal, turns, release_time, sigma)
     elif turns is not None:
-        observed = _from_pulses(turns, time, release_time, _tick(pulses, time))
+        observed = from_pulses(turns, time, release_time, tick_of(pulses, time))
     else:
         raise InputError("neither a speed signal nor keyphasor pulses are given; the run-down needs one of them")
     return _run(observed, float(time[-1]), release_time, polar_inertia)
@@ -223,67 +218,7 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
     )
 
 
-@dataclass(frozen=True)
-class _Observed:
-    """Spans up to the release and after it, standstill, and the root of the noise's density where it is known.
-
-    `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
-    the interval of the scale, where the pulses set it.
-    """
-
-    lead: Coast
-    after: Coast
-    rest: Rest
-    source: str
-    ratio: Estimate
-    density: float | None = None
-    tick: float = 0.0
-    scale_half: float = 0.0
-
-
-def _between(pulses: Pulses) -> Coast:
-    """Mean speeds between neighbouring pulses: over two turns and more where some were missed."""
-    _, hz, _ = pulse_speed(pulses)
-    return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
-
-
-def _tick(pulses: Pulses | None, time: np.ndarray) -> float:
-    """Return what the times of pulses are rounded to, s: a sample, or less where their edges are seen between samples."""
-    step = usual_interval(time)
-    spread = float("nan") if pulses is None else float(np.sqrt(12) * pulses.sigma)
-    return min(step, spread) if np.isfinite(spread) else step
-
-
-def _from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> _Observed:
-    last = float(time[-1])
-    lead, after = turns.between(release - LEAD_S, release), turns.between(release, last)
-    return _Observed(lead, after, Rest(False, last, last), "keyphasor pulses", _NO_PULSES, tick=tick)
-
-
-def _from_signal(
-    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None
-) -> _Observed:
-    last = float(time[-1])
-    step = usual_interval(time)
-    lead = without_holes(_blocks(time, signal, release - LEAD_S, release, 200), time)
-    after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
-    rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
-    ratio, source, gain = _NO_PULSES, "speed signal", 1.0
-    if turns is not None:
-        low, high = longest_stretch(time, release)
-        within = after.between(low - step, high + step)
-        ratio, zero = compare_with_pulses(within, turns.between(low, high), step, rest.found and high == last)
-        gain, source, related = _scale(ratio)
-        if zero is not None and related:
-            rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
-    lead, after = (replace(coast, mean=(coast.mean - rest.level) / gain) for coast in (lead, after))
-    after = replace(after, offset_sigma=rest.creep)
-    density = None if sigma is None else sigma / gain * float(np.sqrt(step))
-    scale_half = 0.0 if gain == 1.0 or ratio.high is None else ratio.high / gain - 1
-    return _Observed(lead, after, rest, source, ratio, density, scale_half=scale_half)
-
-
-def _run(observed: _Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
+def _run(observed: Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
     lead, after, rest = observed.lead, observed.after, observed.rest
     density, source, ratio = observed.density, observed.source, observed.ratio
     before: LawFit | None = None
@@ -342,7 +277,7 @@ def _run(observed: _Observed, last: float, release: float, polar_inertia: float 
     )
 
 
-def _unsure(observed: _Observed, levitated: LawFit | None) -> float:
+def _unsure(observed: Observed, levitated: LawFit | None) -> float:
     """Relative half-width that the speed at the release has beyond noise.
 
     A turn of nearly whole samples lets the rounding of the pulses drift by up to one `tick` over their train, instead of being
@@ -497,32 +432,6 @@ def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float
         )
         return Estimate.missing("N m", why)
     return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
-
-
-def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
-    """Means of a speed signal over at most `count` blocks of samples between two times; a sample stands for its period."""
-    first, stop = np.searchsorted(time, [low, high])
-    size = max(int(np.ceil((stop - first) / count)), 1)
-    blocks = max((stop - first) // size, 0)
-    t = time[first : first + blocks * size].reshape(blocks, size)
-    v = speed[first : first + blocks * size].reshape(blocks, size)
-    good = np.isfinite(v)
-    valid = good.sum(axis=1)
-    total = np.where(good, v, 0).sum(axis=1, dtype=float)
-    half = 0.5 * usual_interval(time)
-    use = valid > size // 2
-    return Coast(t[use, 0] - half, t[use, -1] + half, total[use] / valid[use])
-
-
-def _scale(ratio: Estimate) -> tuple[float, str, bool]:
-    """Factor by which the speed signal reads too much, what then is the source, and whether signal and pulses belong."""
-    if ratio.value is None or ratio.low is None or ratio.high is None:
-        return 1.0, "speed signal", False
-    if abs(ratio.value - 1) > _SAME_SHAFT:
-        return 1.0, f"speed signal (the keyphasor disagrees: {ratio.value:.3g} revolutions a pulse)", False
-    if ratio.low <= 1 <= ratio.high:
-        return 1.0, "speed signal, confirmed by the keyphasor", True
-    return ratio.value, "speed signal, its scale set by the keyphasor", True
 
 
 def _check(

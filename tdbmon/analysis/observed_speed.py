@@ -1,0 +1,107 @@
+"""What is seen of a rotor's speed about a release and after it: means of its signal, or of the keyphasor's turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tdbmon.analysis.drag_law import Coast
+from tdbmon.analysis.pulse_train import compare_with_pulses
+from tdbmon.analysis.speed_at_release import LEAD_S
+from tdbmon.analysis.standstill import Rest, find_rest
+from tdbmon.analysis.unbroken import longest_stretch, without_holes
+from tdbmon.estimate import Estimate
+from tdbmon.record.keyphasor import Pulses
+from tdbmon.record.keyphasor import speed as pulse_speed
+from tdbmon.record.timebase import usual_interval
+
+_BLOCKS = 2000
+_SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
+NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Spans up to the release and after it, standstill, and the root of the noise's density where it is known.
+
+    `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
+    the interval of the scale, where the pulses set it.
+    """
+
+    lead: Coast
+    after: Coast
+    rest: Rest
+    source: str
+    ratio: Estimate
+    density: float | None = None
+    tick: float = 0.0
+    scale_half: float = 0.0
+
+
+def between(pulses: Pulses) -> Coast:
+    """Mean speeds between neighbouring pulses: over two turns and more where some were missed."""
+    _, hz, _ = pulse_speed(pulses)
+    return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
+
+
+def tick_of(pulses: Pulses | None, time: np.ndarray) -> float:
+    """Return what the times of pulses are rounded to, s: a sample, or less where their edges are seen between samples."""
+    step = usual_interval(time)
+    spread = float("nan") if pulses is None else float(np.sqrt(12) * pulses.sigma)
+    return min(step, spread) if np.isfinite(spread) else step
+
+
+def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> Observed:
+    last = float(time[-1])
+    lead, after = turns.between(release - LEAD_S, release), turns.between(release, last)
+    return Observed(lead, after, Rest(False, last, last), "keyphasor pulses", NO_PULSES, tick=tick)
+
+
+def from_signal(
+    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None
+) -> Observed:
+    last = float(time[-1])
+    step = usual_interval(time)
+    lead = without_holes(_blocks(time, signal, release - LEAD_S, release, 200), time)
+    after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
+    rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
+    ratio, source, gain = NO_PULSES, "speed signal", 1.0
+    if turns is not None:
+        low, high = longest_stretch(time, release)
+        within = after.between(low - step, high + step)
+        ratio, zero = compare_with_pulses(within, turns.between(low, high), step, rest.found and high == last)
+        gain, source, related = _scale(ratio)
+        if zero is not None and related:
+            rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
+    lead, after = (replace(coast, mean=(coast.mean - rest.level) / gain) for coast in (lead, after))
+    after = replace(after, offset_sigma=rest.creep)
+    density = None if sigma is None else sigma / gain * float(np.sqrt(step))
+    scale_half = 0.0 if gain == 1.0 or ratio.high is None else ratio.high / gain - 1
+    return Observed(lead, after, rest, source, ratio, density, scale_half=scale_half)
+
+
+def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
+    """Means of a speed signal over at most `count` blocks of samples between two times; a sample stands for its period."""
+    first, stop = np.searchsorted(time, [low, high])
+    size = max(int(np.ceil((stop - first) / count)), 1)
+    blocks = max((stop - first) // size, 0)
+    t = time[first : first + blocks * size].reshape(blocks, size)
+    v = speed[first : first + blocks * size].reshape(blocks, size)
+    good = np.isfinite(v)
+    valid = good.sum(axis=1)
+    total = np.where(good, v, 0).sum(axis=1, dtype=float)
+    half = 0.5 * usual_interval(time)
+    use = valid > size // 2
+    return Coast(t[use, 0] - half, t[use, -1] + half, total[use] / valid[use])
+
+
+def _scale(ratio: Estimate) -> tuple[float, str, bool]:
+    """Factor by which the speed signal reads too much, what then is the source, and whether signal and pulses belong."""
+    if ratio.value is None or ratio.low is None or ratio.high is None:
+        return 1.0, "speed signal", False
+    if abs(ratio.value - 1) > _SAME_SHAFT:
+        return 1.0, f"speed signal (the keyphasor disagrees: {ratio.value:.3g} revolutions a pulse)", False
+    if ratio.low <= 1 <= ratio.high:
+        return 1.0, "speed signal, confirmed by the keyphasor", True
+    return ratio.value, "speed signal, its scale set by the keyphasor", True
