@@ -25,7 +25,7 @@ from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import Phase, split_phases
 from tdbmon.analysis.release import Release, not_told, release_of, springing_back
 from tdbmon.analysis.rest import rest_travel
-from tdbmon.analysis.result import NO_DROP, Analysis, EndResult
+from tdbmon.analysis.result import NO_DROP, Analysis, EndResult, falls
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
 from tdbmon.analysis.set_point import check_set_point
@@ -86,13 +86,13 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     if planes is None:
         return _speed_only(record, machine, rotor, checks, speed, key)
 
-    if any(each.check == "drop" and not each.passed for each in checks):
+    if not falls(checks):
         return _levitated_only(planes, record, machine, rotor, checks, speed, key)
 
     progress("finding the release and the contacts")
     seen = planes.sel(end=seen_ends(planes))
     time = planes.time.to_numpy()
-    angle = shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
+    angle = _angle(key, time, machine)
     release = _release(planes, record, machine, rotor, speed, checks)
     released = None if release is None else release.time.value
     unscaled = ""
@@ -233,7 +233,7 @@ def _planes(record: xr.Dataset, machine: Machine, checks: list[Check], speed: _S
         checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
         return None
     seen = to_planes(*freed(without_flat_tops(record, machine), machine), fit)
-    seen["cut_off"] = (seen.displacement.isnull() & planes.displacement.notnull()).any("axis")
+    seen["cut_off"] = _cut_off(seen, planes)
     return seen
 
 
@@ -256,20 +256,23 @@ def _apart(
         why = " and ".join(f"{name} (see {wrong[name]})" for name in faulty)
         checks.append(Check("orbit", end, True, f"taken at its own probes' plane: {why} would spoil it at the bearing"))
     planes = at_own_probes(planes, *freed(without_flat_tops(record, machine), machine), used, sound)
-    whole = at_own_probes(planes, *freed(record, machine), used, sound).displacement
-    cut = (planes.displacement.isnull() & whole.notnull()).any("axis")
-    return planes.assign(cut_off=planes.cut_off.where(~planes.end.isin(sound), cut))
+    whole = at_own_probes(planes, *freed(record, machine), used, sound)
+    return planes.assign(cut_off=planes.cut_off.where(~planes.end.isin(sound), _cut_off(planes, whole)))
+
+
+def _cut_off(planes: xr.Dataset, whole: xr.Dataset) -> xr.DataArray:
+    """Return where (end, time) displacement is missing that is there as long as no peak is left out."""
+    return (planes.displacement.isnull() & whole.displacement.notnull()).any("axis")
 
 
 def _speed_only(
     record: xr.Dataset, machine: Machine, rotor: RotorModel, checks: list[Check], speed: _Speed, key: Pulses | None
 ) -> Analysis:
-    fell = not any(each.check == "drop" and not each.passed for each in checks)
     return Analysis(
         machine=machine,
         rotor=rotor,
         record=record,
-        rundown=_rundown(speed, None, rotor, key, checks) if fell else _without_drop(speed, key),
+        rundown=_rundown(speed, None, rotor, key, checks) if falls(checks) else _without_drop(speed, key),
         checks=tuple(checks),
         speed_time=speed.time,
         speed_hz=speed.hz,
@@ -304,7 +307,7 @@ def _levitated_only(
         )
         for end in machine.ends
     }
-    seen = planes.sel(end=[name for name, end in ends.items() if end.plane != "none"])
+    seen = planes.sel(end=seen_ends(planes))
     return Analysis(
         machine=machine,
         rotor=rotor,
@@ -322,10 +325,14 @@ def _levitated_only(
         rundown=_without_drop(speed, key),
         speed_time=speed.time,
         speed_hz=speed.hz,
-        angle=shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None,
+        angle=_angle(key, time, machine),
         waterfall=_spectra(seen),
         lines=_lines(seen, speed, machine, rotor, None),
     )
+
+
+def _angle(key: Pulses | None, time: np.ndarray, machine: Machine) -> np.ndarray | None:
+    return shaft_angle(key, time, machine) if key is not None and len(key.times) > 2 else None
 
 
 def _without_drop(speed: _Speed, key: Pulses | None) -> RunDown | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,11 @@ if TYPE_CHECKING:
 
 
 NO_DROP = "the shaft does not fall in this record (see drop)"
+
+
+def falls(checks: Iterable[Check]) -> bool:
+    """False where checks of a record say that the shaft levitates throughout."""
+    return all(check.passed for check in checks if check.check == "drop")
 
 
 @dataclass(frozen=True)
@@ -136,7 +142,7 @@ class Analysis:
     @property
     def falls(self) -> bool:
         """False where the shaft levitates throughout the record."""
-        return all(check.passed for check in self.checks if check.check == "drop")
+        return falls(self.checks)
 
     @property
     def release_time(self) -> Estimate:

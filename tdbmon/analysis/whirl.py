@@ -67,12 +67,8 @@ class Whirl:
 
     Attributes
     ----------
-    backward, full : bool
-        By the rules above.
     backward_onset, full_onset : Estimate
-        Where the first such advance begins, s.
-    backward_longest_s, full_longest_s : float
-        Duration of the longest; 0 where there is none.
+        Where the first advance by the rules above begins, s.
     frequency : Estimate
         Of the longest advance of either kind, Hz.
     last_s : float
@@ -83,17 +79,33 @@ class Whirl:
         Whether it was told about the drawing's gap and the probes' zero, for want of a clearance circle.
     """
 
-    backward: bool
-    full: bool
     backward_onset: Estimate
     full_onset: Estimate
-    backward_longest_s: float
-    full_longest_s: float
     frequency: Estimate
     last_s: float
     longest_backward: Advance | None = None
     longest_full: Advance | None = None
     drawn: bool = False
+
+    @property
+    def backward(self) -> bool:
+        """True where the shaft goes round against its rotation."""
+        return self.longest_backward is not None
+
+    @property
+    def full(self) -> bool:
+        """True where it goes round the whole clearance."""
+        return self.longest_full is not None
+
+    @property
+    def backward_longest_s(self) -> float:
+        """Duration of the longest advance against the rotation, s; 0 where there is none."""
+        return self.longest_backward.duration_s if self.longest_backward else 0.0
+
+    @property
+    def full_longest_s(self) -> float:
+        """Duration of the longest advance right round, s; 0 where there is none."""
+        return self.longest_full.duration_s if self.longest_full else 0.0
 
     @property
     def worst(self) -> Advance | None:
@@ -142,12 +154,8 @@ def find_whirl(
         max(advances, key=lambda a: a.duration_s, default=None) for advances in (full + backward, backward, full)
     )
     return Whirl(
-        backward=bool(backward),
-        full=bool(full),
         backward_onset=_onset(backward, "the shaft does not go round against its rotation"),
         full_onset=_onset(full, "the shaft does not go round the whole clearance"),
-        backward_longest_s=longest_backward.duration_s if longest_backward else 0.0,
-        full_longest_s=longest_full.duration_s if longest_full else 0.0,
         frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
         last_s=max((a.until_s for a in full + backward), default=-np.inf),
         longest_backward=longest_backward,

@@ -11,7 +11,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.unexplained import unexplained
-from tdbmon.diagnosis.verdict import Kind, little_gained
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 
@@ -67,8 +67,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     """Return what the command says."""
     verdict, out = diagnosis.verdict, []
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
-    causes = causes_json(diagnosis)
-    for cause in causes:
+    for cause in causes_json(diagnosis):
         values = ", ".join(
             f"{name.replace('_', ' ')} {value_and_interval(q)}"
             for name, q in cause["parameters"].items()
@@ -76,10 +75,9 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         )
         size = values or "not fitted as far"
         out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {size}")
+    if verdict.doubt is not None:
+        out.append(f"  {verdict.doubt}")
     proof = diagnosis.proof
-    doubt = little_gained(proof)
-    if causes and doubt is not None and not verdict.alike:
-        out.append(f"  {doubt}")
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
             f"held out {proof.drop}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um, noise"

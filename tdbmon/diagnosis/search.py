@@ -293,8 +293,9 @@ class Search:
         first = [each for each in rough if each.causes[-1] in promised]
         others = [each for each in rough if each not in first][:_PROMISED]
         fitted = with_own_slopes([*first, *others], horizon)
-        near = [settled(each, horizon, SLOPES) for each in best_of_each_name(fitted)[:_WEAK]]
-        led = [settled(each, horizon, SLOPES) for each in fitted if each.causes[-1] in promised]
+        leading = best_of_each_name(fitted)[:_WEAK]
+        near = [settled(e, horizon, SLOPES) for e in fitted if e in leading or e.causes[-1] in promised]
+        led = [each for each in near if each.causes[-1] in promised]
         begun = [*(joined(best, score.suspect, score.start) for score in said), *led]
         anew = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
         return best_of_each_name([*near, *anew])

@@ -69,6 +69,8 @@ class Verdict:
         In one sentence.
     alike : tuple of Alike
         What looks like the accused model as far as it held; nothing where it holds to the end.
+    doubt : str or None
+        Why so much of the probability is left to causes that are not listed; None where it is not.
     """
 
     kind: Kind
@@ -76,6 +78,7 @@ class Verdict:
     probabilities: tuple[float, ...]
     why: str
     alike: tuple[Alike, ...] = ()
+    doubt: str | None = None
 
 
 def verdict(
@@ -140,11 +143,11 @@ def verdict(
         why = (
             f"{best.words} leaves {best.times_noise} times what noise would, the plain model {plain.times_noise} times"
         )
-        return Verdict(Kind.NAMED, guilty, _discounted(probabilities, proof), why)
+        return Verdict(Kind.NAMED, guilty, _discounted(probabilities, proof), why, doubt=little_gained(proof))
     why = (
         " or ".join({each.effects: each.words for each in accused}.values()) + " explain the drops almost equally well"
     )
-    return Verdict(Kind.AMBIGUOUS, guilty, _discounted(probabilities, proof), why)
+    return Verdict(Kind.AMBIGUOUS, guilty, _discounted(probabilities, proof), why, doubt=little_gained(proof))
 
 
 def _one_of_a_kind(
@@ -228,28 +231,23 @@ def _proved(best: Contender, plain: Contender, proof: HeldOut) -> bool:
     return proof.holds
 
 
-def gains_little(proof: HeldOut | None) -> bool:
-    """True where a named cause is likelier not to be there, by what it takes away on a drop held out."""
-    if proof is None:
-        return False
-    return proof.clear_in_each if proof.gain is None else proof.gain < GAINED
-
-
 def little_gained(proof: HeldOut | None) -> str | None:
-    """Return why so much of the probability is left to causes that are not listed; None where it is not."""
-    if not gains_little(proof):
+    """Return why a named cause is likelier not to be there, by what it takes away on a drop held out, or None."""
+    if proof is None:
         return None
-    told = (
-        "it shows in all that is known of the drops held out, not to be seen in readings"
-        if proof is None or proof.gain is None
-        else f"the gain on the drop held out is below {GAINED:g}"
-    )
-    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to what is not listed, since {told}"
+    if proof.gain is None:
+        little, told = (
+            proof.clear_in_each,
+            "it shows in all that is known of the drops held out, not to be seen in readings",
+        )
+    else:
+        little, told = proof.gain < GAINED, f"the gain on the drop held out is below {GAINED:g}"
+    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to what is not listed, since {told}" if little else None
 
 
 def _discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tuple[float, ...]:
     """Return the probabilities of accused models that gain little on a drop held out: something else may be in their place."""
-    if not gains_little(proof):
+    if little_gained(proof) is None:
         return probabilities
     return tuple(each * (1 - WRONG_OF_LITTLE) / (1 - WRONG) for each in probabilities)
 

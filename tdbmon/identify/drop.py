@@ -151,7 +151,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     from tdbmon.analysis.returned import returned
     from tdbmon.record.assign import assign
     from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-    from tdbmon.record.quality import check, left_out, repair_gaps, usable
+    from tdbmon.record.quality import check, left_out, repair_gaps
     from tdbmon.record.sensor_effects import freed
     from tdbmon.record.skipped_samples import with_skipped_samples
     from tdbmon.record.speed_checks import require_one_speed, without_refuted
@@ -162,15 +162,15 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     still = next((c.detail for c in checks if c.check == "drop" and not c.passed), "")
     if still:
         raise InputError(f"{name}: {still}")
-    fit, unused = usable(laid, machine, checks), left_out(laid, machine, checks)
+    unused = left_out(laid, machine, checks)
     laid = without_flat_tops(without_lost_samples(with_skipped_samples(laid), machine), machine)
     laid = without_refuted(repair_gaps(laid), machine)
     require_one_speed(laid, machine, name)
     wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
         raise InputError(wrong_speed[0])
-    lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name in fit}
-    probes = _enough([p for p in machine.probes if p.name in fit], lost, name)
+    lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name not in unused}
+    probes = _enough([p for p in machine.probes if p.name not in unused], lost, name)
     names = [p.name for p in probes]
     # a fit goes through the sensors that the machine file tells of; what is told from readings alone is freed of them
     seen, upright = freed(laid, machine)

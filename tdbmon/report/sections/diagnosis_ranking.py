@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import WRONG, Kind, little_gained
+from tdbmon.diagnosis.verdict import WRONG, Kind
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import probability_words
 
@@ -42,6 +41,8 @@ def section(evidence: Evidence) -> Section:
     if rest > 1e-3 or unknown:
         other = "something outside the catalogue" if unknown else "something that is not listed"
         rows.append(Row((other, probability_words(max(rest, 0.0)), "", "", "", "")))
+    why = diagnosis.verdict.doubt
+    doubt = "" if why is None else f" Here {why}: so many models with so little gain were wrong there."
     header = ("Model", "Probability", "ΔBIC", "Residual, times noise", "Values fitted more", "Fitted to")
     blocks: list[Block] = [
         Paragraph(
@@ -50,15 +51,8 @@ def section(evidence: Evidence) -> Section:
             " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
             " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
             f" At least {100 * WRONG:.0f} % are left to what is not listed: so often, on synthetic drops made by another program,"
-            " was a model that explained them the wrong one." + _little_gained(diagnosis)
+            " was a model that explained them the wrong one." + doubt
         ),
         Table("Models by probability", header, tuple(rows)),
     ]
     return Section("Ranking", tuple(blocks))
-
-
-def _little_gained(diagnosis: Diagnosis) -> str:
-    why = little_gained(diagnosis.proof)
-    if not diagnosis.verdict.accused or why is None:
-        return ""
-    return f" Here {why}: so many models with so little gain were wrong there."

@@ -7,7 +7,7 @@ from tdbsim.effect import catalogue
 from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import Kind, little_gained
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
 from tdbmon.report.remarks import grouped
@@ -72,11 +72,10 @@ def _sentence(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.plain.problem.drops)
     drops = "one drop" if count == 1 else f"{count} drops"
     if verdict.kind is Kind.NAMED:
-        doubt = little_gained(diagnosis.proof)
         open_ = "" if len(verdict.accused) == 1 else ", of which order or with which law these drops leave open"
         return (
             f"Named: {verdict.accused[0].words} (probability {_share(diagnosis, verdict.accused[0])}, {drops}){open_}."
-            + ("" if doubt is None else f" {doubt}.")
+            + ("" if verdict.doubt is None else f" {verdict.doubt}.")
         )
     if verdict.kind is Kind.AMBIGUOUS:
         several = {each.effects: each for each in reversed(verdict.accused)}.values()
