@@ -13,6 +13,7 @@ from matplotlib.figure import Figure as Drawing
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.analysis.summary import summary_lines
+from tdbmon.analysis.whirl import Advance
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
 from tdbmon.record.finding import Check
@@ -147,9 +148,11 @@ def test_the_gap_is_held_against_the_drawing(coastdown: Analysis, offsets: tuple
 
 def test_backward_whirl_is_on_the_first_page(short: Analysis) -> None:
     onset = Estimate(0.15, 0.14, 0.16, "s")
+    frequency = Estimate(-120.0, -125.0, -115.0, "Hz")
+    longest = Advance(0.15, 0.2, -6.0, frequency, 0.2)
     seen = replace(
-        short.whirl["DE"], backward=True, full=True, backward_onset=onset, full_onset=onset,
-        frequency=Estimate(-120.0, -125.0, -115.0, "Hz"),
+        short.whirl["DE"], longest_backward=longest, longest_full=longest, backward_onset=onset, full_onset=onset,
+        frequency=frequency,
     )  # fmt: skip
     document = build_report(replace(short, whirl={**short.whirl, "DE": seen}))
     verdicts = [b for b in _summary(document).blocks if isinstance(b, Verdict) and "whirl" in b.text]
