@@ -17,8 +17,8 @@ from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, ONE_MARK, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import sizes_of
-from tdbmon.diagnosis.slowing import slowing_remarks
 from tdbmon.diagnosis.slowing_cause import with_slowing
+from tdbmon.diagnosis.slows_otherwise import slowing_remarks
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, outside, verdict
 from tdbmon.estimate import Estimate

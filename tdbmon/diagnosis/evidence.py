@@ -11,7 +11,8 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.left_over import LeftOver, left_over
 from tdbmon.diagnosis.residual_force import ResidualForce, residual_force
-from tdbmon.diagnosis.slowing import Slowing, slowings_of
+from tdbmon.diagnosis.slows_otherwise import slowings_of
+from tdbmon.identify.slowing import Slowing
 
 _SHOWN = 3  # drops in a figure
 

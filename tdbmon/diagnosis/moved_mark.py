@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from tdbmon.identify.drop import MeasuredDrop
 
-_LEAST_DROPS = 3  # with two, surfaces that differ look turned alike too often
+# surfaces of two ends that differ from drop to drop look turned alike in one pair of drops of nine: with three drops too often
+_LEAST_DROPS = 4
 _CLEAR = 5.0  # standard deviations, of all phasors together, and of a turn
 _ALIKE = 0.15  # of their size, by which they may differ beyond noise once turned back
 _CHANCE = (

@@ -31,7 +31,7 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.met_alike import Met, from_the_first_contact
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.slowing import slows_otherwise
+from tdbmon.diagnosis.slows_otherwise import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.progress import Progress

@@ -26,8 +26,9 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.contest import HORIZONS
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
-from tdbmon.diagnosis.slowing import WORTH, Slowing, lag_factor, slowing_misfit, slowings_at, slowings_of
+from tdbmon.diagnosis.slows_otherwise import WORTH, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.identify.slowing import Slowing, lag_factor, slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
 

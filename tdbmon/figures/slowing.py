@@ -22,7 +22,7 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
-    from tdbmon.diagnosis.slowing import Slowing
+    from tdbmon.identify.slowing import Slowing
 
 
 @styled

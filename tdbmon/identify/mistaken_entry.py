@@ -2,7 +2,8 @@
 
 A model that fails may lack something, or be a good model of another machine: a gap given as a diameter, a stiffness off by a
 power of ten.  So each kind of entry in turn, at both ends, is freed of its tolerance.  Where the plain model then follows the
-first contacts, which it did not before, the entry is told with the value that the drops want.
+first contacts, which it did not before, the entry is told with the value that the drops want.  The shaft's angle over the
+rest of the record must not contradict it: up to the first contacts a drag of another law looks like a shorter decay.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.slowing import slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,8 @@ _FAILS = 3.0  # times what noise leaves, of a plain model that is worth the sear
 _BEHIND = 2.0  # times the least misfit: who leaves more does not go on
 _WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that an entry must take away to go on
 _LITTLE = 0.3  # times noise, which may be left all the same
+# squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
+_CONTRADICTED = 25.0
 _FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
 
 
@@ -47,6 +51,12 @@ class _Try:
     @property
     def holds(self) -> bool:
         return self.misfit < FAILING * _FLOOR
+
+    @property
+    def slows_otherwise(self) -> bool:
+        """True where the rotor slows otherwise over the rest of the record."""
+        known = slowings_at(self.problem, self.point, _CONFIRMED_S)
+        return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
 
     def fitted(self, horizon: float) -> _Try:
         found = fit_or_none(self.problem, self.point, horizon, _SLOPES)
@@ -86,7 +96,7 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     held = _begun(_Try((), problem, problem.start).fitted(_FALL_S), found.entries, wanted)
     for horizon in (*_HORIZONS, _CONFIRMED_S):
         held = held.fitted(horizon)
-    if not held.holds:
+    if not held.holds or held.slows_otherwise:
         return None
     values, _ = held.problem.values(held.point, 0)
     wrong = [each for each in found.entries if not each.low <= values[each.name] <= each.high]

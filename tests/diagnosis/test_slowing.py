@@ -11,12 +11,13 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.contest import contest
-from tdbmon.diagnosis.slowing import Slowing, lag_factor, slowing_of, slowing_remarks, slowings_of
 from tdbmon.diagnosis.slowing_cause import with_slowing
+from tdbmon.diagnosis.slows_otherwise import slowing_remarks, slowings_of
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import linearised
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
 from tests.diagnosis.simulated import record
 from tests.identify import drops
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from tdbsim.machine import load_machine
@@ -9,11 +10,16 @@ from typer.testing import CliRunner
 
 from tdbmon.cli import app
 from tdbmon.identify.crew import Crew
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.problem import build_problem
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
+from tests.blind.case import draw_case, simulate, write_drops
+from tests.blind.effects import apply
+from tests.blind.hidden import Hidden
+from tests.blind.truth import LEVITATED, RATE
 
 ANSWER = json.loads(shipped("short/answer.json").read_text())["true"]
 
@@ -69,6 +75,26 @@ def test_a_contact_stiffness_off_by_a_power_of_ten_is_told(tmp_path):
 def test_a_right_machine_file_is_not_blamed(source):
     """With nothing hidden, and with a loose support, which no entry explains."""
     assert said(shipped(f"{source}/machine.toml"), source) is None
+
+
+@pytest.fixture(scope="module")
+def windage(tmp_path_factory):
+    """A machine and its two fastest drops, by the blind generator (synthetic), with a drag that grows with speed squared."""
+    case = draw_case(1, kind="none", strong=True)
+    drag = Hidden("quadratic_windage", "rotor", {"linear_per_s": 1 / 41, "quadratic_per_rad": 1.5e-4})
+    case = replace(case, world=apply(case.plain, drag), hidden=(drag,))
+    machine_file, records = write_drops(case, simulate(case), tmp_path_factory.mktemp("windage"))
+    return load_machine(machine_file), [read(path) for path in records[2:]]
+
+
+@pytest.mark.parametrize(("seconds", "blamed"), [(0.1, True), (0.4, False)])
+def test_a_decay_is_blamed_for_a_drag_of_another_law_only_until_the_rest_of_the_record_tells(windage, seconds, blamed):
+    machine, records = windage
+    length = LEVITATED + round(seconds * RATE)
+    drops = [measured_drop(record.isel(time=slice(length)), machine) for record in records]
+    with Crew() as crew:
+        told = mistaken_entry(build_problem(machine, drops, crew))
+    assert (told is not None and "speed_decay_time" in told) == blamed
 
 
 def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):

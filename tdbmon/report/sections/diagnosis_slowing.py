@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.slowing import lag_factor
+from tdbmon.identify.slowing import lag_factor
 from tdbmon.report.document import Figure, Paragraph, Section
 
 
