@@ -31,16 +31,17 @@ code with tdbmon; "true" is what that program used, or follows from it by the fo
 _TAIL = """
 ## What falls short
 
-- **Decay time.** The rings that roll on the rotor lengthen its time constant by 2 J/I_p, less what they turn more slowly (0.5 %
-  here): the value is that of rotor with rings. The coast-downs follow an exponential with constant drag as closely as their
-  noise shows, in every part and at both speeds, and yet are off by 0.1 %: a drag that changes in proportion to the speed is
-  part of the linear term, and no residual tells it. So the interval lets half of the constant drag come or go with the
-  speed (a choice; 0.15 and 0.23 of it would explain these two) and holds what laws with a further term leave possible. In the
-  short records, which are off by up to 0.8 %, it holds slip of the rings below 3 % of the deceleration. A strong quadratic
-  windage is not in it: of half a second an exponential fits that too, and its decay time is an effective one at that speed.
+- **Decay time.** The inner rings that roll on the rotor lengthen its time constant by 2 J/I_p, less the share by which they
+  turn more slowly (0.5 % here): the value is that of rotor with rings. The coast-downs follow an exponential with constant
+  drag as closely as their noise shows, in every part and at both speeds, and yet are off by 0.1 %: a drag that changes in
+  proportion to the speed is part of the linear term, and no residual shows it. So the interval lets half of the constant
+  drag come or go with the speed (a choice; 0.15 and 0.23 of it would explain these two) and contains what laws with a
+  further term leave possible. In the short records, which are off by up to 0.8 %, it allows for slip of the rings below 3 %
+  of the deceleration. A strong quadratic windage is not in it: over half a second an exponential fits that too, and its
+  decay time is an effective one at that speed.
 - **Constant drag.** More than the two rings' drag is found in the coast-downs, by signal and pulses alike; its cause is not
-  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is told of them. Where one
-  is told from the signal, it is the range from the last time the rotor surely turns to the first time nothing more is
+  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is reported of them. Where one
+  is found from the signal, it is the range from the last time the rotor surely turns to the first time nothing more is
   seen, which is not a 95 % interval.
 - **Short records** (0.5 s) end while the rings may still slip: the decay time is then missing with that reason, or an
   effective one. Swing and most spectral lines need longer records; the clearance circle then rests on the arc alone.
@@ -50,9 +51,10 @@ _TAIL = """
   force) the 95 % interval held the instant 48 times, on 48 drops of our own simulator 48 times; the greatest error was
   0.045 ms. On 32 drops with a magnetic force that dies away (seeds 7221 to 7228, time constants of 0.25 to 3.8 ms) it held
   31 times, with errors up to 0.33 ms: a constant below about 0.5 ms may pass for a sudden release that is as much later.
-  Where the fall does not tell, which is about one drop in ten, the interval reaches back to the soft start (0.2 to 0.4 ms).
+  Where the fall does not decide between the two, which is about one drop in ten there, the interval reaches back to the
+  soft start (0.2 to 0.4 ms).
 - **Files.** HDF5, netCDF 4 and MAT 7.3 files with damaged bytes inside (not merely cut off) can still stop the HDF5 library
-  itself. A CSV that was cut at a line end cannot be told from a whole one.
+  itself. A CSV that was cut at a line end cannot be distinguished from a whole one.
 """
 
 

@@ -41,18 +41,19 @@ code with tdbmon or tdbsim; "true" is what that program used.
 
 ## What is done
 
-1. **Fit.** Initial state, clearances, supports, friction, unbalance and what else the machine file gives a tolerance are
-   fitted to the first 60 ms after the release, in small steps from just past the first contact, and on to 90 ms where no more
-   is left than noise and the model's growing error; of several drops at once what they share. Fits begun at other clearances
-   go beside it until the contacts tell which is right. Where slopes by differences to one side no longer gain, those to
-   both sides lead on: paths with impacts bend. A value's interval rests on the contacts that the fit explains. A value
-   at the edge of its tolerance, and one that the drops hardly determine, is said with those that go with it.
+1. **Fit.** Initial state, clearances, supports, friction, unbalance and whatever else has a tolerance in the machine file are
+   fitted to the first 60 ms after the release; to 90 ms where no more is left than noise and the model's growing error. The
+   time fitted grows in small steps from before the first contact. Several drops are fitted at once with the values that they
+   share. Fits that begin at other clearances run beside it until the contacts decide. Where one-sided difference quotients no
+   longer improve the fit, central ones are taken: paths with impacts bend. A value's interval rests on the contacts that the
+   fit explains. A value at the edge of its tolerance, and one that the drops hardly determine, is reported with those that
+   it is correlated with.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
    beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence.
-3. **Measured against simulated.** Displacement at both ends, orbits, contact times told alike from both, residuals to
-   growing horizons. The friction that brings the orbits nearest, all else as fitted (the dissertation's way), beside least
-   squares.
+3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by one rule in both, residuals to
+   growing horizons. The friction that brings the simulated orbits nearest to the measured ones, all else as fitted (the
+   dissertation's way), beside that of least squares.
 4. **Natural frequencies** of the rotor at rest on the fitted bearings: upwards contact, balls and support in a chain with
    the support's mass, sideways a pendulum, gyroscopics at speed. Critical speed map, Campbell diagram, and the record's
    lines of constant frequency beside them. No line is used to compute them.
@@ -63,15 +64,17 @@ code with tdbmon or tdbsim; "true" is what that program used.
 
 _TAIL = """## What falls short
 
-- **Past the fit.** Trajectories with impacts part by some 40 a second. What is left late in the fit is more than noise, though
-  nothing is hidden in these drops; by 0.2 s some paths are others. Forces there are statistics.
-- **Values that go together.** Radial gap and ball clearance make up for each other: their sum is told a hundred times better than
-  each alone. Contact damping and the drag of the inner rings are hardly told by these drops.
+- **Past the fit.** Neighbouring trajectories with impacts diverge with exp(λ t), λ some 40 a second. What is left late in the fit
+  is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with the
+  measured ones. Forces there are statistics.
+- **Correlated values.** Radial gap and ball clearance compensate for each other: the sum of gap and half the clearance is known a
+  hundred times better than each alone. Contact damping and the drag of the inner rings are hardly determined by these drops.
 - **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
-  ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`.
+  ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`, three of four on `coastdown` (see peak
+  forces below).
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
-  do not tell a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
-- **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they hang on the last bounces. The rms of
+  do not show a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
+- **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they depend on the last bounces. The rms of
   the motion differs by several times for seconds on end, and meets the measured one again late in the run-down.
 - **Friction by sensitivity** varies one coefficient of both ends with all else as fitted by least squares; it is a check of
   that fit, not a second measurement.
@@ -79,8 +82,8 @@ _TAIL = """## What falls short
   static load, without damping; support masses are as the machine file has them, and matter: without them the second vertical
   mode is 5 % off.
 - **Peak forces** are the greatest of all integration steps. The first blow of the inner ring is shorter than a sample of
-  10 kHz: told at the record's samples the same peaks are lower, and the true ones of the coast-down set, whose way of
-  taking is not documented, agree with these and not with those.
+  10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
+  documented how they were taken, agree with the peaks at the samples better than with those of all steps.
 - Where the machine carries effects, the natural frequencies leave them out; the coast-down simulates them.
 """
 
@@ -221,7 +224,7 @@ def _contacts(names: Sequence[str], seen: Sequence[Agreement]) -> str:
     header = (
         "drop", "end", "paired while fitted", "touch apart (median)", "paired after, to 0.2 s", "touch apart (median)"
     )  # fmt: skip
-    return _table("Contacts, told alike from both", header, rows)
+    return _table("Contacts, found by one rule in record and simulation", header, rows)
 
 
 def _friction(calibration: Calibration, names: Sequence[str], truth: dict[str, Any]) -> str:

@@ -12,8 +12,9 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 
 _HEAD = """# The catalogue of effects
 
-Made by `python -m tdbmon.effects_page` from the declarations in `sim/tdbsim/effects/`; do not edit. An effect is off at its
-default and then changes no result. On the command line:
+Made by `python -m tdbmon.effects_page` from the declarations in `sim/tdbsim/effects/`; do not edit. An effect is off while its
+first parameter has its default, and then changes no result. *Typical* is a size that a good record shows; the diagnosis starts
+fits there. On the command line:
 
     tdbmon simulate machine.toml --speed "100 Hz" --effect oval_clearance:end=NDE,amplitude="20 um" --out drop.nc
 
@@ -23,6 +24,10 @@ and in a machine file:
     name = "oval_clearance"
     where = "NDE"
     amplitude = "20 um"
+
+**Where** is what `where` names (on the command line also `end`, `plane` or `probe`): a touchdown bearing or the probes of its end
+by the end's name, `both` for the two bearings alike, an unbalance plane or a disk of `[rotor]`, a probe. For an effect on the
+whole rotor it may be left out on the command line and is `"rotor"` in the machine file.
 """
 
 
@@ -46,7 +51,9 @@ def effect_lines(identifier: str) -> list[str]:
             lines.append(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}")
         else:
             bounds = f"{one.text(one.low)} to {one.text(one.high)}"
-            lines.append(f"  {one.name}: {one.meaning}; {bounds}, off or default {one.text(one.off)}")
+            lines.append(
+                f"  {one.name}: {one.meaning}; {bounds}, off or default {one.text(one.off)}, typical {one.text(one.typical)}"
+            )
     return lines
 
 
@@ -54,13 +61,13 @@ def _section(effect: EffectDeclaration) -> str:
     rows = []
     for one in effect.parameters:
         if one.choices:
-            rows.append(f"| `{one.name}` | {one.meaning} | {' or '.join(one.choices)} | {one.choices[0]} |")
+            rows.append(f"| `{one.name}` | {one.meaning} | {' or '.join(one.choices)} | {one.choices[0]} | |")
         else:
             bounds = f"{one.text(one.low)} to {one.text(one.high)}"
-            rows.append(f"| `{one.name}` | {one.meaning} | {bounds} | {one.text(one.off)} |")
+            rows.append(f"| `{one.name}` | {one.meaning} | {bounds} | {one.text(one.off)} | {one.text(one.typical)} |")
     return (
         f"\n## `{effect.identifier}`\n\n{effect.what} **Where:** {effect.place}. **Signature:** {effect.signature}\n\n"
-        "| parameter | what | bounds | default |\n|---|---|---|---|\n" + "\n".join(rows) + "\n"
+        "| parameter | what | bounds | default | typical |\n|---|---|---|---|---|\n" + "\n".join(rows) + "\n"
     )
 
 

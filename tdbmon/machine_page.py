@@ -45,7 +45,7 @@ _HEAD = """# The machine file
 Made by `python -m tdbmon.machine_page` from the models that read the file; do not edit.
 
 Start from [`datasets/machines/template.toml`](../datasets/machines/template.toml): it loads as it stands, and says at each
-table what a plain analysis needs of you and what may stay as it is. `tdbmon analyse` names what a file lacks, all at once.
+table what a plain analysis needs of you and what may stay as it is. `tdbmon analyse` lists everything that a file lacks.
 
 ## How values are written
 
@@ -58,14 +58,14 @@ A value is a number in SI, a text with a unit, or a value with a tolerance:
 
 Any unit of the quantity will do (`mil`, `lbf/in`, `rpm`, `ksi` ...). A tolerance is the half-width, and is read as two
 standard deviations. Fits (`--forces`, `diagnose`) move a value within its tolerance and no further, so give a tolerance to
-what is not known well; ± in the tables marks the keys that take one. Without tolerance a value stays as it is, except what no
-catalogue tells exactly: contact stiffness (may move by a quarter), ball stiffness (a tenth), ring and support mass, the
-exponents, the elastic modulus.
+what is not known well; ± in the tables marks the keys that take one. Without tolerance a value stays as it is, except what is
+never known exactly: contact stiffness (may move by a quarter), ball stiffness (a tenth), ring and support mass, the exponents,
+the elastic modulus.
 
 ## Directions
 
-The shaft is horizontal: all that is told of a drop rests on its fall, and one that stands upright does not fall (its run-down
-alone is told, from a file without probes).
+The shaft is horizontal: the analysis of a drop rests on its fall, and a vertical shaft does not fall onto its radial bearings
+(its run-down alone can be analysed, from a machine file without probes).
 
 Look at the rotor from one end, always the same: *x* to the right, *y* up, gravity along −*y*. Angles count from +*x* towards
 +*y*; `rotation = "ccw"` turns that way. A probe's `angle` is the direction in which the shaft moves when its reading, in
@@ -74,18 +74,18 @@ vertical, 135° for the Y probe 45° left of it, as API 670 has them). Readings 
 whose voltage rises (gets less negative) as the shaft comes nearer, has a positive `sensitivity`; a sensor whose voltage rises
 with the distance a negative one. Two probes of an end may stand at any angle of more than 10° to each other. Axial positions
 count from one end of the shaft, usually the non-drive end, and the sections follow each other from there. In every drop
-the shaft must come to rest at the bottom: `analyse` checks that, and says where the probes' directions contradict it.
+the shaft must come to rest at the bottom: `analyse` checks that and reports probe directions that contradict it.
 
 ## What is used where
 
-**analyse**: a plain `tdbmon analyse` works with it already (release, contacts, clearance, swing, run-down, lines), and all
-the rest does too. **forces**: only what simulates the machine works with it: `analyse --forces`, `diagnose`, `simulate`,
-`identifiability`. The file must state these keys all the same, but a guess does a plain analysis no harm: the values of the
-template will do. **heading**: words only.
+- **analyse**: used by a plain `tdbmon analyse` (release, contacts, clearance, swing, run-down, lines) and by everything else.
+- **forces**: used only where the machine is simulated: `analyse --forces`, `diagnose`, `simulate`, `identifiability`. The file
+  must state the required ones all the same, but a guess does a plain analysis no harm: the values of the template will do.
+- **heading**: a name in reports.
 
-What a plain analysis asks for is all on drawings: shaft sections and wheels (mass, centre of gravity and the share of the
+All that a plain analysis needs is on drawings: shaft sections and wheels (mass, centre of gravity and the share of the
 weight on each end come from them), positions of bearings and probes, journal, air gap, and the touchdown bearing's catalogue
-sheet. Values from the commissioning of the magnetic bearings and from the balancing sheet are asked for by the simulation
+sheet. Values from the commissioning of the magnetic bearings and from the balancing sheet are needed by the simulation
 only.
 """
 
@@ -108,9 +108,9 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     (
         MagneticBearing,
         "`[[magnetic_bearing]]`",
-        "The radial bearings while they levitate: they set how the rotor stands and whirls at the"
-        " release. Two are needed for what"
-        " simulates the machine; a plain analysis does without.",
+        "The radial bearings while they levitate: they set position and whirl of the rotor at the"
+        " release. Two are needed where the machine"
+        " is simulated; a plain analysis does without.",
     ),
     (
         TouchdownBearing,
@@ -147,11 +147,11 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "gravity": Key(
             "analyse",
             "Local gravity, for a horizontal shaft. Of an inclined one the part across it, 9.81 m/s² times the cosine of the"
-            " inclination; less than 1 m/s² is refused: a shaft that stands upright does not fall onto its bearings",
+            " inclination; less than 1 m/s² is refused: a vertical shaft does not fall onto its radial bearings",
         ),
         "mains": Key("analyse", "Mains frequency: its lines are told apart from the rotor's"),
         "rotor": Key("analyse", "Table, below"),
-        "magnetic_bearing": Key("forces", "Tables, below; two for whatever simulates"),
+        "magnetic_bearing": Key("forces", "Tables, below; two where the machine is simulated"),
         "touchdown_bearing": Key("analyse", "Two tables, below"),
         "probe": Key("analyse", "Tables, below; without any only the run-down is analysed"),
         "speed": Key("analyse", "Table, below"),
@@ -315,7 +315,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "housing_radius": Key("forces", "Outside of the housing"),
         "width": Key("forces", "Of all rows together"),
         "housing_width": Key("forces", "Of the housing"),
-        "shaft_length": Key("forces", "Of the piece of shaft that takes part"),
+        "shaft_length": Key("forces", "Of the piece of shaft that takes up heat"),
         "race": Key("forces", "Material of rings, shaft and housing, below"),
         "ball": Key("forces", "Material of the balls, below"),
         "load_factor": Key("forces", "f1 of Palmgren's torque; about 0.0003 to 0.001, by the bearing's kind and load"),
@@ -345,7 +345,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "offset": Key("analyse", "Voltage with the shaft in the bearing's centre"),
         "range": Key(
             "analyse",
-            "`[smallest, largest]` displacement that the probe can tell; readings beyond are said. Left out: ± 3 gaps",
+            "`[smallest, largest]` displacement in the probe's linear range; readings beyond are reported. Left out: ± 3 gaps",
         ),
     },
     SpeedSignal: {
@@ -363,7 +363,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "pulses_per_revolution": Key(
             "analyse",
-            "Of a toothed wheel. With more than one nothing tells the shaft's angle: phases count from any of them, and the"
+            "Of a toothed wheel. With more than one the shaft's angle is not known: phases count from any of them, and the"
             " angle at the release is fitted in every drop",
         ),
     },
@@ -383,8 +383,9 @@ occurs in several.
 ## `[[effect]]`
 
 What is known to differ from the plain machine: an oval journal, a soft direction of a support, runout or a wrong gain of a
-probe. `name` is an identifier of the [catalogue](effects.md), `where` an end, a probe or `rotor`; the parameters follow. A
-plain analysis frees its readings of the effects of probes; all effects act in what simulates the machine.
+probe. `name` is an identifier of the [catalogue](effects.md), which also says what `where` names; the parameters follow. A plain
+analysis corrects its readings for gain, angle, crosstalk and lag of probes, not for runout; all effects act where the machine is
+simulated.
 
     [[effect]]
     name = "support_anisotropy"

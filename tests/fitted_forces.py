@@ -35,16 +35,16 @@ HEAD = """\
 
 Written by `{command}`; do not edit. Each set is **synthetic**: four drops of one machine, nothing hidden, drawn from a seed
 by the generator in `tests/blind/`, which shares no code with `tdbsim` ([blind cases](blind.md) says how they are drawn, and
-what is strange in those with strange laws). The drops are fitted together to 60 ms, or less far where paths part fast,
-further (90 ms) where no more is left than noise and the model's growing error, and simulated on to 0.2 s, as
-`tdbmon analyse --forces` does. The method was worked out on sets with seeds up to 313, and the share of a peak force that its
+what is strange in those with strange laws). The drops are fitted together to 60 ms, less far where neighbouring
+paths diverge fast, and to 90 ms where no more is left than noise and the model's growing error. They are simulated on to 0.2 s,
+as `tdbmon analyse --forces` does. The method was worked out on sets with seeds up to 313, and the share of a peak force that its
 interval leaves to the law of the contact was taken from them. The goals are those that the project has set itself. Intervals in
 brackets are 95 % (Wilson).{remark}
 """
 BY_NOISE = """\
 The last column of the lower tables is the half width of a 95 % interval that noise leaves to any method that knows the model:
 from the inverse of the Fisher information to 60 ms, with what is known beforehand, the model's growing error counted as noise.
-Where it is far below the errors, they are not noise: two programs differ, and fits end in a hollow beside the best.
+Where it is far below the errors, they are not noise: the two programs differ, and fits end in a minimum beside the best.
 """
 
 

@@ -106,7 +106,9 @@ def archive_report(
     archive: ArchiveFolder,
     report: Reports = None,
     drop: Annotated[str, typer.Option(metavar="ID", help="report one drop")] = "",
-    machine: Annotated[str, typer.Option(metavar="NAME", help="report one machine; by default the fleet")] = "",
+    machine: Annotated[
+        str, typer.Option(metavar="NAME", help="report one machine; by default the only one, or the fleet")
+    ] = "",
 ) -> None:
     """Report a machine over all its drops, or the fleet, worst first."""
     writers = report_writers(report)

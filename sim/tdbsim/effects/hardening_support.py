@@ -27,7 +27,7 @@ class HardeningSupport(Effect):
     rise: ClassVar = 1.1
     slots: ClassVar = 1
 
-    cubic: float = parameter("N/m^3", 0.0, (0.0, 1e20), 1e18, "force a deflection cubed")
+    cubic: float = parameter("N/m^3", 0.0, (0.0, 1e20), 1e18, "force per deflection cubed")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return (self.cubic,)

@@ -25,7 +25,7 @@ class SupportAnisotropy(Effect):
     title: ClassVar = "Support anisotropy"
     what: ClassVar = "The support is softer (or stiffer) in one direction."
     place: ClassVar = Place.BEARING_OR_BOTH
-    signature: ClassVar = "More support motion a newton in one direction than across it."
+    signature: ClassVar = "More support motion per newton in one direction than across it."
     rise: ClassVar = 1.3
 
     ratio: float = parameter("1", 1.0, (0.02, 50.0), 0.4, "stiffness along the direction over that across it")
