@@ -46,16 +46,17 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
 def identifiability_lines(found: Identifiability) -> list[str]:
     """Return what the command says."""
     speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
+    place = max([12, *(len(each.suspect.where) + 2 for each in found.detectable)])
     out = [
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
-        f"{'effect':<44}{'at':<12}{'detectable (linearised)':<44}{'similarity':<12}to",
+        f"{'effect':<44}{'at':<{place}}{'detectable (linearised)':<44}{'similarity':<12}to",
     ]
     for each in found.detectable:
         like = ""
         if each.looks_like:
             other, similar = each.looks_like
             like = f"{similar:<12.2f}{_text(other)} at {other.where}"
-        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<12}{_size(each):<44}{like}".rstrip())
+        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<{place}}{_size(each):<44}{like}".rstrip())
     if found.pairs:
         out.append(f"not to be told apart (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
     for one, other, similar in found.pairs[:_SHOWN]:

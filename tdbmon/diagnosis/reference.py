@@ -23,6 +23,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, machine_parameters
 from tdbmon.machine_file import with_effects
 from tdbmon.progress import Progress
+from tdbmon.quantity import short, words
 
 Values = Mapping[str, Estimate]
 
@@ -30,6 +31,7 @@ APART = 3.0  # combined half widths of the intervals, from which on a value has 
 # of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
 LEAST = 1.0
 CLEARANCE_LEAST = 2.0  # the same of a ball clearance, which two drops know worst
+_SMALLEST = 0.25  # of what is told, below which fits of one condition differ
 _MADE_UP_FOR = 0.5  # of a change, that its counterpart must leave of it
 
 
@@ -60,7 +62,7 @@ class Reference:
     changes : tuple of Change
         The greatest, in units of its intervals, first.
     remarks : tuple of str
-        What the earlier drops could not settle.
+        What the earlier drops could not settle, and which values differ by less than is told for a change.
     """
 
     before: Diagnosis
@@ -105,8 +107,8 @@ def diagnose_since(
             )
     before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"), workers)
     since = diagnose(with_effects(machine, standing(before)), records, progress, workers)
-    moved = changes(machine, before.values, since.values)
-    return since, Reference(before, moved, (*_remarks(before), *_edges(machine, before.values, since.values)))
+    fits = machine, before.values, since.values
+    return since, Reference(before, changes(*fits), (*_remarks(before), *_edges(*fits), *smaller(*fits)))
 
 
 def standing(before: Diagnosis) -> list[Effect]:
@@ -145,6 +147,23 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
     before, since : mapping of Estimate
         As `tdbmon.diagnosis.parameters.sizes_of` gives them.
     """
+    return tuple(change for change, size, least in _apart(machine, before, since) if size > least)
+
+
+def smaller(machine: Machine, before: Values, since: Values) -> tuple[str, ...]:
+    """Say which values differ by more than their intervals and less than a change that is told."""
+    return tuple(
+        f"{change.name} differs too, {words(change.before)} before and {words(change.since)} since, by"
+        f" {short(Estimate(size, unit=change.before.unit))}: no change is told below"
+        f" {short(Estimate(least, unit=change.before.unit))}, which its tolerance in the machine file sets, since intervals of"
+        " fits are too narrow; state a narrower tolerance if the value is known better"
+        for change, size, least in _apart(machine, before, since)
+        if _SMALLEST * least < size <= least
+    )
+
+
+def _apart(machine: Machine, before: Values, since: Values) -> list[tuple[Change, float, float]]:
+    """Return the values that differ by more than their intervals, with the difference and the least that is told."""
     found = []
     for own in machine_parameters(machine):
         pair = before[own.name], since[own.name]
@@ -152,9 +171,9 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
         apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
         inside = not any(_at_edge(own, value) for value in (x, y))  # there a value has no interval
         least = CLEARANCE_LEAST if own.name.endswith(".diametral_clearance") else LEAST
-        if inside and apart > APART and abs(y - x) > least * own.scale and not _made_up_for(own.name, before, since):
-            found.append((apart, Change(own.name, *pair)))
-    return tuple(change for _, change in sorted(found, key=lambda each: -each[0]))
+        if inside and apart > APART and not _made_up_for(own.name, before, since):
+            found.append((apart, (Change(own.name, *pair), abs(y - x), least * own.scale)))
+    return [each for _, each in sorted(found, key=lambda each: -each[0])]
 
 
 def _made_up_for(name: str, before: Values, since: Values) -> bool:

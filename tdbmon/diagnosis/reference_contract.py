@@ -34,5 +34,5 @@ def reference_lines(reference: Reference) -> list[str]:
         old, new = each.before.to_json(), each.since.to_json()
         out.append(f"  changed since: {each.name} {value_and_interval(old)} -> {value_and_interval(new)} {new['unit']}")
     if not reference.changes:
-        out.append("  no value of the machine has changed beyond its interval")
+        out.append("  no value of the machine has changed by more than its intervals and half of its tolerance")
     return out + [f"remark: {each}" for each in reference.remarks]

@@ -45,9 +45,11 @@ class Change:
     difference : Difference or None
         None where the drop or all those before lack the feature.
     p_adjusted : float or None
-        Corrected for the number of features looked at.
+        Corrected for the number of features looked at: of those that are judged, or of those that are not.
     flag : bool
         It changed.
+    noted : bool
+        It differs by more than chance, and is told beside the verdict: a feature that is not judged.
     why : str
         Why there is no difference.
     """
@@ -61,6 +63,7 @@ class Change:
     difference: Difference | None
     p_adjusted: float | None
     flag: bool
+    noted: bool
     why: str
 
     @property
@@ -108,8 +111,10 @@ class Comparison:
         The drops that it was compared with, in order.
     changes : tuple of Change
         Every feature that the drop or those before have.
+    untold : tuple of Change
+        The judged features that neither the drop nor any before has, those of the fitted simulation aside.
     tested : int
-        How many of them have a probability.
+        How many of the judged ones have a probability.
     stress : dict
         By end: (drop, box) of all matching drops with forces, this one last.
     life : Life
@@ -126,6 +131,7 @@ class Comparison:
     conditions: Conditions
     matched: tuple[Entry, ...]
     changes: tuple[Change, ...]
+    untold: tuple[Change, ...]
     tested: int
     stress: dict[str, tuple[tuple[str, StressBox], ...]]
     life: Life
@@ -142,6 +148,16 @@ class Comparison:
     def flagged(self) -> tuple[Change, ...]:
         """The features that changed."""
         return tuple(change for change in self.changes if change.flag)
+
+    @property
+    def noted(self) -> tuple[Change, ...]:
+        """The features that differ by more than chance and do not count towards the verdict."""
+        return tuple(change for change in self.changes if change.noted)
+
+    def level_of(self, change: Change) -> float:
+        """Return the probability below which a change is called off, corrected for how many are looked at with it."""
+        alike = sum(c.kind.judged == change.kind.judged and c.p_adjusted is not None for c in self.changes)
+        return self.settings.compare.significance / max(1, alike)
 
 
 def filed_drop(archive: Archive, drop: str) -> Drop:
@@ -195,6 +211,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         conditions=wanted,
         matched=tuple(matched),
         changes=changes,
+        untold=_untold(drop, changes, len(matched)),
         tested=tested,
         stress={end: tuple(rows) for end, rows in ends.items()},
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
@@ -256,19 +273,37 @@ def _changes(
         earlier = theirs.get(key, [])
         numbers = (*(place[drop] for drop, _ in earlier), len(matched))
         found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
-    tested = {
-        (c.kind.name, c.end): c.difference.p
-        for c in found
-        if c.kind.judged and c.difference is not None and c.difference.p is not None
-    }
-    p_of = dict(zip(tested, _corrected(list(tested.values()), settings), strict=True))
+    counts, beside = (
+        _probabilities([c for c in found if c.kind.judged == judged], settings) for judged in (True, False)
+    )
     changes = []
     for change in found:
-        p = p_of.get((change.kind.name, change.end))
+        p = (counts if change.kind.judged else beside).get((change.kind.name, change.end))
         n = 0 if change.difference is None else change.difference.before.n
-        flag = p is not None and p <= level and n >= LEAST_JUDGED
-        changes.append(replace(change, p_adjusted=p, flag=flag))
-    return tuple(changes), len(tested)
+        off = p is not None and p <= level and n >= LEAST_JUDGED
+        changes.append(
+            replace(change, p_adjusted=p, flag=off and change.kind.judged, noted=off and not change.kind.judged)
+        )
+    return tuple(changes), len(counts)
+
+
+def _probabilities(changes: list[Change], settings: Settings) -> dict[tuple[str, str], float]:
+    """Return the corrected probability of each feature that has one, by its name and end."""
+    known = {
+        (c.kind.name, c.end): c.difference.p for c in changes if c.difference is not None and c.difference.p is not None
+    }
+    return dict(zip(known, _corrected(list(known.values()), settings), strict=True))
+
+
+def _untold(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Change, ...]:
+    """Return the judged features without a value in the drop and in all those before, given how many these are."""
+    told = {(c.kind.name, c.end) for c in changes}
+    lacking = {(f.name, f.end): f.estimate for f in drop.features if f.name in KINDS and (f.name, f.end) not in told}
+    return tuple(
+        _compared(key, lacking[key], [], (number,), 0.0)
+        for key in in_order(lacking)
+        if KINDS[key[0]].judged and not KINDS[key[0]].forces
+    )
 
 
 def _compared(
@@ -295,7 +330,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
+    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, False, why)
 
 
 def _corrected(p: list[float], settings: Settings) -> list[float]:

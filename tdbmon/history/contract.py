@@ -95,8 +95,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         difference = Estimate(
             found.value, found.low, found.high, kind.unit, "drop less the centre of those before", why
         )
-        level = comparison.settings.compare.significance / max(1, comparison.tested)
-        smallest = found.detectable(level)
+        smallest = found.detectable(comparison.level_of(change))
         detectable = None if smallest is None else factor * smallest
     trend = change.trend
     no_trend = Estimate.missing(kind.unit, "a trend needs four drops")
@@ -111,6 +110,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "difference": difference.to_json(),
         "p_adjusted": change.p_adjusted,
         "flag": change.flag,
+        "noted": change.noted,
         "detectable": detectable,
         "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
         "trend_p": None if trend is None else trend.p,

@@ -50,7 +50,7 @@ class FeatureKind:
     forces : bool
         It needs the fitted simulation (``--forces``).
     judged : bool
-        A change of it counts towards the verdict; what is kept for the record alone does not.
+        A change of it counts towards the verdict; of what is no matter of the fall and its contacts it is told beside it.
     """
 
     name: str

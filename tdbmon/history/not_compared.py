@@ -8,12 +8,12 @@ _NAMED = 4  # quantities with one reason
 
 
 def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
-    """Return the judged quantities that the drop or all drops before lack, by end ("" for the rotor)."""
+    """Return the judged quantities that the drop, all drops before, or both lack, by end ("" for the rotor)."""
     missing: dict[str, tuple[Change, ...]] = {}
-    for change in comparison.changes:
+    for change in (*comparison.changes, *comparison.untold):
         if comparison.matched and change.kind.judged and change.difference is None:
             missing[change.end] = (*missing.get(change.end, ()), change)
-    return missing
+    return dict(sorted(missing.items(), key=lambda each: (not each[0], each[0])))  # the rotor last
 
 
 def not_compared_sentences(comparison: Comparison) -> list[str]:

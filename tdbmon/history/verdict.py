@@ -59,7 +59,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
         )
     elif comparison.tested == 0:
         few.append("no quantity is known of this drop and of enough drops before")
-    remarks = list(comparison.remarks)
+    remarks = [*beside(comparison), *comparison.remarks]
     if inspect:
         return Verdict("inspect", tuple(inspect + changed + few + remarks))
     if changed:
@@ -71,6 +71,11 @@ def verdict_of(comparison: Comparison) -> Verdict:
         f" (all together {percent(comparison.settings.compare.significance)})"
     )
     return Verdict("as before", (all_well, *remarks))
+
+
+def beside(comparison: Comparison) -> list[str]:
+    """Say what differs by more than chance and is no matter of the fall: levitation, speed."""
+    return [f"beside the verdict: {_sentence(change, comparison)}" for change in comparison.noted]
 
 
 def _limits(comparison: Comparison) -> list[str]:
@@ -146,7 +151,7 @@ def _life(comparison: Comparison) -> list[str]:
 def _sentence(change: Change, comparison: Comparison) -> str:
     difference = change.difference
     if difference is None or change.p_adjusted is None:
-        raise ValueError(f"{change.title}: flagged without a difference")
+        raise ValueError(f"{change.title}: off without a difference")
     low, high = difference.low, difference.high
     size = abs(difference.value)
     if low is not None and high is not None:

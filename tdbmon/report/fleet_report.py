@@ -7,11 +7,14 @@ from functools import partial
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
+from tdbmon.history.verdict import beside
 from tdbmon.quantity import words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.sections.judgement import STANDING, WORDS
+
+_REASONS = 3  # of an alarm: the machine's own report has all
 
 
 def build_fleet_report(members: list[Member]) -> Document:
@@ -22,10 +25,12 @@ def build_fleet_report(members: list[Member]) -> Document:
     table = _table(members)
     alarms = [(m.machine, each) for m in members for each in m.standing]
     reasons = [
-        Paragraph(f"{machine}, {each.name}: {'; '.join(each.verdict.reasons[:3])}.") for machine, each in alarms[:20]
+        Paragraph(f"{machine}, {each.name}: {'; '.join(each.verdict.reasons[:_REASONS])}.")
+        for machine, each in alarms[:20]
     ]
-    lost = [(m.machine, sentence) for m in members for sentence in not_compared_sentences(m.comparison)]
-    reasons += [Paragraph(f"{machine}: {sentence}.") for machine, sentence in lost[:40]]
+    for tell in (_told_beside, lambda m: not_compared_sentences(m.comparison)):
+        said = [Paragraph(f"{m.machine}: {words}.") for m in members for words in tell(m)]
+        reasons += said[:40]
     return Document(
         "Fleet report",
         f"{len(members)} machines",
@@ -48,6 +53,12 @@ def build_fleet_report(members: list[Member]) -> Document:
         note=synthetic_note(sum(m.drops for m in members)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
+
+
+def _told_beside(member: Member) -> list[str]:
+    """Return what the drop by which a machine is judged shows beside its verdict, unless the reasons above say it."""
+    above = member.verdict.reasons[:_REASONS] if member.standing else ()
+    return [each for each in beside(member.comparison) if each not in above]
 
 
 def _table(members: list[Member]) -> Table:

@@ -97,6 +97,9 @@ def test_a_line_says_of_what_the_size_is_a_limit(found):
     assert "amplitude from about 110 um " in lines[1]
     assert "stiffness up to about 7.6e+09 N/m" in lines[2]
     assert lines[2].index("0.85") == head.index("similarity")
+    far = replace(made, detectable=(replace(support, suspect=replace(stiff, where="compressor wheel")), support))
+    head, *lines = identifiability_lines(far)[1:4]  # a place longer than its column ran into the size
+    assert {line.index("stiffness") for line in lines} == {head.index("detectable")}
 
 
 def test_a_size_that_no_machine_has_is_not_told():

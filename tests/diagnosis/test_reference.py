@@ -11,7 +11,7 @@ from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
 from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.parameters import sizes_of
-from tdbmon.diagnosis.reference import _edges, changes, diagnose_since, standing
+from tdbmon.diagnosis.reference import _edges, changes, diagnose_since, smaller, standing
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.estimate import Estimate
@@ -51,7 +51,9 @@ def test_a_friction_that_rose_is_listed_with_both_values(crew, before):
 
 
 def test_other_drops_of_the_same_condition_show_no_change(crew, before):
-    assert changes(drops.machine(), before, fitted(crew, drops.TRUTH, (3, 4))) == ()
+    again = fitted(crew, drops.TRUTH, (3, 4))
+    assert changes(drops.machine(), before, again) == ()
+    assert smaller(drops.machine(), before, again) == ()
 
 
 def test_a_gap_that_the_ball_clearance_makes_up_for_has_not_changed():
@@ -71,6 +73,14 @@ def test_a_gap_that_the_ball_clearance_makes_up_for_has_not_changed():
         changes(machine, before, values(250e-6, 20.5e-6)) == ()
     )  # a clearance by itself is known to its tolerance only
     assert {each.name for each in changes(machine, before, values(285e-6, 17e-6))} == {"NDE.radial_gap"}
+    assert smaller(machine, before, values(285e-6, 17e-6)) == ()  # it is told as a change
+    assert smaller(machine, before, values(247.2e-6, 22.8e-6)) == ()
+    least = next(p.scale for p in machine_parameters(machine) if p.name == "NDE.radial_gap")
+    worn = values(250e-6 + 0.8 * least, 17e-6)  # far beyond its interval, and no word of it
+    assert changes(machine, before, worn) == ()
+    (said,) = smaller(machine, before, worn)
+    assert said.startswith("NDE.radial_gap differs too, 250.00 µm")
+    assert f"below {least * 1e6:.2f} µm" in said
 
 
 def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before):

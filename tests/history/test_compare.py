@@ -161,6 +161,45 @@ def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tm
     assert "the 6 matching drops before (p =" in verdict.reasons[0]
 
 
+def test_what_is_not_judged_is_told_beside_the_verdict_where_it_differs(empty, tmp_path):
+    """Six times the unbalance in levitation was a line of the table without a mark, under "as before"."""
+    fill(empty, tmp_path, 8)
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("levitated_1x_um", "NDE"): 6.0})
+    comparison, verdict = judged(empty, drop)
+    assert verdict.word == "as before"
+    assert not verdict.alarm
+    assert comparison.flagged == ()
+    assert [(c.kind.name, c.end) for c in comparison.noted] == [("levitated_1x_um", "NDE")]
+    (said,) = [reason for reason in verdict.reasons if reason.startswith("beside the verdict")]
+    assert "Once per revolution in levitation, NDE" in said
+    assert "unbalance" in said
+    (row,) = [f for f in comparison_json(comparison, verdict)["features"] if f["noted"]]
+    assert row["name"] == "levitated_1x_um"
+    assert not row["flag"]
+    assert row["p_adjusted"] < 0.05
+    assert row["detectable"] < row["difference"]["value"]
+
+
+def test_what_is_not_judged_is_seldom_told_of_drops_like_those_before(empty, tmp_path):
+    fill(empty, tmp_path, 24)
+    ids = [entry.id for entry in empty.entries()][5:]
+    assert sum(bool(judged(empty, drop)[0].noted) for drop in ids) <= 3  # 5 % of 19, and chance
+
+
+def test_probabilities_of_what_is_judged_do_not_depend_on_what_is_not(empty, tmp_path):
+    fill(empty, tmp_path, 8)
+    raw, machine = files(tmp_path, 50)
+    made = filing(raw, machine, dropped="2021-01-01", seed=50)
+    without = replace(made, features=tuple(f for f in made.features if KINDS[f.name].judged or f.name == "initial_hz"))
+    found = []
+    for each in (made, without):
+        empty.add(each, raw, machine)
+        changes = judged(empty, made.drop)[0].changes
+        found.append({(c.kind.name, c.end): c.p_adjusted for c in changes if c.kind.judged})
+        empty.remove(made.drop)
+    assert found[0] == found[1]
+
+
 def test_the_trend_counts_the_drops_that_lack_the_quantity(empty, tmp_path):
     """A probe dead in every second drop does not double the slope a drop, in a comparison and in the report of the machine."""
     for i in range(16):

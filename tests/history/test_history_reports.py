@@ -130,6 +130,47 @@ def test_the_first_page_says_what_could_not_be_compared(comparison):
     assert of_nde[0][0].count("; ") + 1 == sum(c.end == "NDE" for c in comparison.changes)
 
 
+def test_what_no_drop_tells_is_missed_too(empty, tmp_path):
+    """A machine whose records all end before the shaft rests was compared by its whirl alone, and nothing said so."""
+    for seed in range(7):
+        raw, machine = files(tmp_path, seed)
+        made = filing(raw, machine, dropped=f"2020-01-{seed + 1:02d}", seed=seed)
+        lost = [
+            replace(f, estimate=Estimate.missing(f.estimate.unit, "the shaft does not rest"))
+            if f.end == "DE" and f.name in ("gap_um", "fall_time_ms", "peak_force_n", "levitated_1x_um")
+            else f
+            for f in made.features
+        ]
+        empty.add(replace(made, features=tuple(lost)), raw, machine)
+    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    verdict = verdict_of(comparison)
+    said = "ot compared at DE: radius at rest, fall, release to first touch (the shaft does not rest)"
+    assert [line for line in comparison_lines(comparison, verdict) if said in line]
+    assert not_compared_count(comparison) == "2 at DE"
+    for document in (
+        build_compare_report(comparison, verdict),
+        build_machine_report(machine_history(empty, empty.machines()[0])),
+        build_fleet_report(fleet(empty)),
+    ):
+        assert said in render_html(document)
+    (table,) = [b for b in changes.section(comparison).blocks if isinstance(b, Table) and b.caption == "Not compared"]
+    assert "Radius at rest, DE; Fall, release to first touch, DE" in [row.cells[0] for row in table.rows]
+
+
+def test_what_differs_beside_the_verdict_stands_in_every_report(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 7)
+    values = {("levitated_1x_um", "NDE"): 6.0}
+    empty.add(filing(raw, machine, dropped="2020-02-01", seed=7, values=values), raw, machine)
+    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    for document in (
+        build_compare_report(comparison, verdict_of(comparison)),
+        build_machine_report(machine_history(empty, empty.machines()[0])),
+        build_fleet_report(fleet(empty)),
+    ):
+        assert render_html(document).count("eside the verdict: Once per revolution in levitation, NDE") == 1
+
+
 def test_the_caption_tells_of_arrows_where_any_is_drawn(comparison):
     def caption(of):
         return next(b.caption for b in changes.section(of).blocks if isinstance(b, Figure))

@@ -296,6 +296,22 @@ def test_a_date_in_the_header_is_read_where_it_is_one(stated: str, read: str, tm
     assert record.attrs["drop_time"] == read
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "dropped"),
+    [
+        ("2026-03-10;09:00:00.25", "2026-03-10;09:00:00.35", "2026-03-10 09:00:00.25"),
+        ("10.03.2026;09:00:00,2500000", "10.03.2026;09:00:00,3500000", "2026-03-10T09:00:00.250000"),
+        ("03/11/2026;09:00:00.25", "03/11/2026;09:00:00.35", ""),  # two days at two places
+        ("31/03/2026;23:59:59.95", "01/04/2026;00:00:00.05", "2026-03-31T23:59:59.950000"),
+    ],
+)
+def test_a_day_beside_the_clock_dates_the_drop(first: str, last: str, dropped: str, tmp_path: Path) -> None:
+    record = _read(tmp_path, f"Date;Time;A [um]\n{first};1\n{last};2\n")
+    np.testing.assert_allclose(record["time"].values, [0.0, 0.1])
+    assert list(record.data_vars) == ["A"]
+    assert record.attrs["drop_time"] == dropped
+
+
 def test_seconds_of_an_epoch_have_the_rate_that_they_were_sampled_at(tmp_path: Path) -> None:
     path = tmp_path / "epoch.csv"
     path.write_text("time;A\n" + "".join(f"{1773219600 + k * 50e-6:.6f};{k % 7}\n" for k in range(2000)))

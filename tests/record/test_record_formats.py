@@ -102,6 +102,30 @@ def test_declared_fill_values_are_missing(tmp_path: Path) -> None:
     assert np.flatnonzero(np.isnan(record["B"].values)).tolist() == [9]
 
 
+@pytest.mark.parametrize(
+    ("units", "first", "dropped"),
+    [
+        ("milliseconds since 2026-03-10 09:00:00", 250.0, "2026-03-10T09:00:00.250000"),
+        ("seconds since 1970-01-01", 1773133200.5, "2026-03-10T09:00:00.500000"),
+        ("seconds since 2000-01-01 00:00:00", 0.0, ""),  # an epoch, no time of a drop
+        ("seconds since 1970-01-01 01:00:00", 0.5, ""),
+        ("seconds since the release", 0.5, ""),
+        ("s", 0.5, ""),
+    ],
+)
+def test_a_time_that_counts_from_an_epoch_dates_the_drop(
+    units: str, first: float, dropped: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "epoch.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("time", 3)
+        time = file.createVariable("time", "f8", ("time",))
+        time.units = units
+        time[:] = first + np.arange(3.0)
+        file.createVariable("A", "f8", ("time",))[:] = 1.0
+    assert read(path).attrs["drop_time"] == dropped
+
+
 def test_netcdf_with_several_rates_scalars_texts_and_groups(tmp_path: Path) -> None:
     with _netcdf(tmp_path / "a.nc") as file:
         file.createVariable("fast", "f8", ("time",))[:] = np.arange(50.0)

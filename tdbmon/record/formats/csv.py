@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -46,10 +47,20 @@ class CSV:
             elif unit is not None:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
+        date = date or _first_moment(lines, layout)
         title = first_text(layout.header.entries, ("title", "name", "test", "versuch")) or ""
         return Content(
             channels_of(Branch("", tuple(leaves), layout.header.entries), path), title, date, _cut_off(lines)
         )
+
+
+def _first_moment(lines: list[str], layout: Layout) -> str:
+    """Return day and clock of the first row, where the day has a column of its own; "" without."""
+    cells = split(lines[layout.first], layout.separator)
+    day = next((cell for cell in cells if DATE.fullmatch(cell)), "")
+    clock = next((cell for cell in cells if CLOCK.fullmatch(cell)), "").replace(",", ".")
+    microseconds = re.sub(r"(\.\d{6})\d+", r"\1", clock)
+    return f"{day} {microseconds}".strip() if day else ""
 
 
 def _cut_off(lines: list[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from datetime import datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from tdbmon.record.channel import Channel, Content
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+
+_FIRST_YEAR = 1980  # nobody recorded a drop before; epochs in a local time lie there (1970-01-01 01:00)
 
 
 class NetCDF:
@@ -37,7 +40,7 @@ class NetCDF:
             channels = tuple(_channels(file))
             title = str(getattr(file, "title", ""))
             dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
-            date = next((str(date) for date in dates if date), "")
+            date = next((str(date) for date in dates if date), "") or _began(file)
             return Content(channels, title, date, machine=str(getattr(file, "machine", "")).strip())
 
 
@@ -150,6 +153,25 @@ def _time_of(group: Any, dimension: str) -> np.ndarray | None:
                     return np.asarray(_physical(variable) * factor)
         node = node.parent
     return None
+
+
+def _began(group: Any) -> str:
+    """Return the first moment of a time that counts from an epoch, in ISO 8601; "" without.
+
+    Midnight sharp, or a year before 1980, is the epoch itself, from which a time counts that starts at nought.
+    """
+    for name, variable in group.variables.items():
+        units = str(getattr(variable, "units", ""))
+        if " since " not in units or not _is_number(variable) or not variable.size or not _is_time(group, name):
+            continue
+        calendar = getattr(variable, "calendar", "standard")
+        try:
+            first = np.asarray(netCDF4.num2date(_physical(variable)[:1], units, calendar, False, True)).flat[0]
+        except ValueError:  # an epoch that is no date
+            continue
+        if isinstance(first, datetime) and first.time() != time.min and first.year >= _FIRST_YEAR:
+            return first.isoformat()
+    return next((began for inner in group.groups.values() if (began := _began(inner))), "")
 
 
 def _physical(variable: Any) -> np.ndarray:

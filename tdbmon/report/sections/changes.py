@@ -18,8 +18,10 @@ def section(comparison: Comparison) -> Section | None:
         return None
     from tdbmon.figures.differences import differences
 
-    level = comparison.settings.compare.significance / max(1, comparison.tested)
-    rows = tuple(Row(_cells(change, level), "attention" if change.flag else "plain") for change in compared)
+    rows = tuple(
+        Row(_cells(change, comparison.level_of(change)), "attention" if change.flag or change.noted else "plain")
+        for change in compared
+    )
     blocks: list[Block] = []
     if any(c.difference is not None and c.difference.error is not None for c in compared):
         blocks.append(
@@ -37,14 +39,15 @@ def section(comparison: Comparison) -> Section | None:
     blocks.append(
         Paragraph(
             "“Before” is the mean of the n drops before that are a measure for this one, from fifteen on Tukey's biweight,"
-            " which odd ones among them do not move. “Seen from” is the smallest difference that would have been flagged with"
-            " so many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
-            " zero is no flag by itself: of"
+            " which odd ones among them do not move. “Seen from” is the smallest difference that is told from chance with so"
+            " many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
+            " zero tells no change by itself: of"
             f" {comparison.tested} quantities one in twenty does so by chance. p is the chance of so large a difference where"
-            " nothing has changed, corrected for that number; a dash: told, not judged."
+            " nothing has changed, corrected for that number. Levitation, the ratio of the speeds, the speed at the release"
+            " and fatigue do not count towards the verdict; their p is corrected for their own number."
         )
     )
-    missing = [c for c in comparison.changes if c.difference is None]
+    missing = [c for c in (*comparison.changes, *comparison.untold) if c.difference is None]
     if missing:
         reasons: dict[str, list[str]] = {}
         for change in missing:

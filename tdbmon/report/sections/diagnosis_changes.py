@@ -23,7 +23,10 @@ def section(since: Reference) -> Section:
         blocks.append(Table("Values of the machine that moved", ("Value", "Reference", "Since"), rows))
     else:
         blocks.append(
-            Paragraph(f"No value of the machine moved by more than {APART:g} times the half widths of both intervals.")
+            Paragraph(
+                f"No value of the machine moved by more than {APART:g} times the half widths of both intervals and by half of"
+                " its tolerance (a ball clearance: by all of it)."
+            )
         )
     blocks += [Paragraph(remark) for remark in since.remarks]
     return Section("Changed since the reference drops", tuple(blocks))
