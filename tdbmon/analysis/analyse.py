@@ -32,7 +32,6 @@ from tdbmon.analysis.set_point import check_set_point
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing, predicted_swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
-from tdbmon.estimate import Estimate
 from tdbmon.progress import Progress, silent
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
@@ -291,19 +290,13 @@ def _levitated_only(
     """Return what a record without a drop tells: how the shaft levitates, and how fast it turns."""
     time = planes.time.to_numpy()
     loads = static_loads(machine, rotor)
-    um, stiffness = Estimate.missing("um", NO_DROP), Estimate.missing("N/m", NO_DROP)
     ends = {
-        end: EndResult(
+        end: EndResult.without_contact(
             end,
             str(planes.plane.sel(end=end).item()),
             loads[end],
             rest_travel(machine.bearing(end), loads[end]),
-            None,
-            um,
-            um,
-            None,
-            stiffness,
-            um,
+            NO_DROP,
         )
         for end in machine.ends
     }
