@@ -20,9 +20,8 @@ from tdbmon.analysis.swing import Swing, carried_shares, find_swing
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
-from tdbmon.record.finding import um
+from tdbmon.record.finding import Check, um
 from tdbmon.record.misread import FEW
-from tdbmon.record.quality import Check
 
 _WHIRLS = "the shaft whirls round its clearance to {last:.4g} s, {left:.2g} s before the record ends, and does not rest"
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"

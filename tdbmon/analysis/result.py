@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
-    from tdbmon.record.quality import Check
+    from tdbmon.record.finding import Check
 
 
 NO_DROP = "the shaft does not fall in this record (see drop)"
