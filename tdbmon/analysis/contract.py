@@ -106,10 +106,7 @@ def _unseen(end: str, analysis: Analysis) -> EndResult:
         (c.detail for c in analysis.checks if c.check == "orbit" and not c.passed), f"no orbit is seen at {end}"
     )
     bearing, load = analysis.machine.bearing(end), static_loads(analysis.machine, analysis.rotor)[end]
-    um = Estimate.missing("um", found)
-    return EndResult(
-        end, "none", load, rest_travel(bearing, load), None, um, um, None, Estimate.missing("N/m", found), um
-    )
+    return EndResult.without_contact(end, "none", load, rest_travel(bearing, load), found)
 
 
 def _no_speed() -> dict[str, Any]:

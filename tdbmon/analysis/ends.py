@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -20,12 +20,12 @@ from tdbmon.analysis.swing import Swing, carried_shares, find_swing
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
-from tdbmon.record.finding import um
+from tdbmon.record.finding import Check, um
 from tdbmon.record.misread import FEW
-from tdbmon.record.quality import Check
 
 _WHIRLS = "the shaft whirls round its clearance to {last:.4g} s, {left:.2g} s before the record ends, and does not rest"
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
+_NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not lie on its bearing when the record ends (see rest at the bottom)"
 
 
@@ -67,92 +67,97 @@ def analyse_ends(
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
     seen = seen_ends(planes)
-    outside = {
-        end: [probe.name for probe in machine.probes_at(end) if misread.get(probe.name) == "range"] for end in seen
-    }
-    settled = {
-        end: _after_whirl(
-            settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start),
-            whirl[end].last_s,
-            float(planes.time[-1]),
-        )
-        for end in seen
-    }
-    swing = None
-    times = [s for s in settled.values() if not isinstance(s, NoCircle)]
-    # along the rigid line only: one end at its probes would give the swing another shape
-    if len(times) == len(machine.ends) and (planes.plane == "bearing").all():
-        swing = find_swing(planes, machine, rotor, max(times))
-    unseen = {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends}
-    settled |= {end: NoCircle(cut) for end in seen if (cut := _cut_off(planes, end, start))}
-    settled |= {end: NoCircle(_NOT_LYING) for end in seen if back[end]}
-    settled |= {
-        end: NoCircle(_OUTSIDE.format(probes=" and ".join(probes)))
-        for end, probes in outside.items()
-        if probes and isinstance(settled[end], NoCircle)
-    }
+    settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen}
+    swing = _swing(planes, machine, rotor, settled)
+    settled |= _no_circle(planes, machine, seen, settled, start, back, misread)
+    settled |= {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends if end not in seen}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     shares = carried_shares(machine, rotor)
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
-        since = settled.get(end, unseen[end])
+        since = settled[end]
         if isinstance(since, NoCircle):
             circles[end] = since
         else:
             known = None if swing is None else swing.gap[end]
-            circles[end] = _agreed(
-                fit_gap(planes, end, machine, travels[end], since, known, shares[end]), end, known, checks
-            )
+            circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end])
+            circles[end] = _agreed(circle, end, known, checks)
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
-    late = unscaled or late
     ends = {}
     for end in machine.ends:
-        travel, circle = travels[end], circles[end]
-        air_gap = _air_gap(circle, travel, rotor.total_mass, loads[end])
-        impossible = air_gap.why if isinstance(circle, Gap) else ""
+        travel, circle, load = travels[end], circles[end], loads[end]
+        gap = circle if isinstance(circle, Gap) else None
+        air_gap = _air_gap(circle, travel, rotor.total_mass, load)
+        impossible = air_gap.why if gap is not None else ""
         if impossible:
             checks.append(Check("machine and record", end, False, impossible))
-        if swing is not None:
-            from_swing = swing.gap[end]
-        else:
-            from_swing = Estimate.missing("um", "no swing of at least 150 cycles after the last bounce of both ends")
         contacts = None
-        gap = circle if isinstance(circle, Gap) else None
         if gap is not None and not impossible:
             clearance = machine.bearing(end).balls.diametral_clearance.nominal
-            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, late)
-        first = contacts.first if contacts is not None else None
-        stiffness = single_mass_stiffness(first, loads[end] / machine.gravity if machine.gravity else 0.0)
-        if isinstance(circle, NoCircle) or impossible:
-            stiffness = Estimate.missing("N/m", air_gap.why)
-        elif contacts is not None and contacts.why:
-            stiffness = Estimate.missing("N/m", contacts.why)
+            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, unscaled or late)
         ends[end] = EndResult(
-            end,
-            str(planes.plane.sel(end=end).item()),
-            loads[end],
-            travel,
-            gap,
-            air_gap,
-            from_swing,
-            contacts,
-            stiffness,
-            _deepest(planes, end, circle, start, contacts),
+            name=end,
+            plane=str(planes.plane.sel(end=end).item()),
+            load=load,
+            travel=travel,
+            gap=gap,
+            air_gap=air_gap,
+            gap_from_swing=Estimate.missing("um", _NO_SWING) if swing is None else swing.gap[end],
+            contacts=contacts,
+            stiffness=_stiffness(contacts, air_gap.why, load / machine.gravity if machine.gravity else 0.0),
+            deepest=_deepest(planes, end, circle, start, contacts),
         )
     return ends, swing
+
+
+def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whirl: Whirl) -> float | NoCircle:
+    """Return from when the shaft lies on the ring of an end and whirls no more, s."""
+    settled = settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start)
+    whirled, last = whirl.last_s, float(planes.time[-1])
+    if isinstance(settled, NoCircle) or whirled <= settled:
+        return settled
+    return whirled if last - whirled >= SETTLED_S else NoCircle(_WHIRLS.format(last=whirled, left=last - whirled))
+
+
+def _swing(
+    planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled: Mapping[str, float | NoCircle]
+) -> Swing | None:
+    """Return the swing from when both ends lie; along the rigid line only, as one end at its probes would reshape it."""
+    times = [since for since in settled.values() if not isinstance(since, NoCircle)]
+    if len(times) < len(machine.ends) or not (planes.plane == "bearing").all():
+        return None
+    return find_swing(planes, machine, rotor, max(times))
+
+
+def _no_circle(
+    planes: xr.Dataset,
+    machine: Machine,
+    seen: Sequence[str],
+    settled: Mapping[str, float | NoCircle],
+    start: float,
+    back: Mapping[str, str],
+    misread: Mapping[str, str],
+) -> dict[str, NoCircle]:
+    """Return the ends that are seen whose readings tell no circle wherever the shaft settles, and why.
+
+    Readings out of range explain why it seems not to lie or not to settle, and so come before.
+    """
+    found = {}
+    for end in seen:
+        if cut := _cut_off(planes, end, start):
+            found[end] = NoCircle(cut)
+        if back[end]:
+            found[end] = NoCircle(_NOT_LYING)
+        outside = [probe.name for probe in machine.probes_at(end) if misread.get(probe.name) == "range"]
+        if outside and (end in found or isinstance(settled[end], NoCircle)):
+            found[end] = NoCircle(_OUTSIDE.format(probes=" and ".join(outside)))
+    return found
 
 
 def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
     """Say why an end has no orbit."""
     why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
     return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
-
-
-def _after_whirl(settled: float | NoCircle, whirled: float, last: float) -> float | NoCircle:
-    """Return from when the shaft lies on the ring and whirls no more, s."""
-    if isinstance(settled, NoCircle) or whirled <= settled:
-        return settled
-    return whirled if last - whirled >= SETTLED_S else NoCircle(_WHIRLS.format(last=whirled, left=last - whirled))
 
 
 def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:
@@ -193,6 +198,13 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
         return Estimate.missing("um", why)
     rule = "radius at rest less ball clearance and deflection of the machine file"
     return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
+
+
+def _stiffness(contacts: Contacts | None, no_air_gap: str, mass: float) -> Estimate:
+    """Single-mass stiffness of the first contact of an end that carries a mass, kg; none where no contact can be told."""
+    if contacts is None:
+        return Estimate.missing("N/m", no_air_gap)
+    return Estimate.missing("N/m", contacts.why) if contacts.why else single_mass_stiffness(contacts.first, mass)
 
 
 def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, contacts: Contacts | None) -> Estimate:

@@ -104,7 +104,15 @@ def first_contact(
         t1 = t2 = Estimate.missing("s", hidden)
     else:
         t1, t2 = _static(t, depth, contact, lost, static, sigma)
-    return FirstContact(touch, duration, t1, t2, rebound, restitution, contact.angle)
+    return FirstContact(
+        touch=touch,
+        duration=duration,
+        static_in=t1,
+        static_out=t2,
+        rebound=rebound,
+        restitution=restitution,
+        direction=contact.angle,
+    )
 
 
 def _maybe(missing: str, did: str) -> str:

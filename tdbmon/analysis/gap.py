@@ -39,6 +39,7 @@ _RATE_HZ = 2500.0
 _BIN_DEG = 3.0
 _PARTS = 12
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
+_DRAWN = 4000  # settled positions kept, some more than can be seen
 _BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
 
 
@@ -49,7 +50,7 @@ class NoCircle:
     why: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Gap:
     """The clearance circle of one end, at the bearing plane (SI).
 
@@ -367,22 +368,24 @@ def _gap(
     from_arc: Estimate,
     agrees: bool | None,
 ) -> Gap:
-    """Assemble the result."""
+    """Return the circle of a fit `p` (x, y, radius, deflection a unit of load), m, and its standard deviations."""
     how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
-    names = (f"centre: {how}", f"centre: {how}", f"radius: {how}")
-    made = [Estimate.from_sigma(float(v), float(s), "um", m) for v, s, m in zip(p, sigma, names, strict=False)]
+    x, y, radius = (
+        Estimate.from_sigma(float(p[i]), float(sigma[i]), "um", f"{what}: {how}")
+        for i, what in enumerate(("centre", "centre", "radius"))
+    )
     low, high = np.quantile(np.hypot(*(xy - p[:2]).T), [0.025, 0.975])
     rule = "2.5 % and 97.5 % quantile of the settled radius about the fitted centre"
     return Gap(
-        Estimate.from_sigma(float(low), float(sigma[2]), "um", rule),
-        Estimate.from_sigma(float(high), float(sigma[2]), "um", rule),
-        (made[0], made[1]),
-        made[2],
-        from_arc,
-        agrees,
-        _oval(cells, p),
-        settled,
-        xy[:: max(1, len(xy) // 4000)],
+        lower=Estimate.from_sigma(float(low), float(sigma[2]), "um", rule),
+        upper=Estimate.from_sigma(float(high), float(sigma[2]), "um", rule),
+        centre=(x, y),
+        radius=radius,
+        from_arc=from_arc,
+        agrees=agrees,
+        oval=_oval(cells, p),
+        settled_from=settled,
+        points=xy[:: max(1, len(xy) // _DRAWN)],
     )
 
 

@@ -94,12 +94,12 @@ def levitation(
     rule = "least squares over the levitated stretch, noise taken as white"
     reach = _reach(z, gap)
     return Levitation(
-        Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
-        Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
-        Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
-        Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
-        reach,
-        share_of_clearance(reach, clearance),
+        x=Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
+        y=Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
+        once=Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
+        noise=Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
+        reach=reach,
+        share=share_of_clearance(reach, clearance),
     )
 
 

@@ -8,7 +8,7 @@ springs back in the lowest bending modes.  Position and velocity do not jump.  `
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,8 @@ from tdbmon.record import faults
 from tdbmon.record.probe_checks import SHORT_GAP
 
 _CLEAR_S = 0.012  # before the orbit is left: surely levitated
+_LEVITATED_S = 0.2  # before the orbit is left: so much of it is fitted
+_LATEST_S = 0.004  # after the orbit is left: until then the release is sought
 _TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
 _TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
 _FASTEST_HZ = 500.0
@@ -49,6 +51,7 @@ _SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
 _FALLS = 0.15  # of gravity: ends that fall with less all together do not fall
+_AT_ONCE = "the fall starts at once; no decaying magnetic force is seen"
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
 
@@ -62,7 +65,7 @@ class EndState:
     vy: Estimate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Release:
     """The release of a drop.
 
@@ -90,11 +93,11 @@ class Release:
 
     time: Estimate
     force_decay: Estimate
-    states: dict[str, EndState]
-    noise: dict[str, float]
-    levitated: dict[str, tuple[float, float]]
-    fall: dict[str, tuple[float, float]]
-    whirl: dict[str, float]
+    states: dict[str, EndState] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+    levitated: dict[str, tuple[float, float]] = field(default_factory=dict)
+    fall: dict[str, tuple[float, float]] = field(default_factory=dict)
+    whirl: dict[str, float] = field(default_factory=dict)
     shares: dict[str, Estimate] = field(default_factory=dict)
 
 
@@ -134,66 +137,27 @@ def find_release(
     if rough is None:
         return None
     start, stop = rough
-    first = max(0, start - int(0.2 * rate))
+    first = max(0, start - int(_LEVITATED_S * rate))
     window = slice(first, stop)
     t, data = time[window], z[:, window]
     valid = np.isfinite(data).all(axis=0)
     hole = _hole(t, valid, time[start] - _CLEAR_S)
     if hole is not None and valid[start - first :].sum() < _SEEN_S * rate:
-        why = f"{said(hole)}, where the shaft falls: the release may lie anywhere in it"
-        time, decay = (Estimate.missing(unit, f"{why}; record without gaps") for unit in ("s", "ms"))
-        return Release(time, decay, {}, {}, {}, {}, {})
+        why = f"{said(hole)}, where the shaft falls: the release may lie anywhere in it; record without gaps"
+        return not_told(why, {}, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
     turning = _turning_speed(t[clear], data[:, clear], speed_hz, mains)
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags)
-    best = fit.search(time[start] - _CLEAR_S, time[start] + 0.004)
+    best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
     if best.time < t[0]:
         return None
-    states, noise, levitated, fall, whirl = {}, {}, {}, {}, {}
-    (position, velocity), spread = fit.state(
-        best.time, best.decay[0] if best.decay is not None and best.decay[1] else 0.0
-    )
-    remains, place = fit.noise(best.time), fit.place(best.time)
-    acceleration, whirling = fit.acceleration(best.time), fit.whirl(best.time)
-    for i, end in enumerate(ends):
-        rows = (2 * i, 2 * i + 1)
-        values = [position[rows[0]], position[rows[1]], velocity[rows[0]], velocity[rows[1]]]
-        errors = [spread[0][rows[0]], spread[0][rows[1]], spread[1][rows[0]], spread[1][rows[1]]]
-        units = ("um", "um", "mm/s", "mm/s")
-        made = [
-            Estimate.from_sigma(v, s, u, f"levitated orbit continued to the release{_where(planes, end)}")
-            for v, s, u in zip(values, errors, units, strict=True)
-        ]
-        states[end] = EndState(*made)
-        noise[end] = float(np.sqrt(np.mean(remains[list(rows)] ** 2)))
-        levitated[end] = (float(place[rows[0]]), float(place[rows[1]]))
-        fall[end] = (float(acceleration[rows[0]]), float(acceleration[rows[1]]))
-        whirl[end] = float(whirling[rows[1]])
-    which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
-    why = ""
-    if ends and machine.gravity > 0 and all(fall[end][1] > _UPWARDS * machine.gravity + whirl[end] for end in ends):
-        why = "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
-    elif ends and all(abs(fall[end][1]) < _FALLS * machine.gravity and whirl[end] == 0.0 for end in ends):
-        why = (
-            "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
-            " upright does not fall; of a horizontal one check sampling rate and sensitivities"
-        )
-    if why:
-        time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
-        return Release(time, decay, {}, {}, {}, fall, whirl)
-    rule = f"levitated orbit and free fall joined without a jump, {which}"
-    when = Estimate(best.time, best.low, best.high, "s", rule)
-    if best.misread and best.decay is None:
-        decay = Estimate.missing("ms", f"{_misread(best.misread)}: such a decay is not sure")
-    elif best.decay is None:
-        decay = Estimate.missing("ms", "the fall starts at once; no decaying magnetic force is seen")
-    else:
-        unsure = "" if best.decay[1] > 0 else "; a sudden release explains the fall nearly as well"
-        unsure = f"; {_misread(best.misread)}" if best.misread else unsure
-        decay = Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
+    fall = _points(fit.acceleration(best.time), ends)
+    whirl = dict(zip(ends, fit.whirl(best.time)[1::2].tolist(), strict=True))
+    if why := _no_fall(fall, whirl, machine.gravity):
+        return not_told(why, fall, whirl)
     later = time < best.time + _LONGER * (t[-1] - best.time)
     later[:first] = False
     later &= np.isfinite(z).all(axis=0)
@@ -201,13 +165,69 @@ def find_release(
     if "weights" in planes:  # else the planes were not made from probes
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
-    return Release(when, decay, states, noise, levitated, fall, whirl, shares)
+    which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
+    rule = f"levitated orbit and free fall joined without a jump, {which}"
+    noise = np.sqrt(np.mean(fit.noise(best.time).reshape(-1, 2) ** 2, axis=1))
+    return Release(
+        time=Estimate(best.time, best.low, best.high, "s", rule),
+        force_decay=_force_decay(best),
+        states=_states(fit, best, planes, ends),
+        noise=dict(zip(ends, noise.tolist(), strict=True)),
+        levitated=_points(fit.place(best.time), ends),
+        fall=fall,
+        whirl=whirl,
+        shares=shares,
+    )
 
 
-def not_told(release: Release, why: str) -> Release:
-    """Return a release with the reason why it is not told in place of what rests on its instant."""
-    time, decay = (Estimate.missing(unit, why) for unit in ("s", "ms"))
-    return Release(time, decay, {}, {}, {}, release.fall, release.whirl)
+def not_told(why: str, fall: dict[str, tuple[float, float]], whirl: dict[str, float]) -> Release:
+    """Return a release whose instant, and all that rests on it, is missing for the reason `why`."""
+    return Release(time=Estimate.missing("s", why), force_decay=Estimate.missing("ms", why), fall=fall, whirl=whirl)
+
+
+def _points(rows: np.ndarray, ends: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return (x, y) by the end's name of rows (2 n,), x and y of each end in turn."""
+    return {end: (x, y) for end, (x, y) in zip(ends, rows.reshape(-1, 2).tolist(), strict=True)}
+
+
+def _no_fall(fall: Mapping[str, tuple[float, float]], whirl: Mapping[str, float], gravity: float) -> str:
+    """Say why what the probes see is no fall under gravity, which alone dates a release; "" where it is one."""
+    if gravity > 0 and all(fall[end][1] > _UPWARDS * gravity + whirl[end] for end in fall):
+        return "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
+    if all(abs(fall[end][1]) < _FALLS * gravity and whirl[end] == 0.0 for end in fall):
+        return (
+            "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
+            " upright does not fall; of a horizontal one check sampling rate and sensitivities"
+        )
+    return ""
+
+
+def _force_decay(best: FittedRelease) -> Estimate:
+    """Return the time constant of the holding force, or why none is told."""
+    misread = _misread(best.misread) if best.misread else ""
+    if best.decay is None:
+        why = f"{misread}: such a decay is not sure" if misread else _AT_ONCE
+        return Estimate.missing("ms", why)
+    unsure = "; a sudden release explains the fall nearly as well" if best.decay[1] <= 0 else ""
+    unsure = f"; {misread}" if misread else unsure
+    return Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
+
+
+def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequence[str]) -> dict[str, EndState]:
+    """Return position and velocity of each end at the release."""
+    decay = best.decay[0] if best.decay is not None and best.decay[1] else 0.0
+    value, sigma = (
+        each.reshape(2, len(ends), 2) for each in fit.state(best.time, decay)
+    )  # (position or velocity, end, axis)
+    out = {}
+    for i, end in enumerate(ends):
+        rule = f"levitated orbit continued to the release{_where(planes, end)}"
+        (x, y), (vx, vy) = (
+            [Estimate.from_sigma(v, s, unit, rule) for v, s in zip(value[order, i], sigma[order, i], strict=True)]
+            for order, unit in enumerate(("um", "mm/s"))
+        )
+        out[end] = EndState(x, y, vx, vy)
+    return out
 
 
 def springing_back(rotor: RotorModel) -> tuple[float, ...]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
-    from tdbmon.record.quality import Check
+    from tdbmon.record.finding import Check
 
 
 NO_DROP = "the shaft does not fall in this record (see drop)"
@@ -35,7 +35,7 @@ def falls(checks: Iterable[Check]) -> bool:
     return all(check.passed for check in checks if check.check == "drop")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EndResult:
     """What was found at one touchdown bearing (SI).
 
@@ -71,6 +71,23 @@ class EndResult:
     contacts: Contacts | None
     stiffness: Estimate
     deepest: Estimate
+
+    @classmethod
+    def without_contact(cls, name: str, plane: str, load: float, travel: RestTravel, why: str) -> EndResult:
+        """Return an end that is not seen to fall; what a fall would tell is missing for the reason `why`."""
+        um = Estimate.missing("um", why)
+        return cls(
+            name=name,
+            plane=plane,
+            load=load,
+            travel=travel,
+            gap=None,
+            air_gap=um,
+            gap_from_swing=um,
+            contacts=None,
+            stiffness=Estimate.missing("N/m", why),
+            deepest=um,
+        )
 
     @property
     def unsettled(self) -> str:

@@ -77,7 +77,7 @@ class SpeedModel:
     refused: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunDown:
     """The run-down of a drop.
 
@@ -228,7 +228,20 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         initial = speed_at_release(levitated, release, source, bound=_unsure(observed, levitated))
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
         lost = hz if level is None else _lost(initial, level, release, _LEVEL)
-        return RunDown(initial, lost, s, torque, s, models, None, None, source, ratio, None, polar_inertia)
+        return RunDown(
+            initial=initial,
+            lost_speed=lost,
+            decay_time=s,
+            drag_torque=torque,
+            standstill_time=s,
+            models=models,
+            fitted_from=None,
+            fitted_to=None,
+            source=source,
+            pulse_ratio=ratio,
+            law=None,
+            polar_inertia=polar_inertia,
+        )
 
     if len(after) < FEWEST:
         return without(f"{len(after)} usable means of the speed after the release; {FEWEST} are needed")
@@ -262,18 +275,18 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     initial = speed_at_release(before, release, source, 1.96, _unsure(observed, before))
     decay = _decay_time(chosen, levitated, stretch)
     return RunDown(
-        initial,
-        _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
-        _inexact(decay, candidates, chosen, stretch),
-        _torque(candidates, chosen, polar_inertia),
-        stop_time(fit, rest, reached, last, release),
-        models,
-        float(stretch.begin[0]),
-        float(stretch.end[-1]),
-        source,
-        ratio,
-        fit.law,
-        polar_inertia,
+        initial=initial,
+        lost_speed=_turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
+        decay_time=_inexact(decay, candidates, chosen, stretch),
+        drag_torque=_torque(candidates, chosen, polar_inertia),
+        standstill_time=stop_time(fit, rest, reached, last, release),
+        models=models,
+        fitted_from=float(stretch.begin[0]),
+        fitted_to=float(stretch.end[-1]),
+        source=source,
+        pulse_ratio=ratio,
+        law=fit.law,
+        polar_inertia=polar_inertia,
     )
 
 

@@ -12,9 +12,21 @@ import xarray as xr
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine, Probe
+from tdbsim.rotor import build_rotor
 
+from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.missing_stretches import said, too_long
+from tdbmon.analysis.release import Release, release_of, springing_back
+from tdbmon.analysis.returned import returned
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
+from tdbmon.identify.turning import Turning, fit_turning
+from tdbmon.record.assign import assign
+from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
+from tdbmon.record.quality import check, left_out, repair_gaps
+from tdbmon.record.sensor_effects import freed
+from tdbmon.record.skipped_samples import with_skipped_samples
+from tdbmon.record.speed_checks import require_one_speed, without_refuted
 from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
@@ -106,17 +118,6 @@ class MeasuredDrop:
         return abs(self.omega) / (2 * math.pi)
 
 
-@dataclass(frozen=True)
-class _Turning:
-    """Shaft angle angle0 + omega t + acceleration t^2 / 2 before the release, t counted from it."""
-
-    angle: float
-    sigma: float
-    omega: float
-    acceleration: float
-    acceleration_sigma: float
-
-
 def straight_shaft(machine: Machine, probes: Sequence[Probe]) -> Array:
     """Return the matrix (probes, 4) from x, y of the one end and x, y of the other of a straight shaft to readings."""
     first, second = (bearing.position for bearing in machine.touchdown_bearings)
@@ -143,32 +144,19 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, ends
         before the first contacts are over, or has a hole in its time axis before.
     """
-    from tdbsim.rotor import build_rotor
-
-    from tdbmon.analysis.axes import to_planes
-    from tdbmon.analysis.free_fall import check_free_fall
-    from tdbmon.analysis.release import release_of, springing_back
-    from tdbmon.analysis.returned import returned
-    from tdbmon.record.assign import assign
-    from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-    from tdbmon.record.quality import check, left_out, repair_gaps
-    from tdbmon.record.sensor_effects import freed
-    from tdbmon.record.skipped_samples import with_skipped_samples
-    from tdbmon.record.speed_checks import require_one_speed, without_refuted
-
     name = str(record.attrs.get("source_file", "record"))
     laid = assign(record, machine)
     checks = check(laid, machine)
-    still = next((c.detail for c in checks if c.check == "drop" and not c.passed), "")
-    if still:
+    failed = [each for each in checks if not each.passed]
+    if still := next((each.detail for each in failed if each.check == "drop"), ""):
         raise InputError(f"{name}: {still}")
     unused = left_out(laid, machine, checks)
     laid = without_flat_tops(without_lost_samples(with_skipped_samples(laid), machine), machine)
     laid = without_refuted(repair_gaps(laid), machine)
     require_one_speed(laid, machine, name)
-    wrong_speed = [f"{name}: speed: {c.detail}" for c in checks if not c.passed and c.check == "speed"]
+    wrong_speed = [f"speed: {each.detail}" for each in failed if each.check == "speed"]
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
-        raise InputError(wrong_speed[0])
+        raise InputError(f"{name}: {wrong_speed[0]}")
     lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name not in unused}
     probes = _enough([p for p in machine.probes if p.name not in unused], lost, name)
     names = [p.name for p in probes]
@@ -176,9 +164,50 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     seen, upright = freed(laid, machine)
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
-    rough = _speed_before(laid)
     bending = springing_back(build_rotor(machine))
-    found = release_of(seen, upright, to_planes(seen, upright, names), rough, bending)
+    found = release_of(seen, upright, to_planes(seen, upright, names), _speed_before(laid), bending)
+    found, release = _told(found, name)
+    after_hole = np.append(False, too_long(np.diff(time)))
+    _check_unbroken(time, after_hole, release, name)
+    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release)], lost, name)
+    _check_length(time, release, name)
+    _check_touch(planes, machine, release, name)
+    turning = fit_turning(laid, machine, release, name)
+    raw = np.stack([laid[p.name].values for p in probes])
+    noise = _noise(raw, time, after_hole, release, turning, machine, [f"{name}: probe '{p.name}'" for p in probes])
+    remarks = [
+        *_of_probes(machine, probes, unused, lost),
+        *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
+        *wrong_speed,
+        *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
+        *(f"{each.channel}: {each.detail}" for each in check_free_fall(found, machine) if not each.passed),
+    ]
+    return MeasuredDrop(
+        name=name,
+        time=time,
+        probes=probes,
+        reading=_cleaned(raw, noise, time, turning.since(time - release), machine.mains),
+        noise=noise,
+        release=release,
+        omega=turning.omega,
+        angle=turning.angle,
+        angle_sigma=turning.angle_sigma,
+        acceleration=turning.acceleration,
+        acceleration_sigma=turning.acceleration_sigma,
+        pulse_times=turning.pulse_times,
+        pulse_angles=turning.pulse_angles,
+        pulse_sigma=turning.pulse_sigma,
+        remarks=tuple(f"{name}: {each}" for each in remarks),
+        faults=tuple(
+            f"{name}: {each.channel or 'record'}: {each.detail}"
+            for each in failed
+            if each.check not in ("present", "dead", "speed")  # which the remarks tell
+        ),
+    )
+
+
+def _told(found: Release | None, name: str) -> tuple[Release, float]:
+    """Return a release and its instant, s; raise InputError where it is not told."""
     if found is None:
         raise InputError(
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
@@ -186,72 +215,55 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         )
     if found.time.value is None:
         raise InputError(f"{name}: {found.time.why}")
-    release = float(found.time.value)
-    after_hole = np.append(False, too_long(np.diff(time)))
-    _check_unbroken(time, after_hole, release, name)
-    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release)], lost, name)
-    remarks = [
-        f"{name}: calibrated without probe '{p.name}'"
+    return found, float(found.time.value)
+
+
+def _of_probes(
+    machine: Machine, probes: Sequence[Probe], unused: Mapping[str, str], lost: Mapping[str, int]
+) -> list[str]:
+    """Say which probes of a machine take no part, and of which others samples are missing."""
+    said = [
+        f"calibrated without probe '{p.name}'"
         + (f", which {unused[p.name]}" if p.name in unused else "")
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes
     ]
     if partly := [f"{lost[p.name]} of '{p.name}'" for p in probes if lost[p.name]]:
-        remarks.append(f"{name}: samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
-    remarks += [f"{name}: probe '{c.channel}': {c.detail}" for c in checks if not c.passed and c.check == "dead"]
-    remarks += wrong_speed
-    remarks += [
-        f"{name}: end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))
-    ]
-    remarks += [f"{name}: {c.channel}: {c.detail}" for c in check_free_fall(found, machine) if not c.passed]
-    if time[-1] - release < _LEAST_S:
-        raise InputError(
-            f"{name}: the record ends {(time[-1] - release) * 1e3:.3g} ms after the release, before the first contacts"
-            f" are over; give at least {_LEAST_S * 1e3:g} ms"
-        )
-    _check_touch(planes, machine, release, name)
-    turning, pulse_times, pulse_turns, pulse_sigma = _turning(laid, machine, release, name)
+        said.append(f"samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
+    return said
+
+
+def _noise(
+    raw: Array,
+    time: Array,
+    after_hole: NDArray[np.bool_],
+    release: float,
+    turning: Turning,
+    machine: Machine,
+    places: Sequence[str],
+) -> tuple[Noise, ...]:
+    """Return the noise of each row of readings (probes, n) before the release, in the longest piece without a hole."""
     clear = time < release - _CLEAR_S
-    before = time[clear]
-    since = before - release
-    relative = turning.omega * since + 0.5 * turning.acceleration * since**2
-    raw = np.stack([laid[p.name].values for p in probes])
-    whole = [_longest_piece(row[clear], after_hole[clear]) for row in raw]
-    noise = tuple(
-        levitated_noise(before[at], row[clear][at], relative[at], machine.mains, f"{name}: probe '{p.name}'")
-        for p, row, at in zip(probes, raw, whole, strict=True)
-    )
-    # hum and the surface's higher orders go on after the release as before; once and twice a revolution is the model's
-    after = time - release
-    angle = turning.omega * after + 0.5 * turning.acceleration * np.minimum(after, 0.0) ** 2
+    before, angle = time[clear], turning.since(time[clear] - release)
+    found = []
+    for row, place in zip(raw[:, clear], places, strict=True):
+        at = _longest_piece(row, after_hole[clear])
+        found.append(levitated_noise(before[at], row[at], angle[at], machine.mains, place))
+    return tuple(found)
+
+
+def _cleaned(raw: Array, noise: Sequence[Noise], time: Array, angle: Array, mains: float) -> Array:
+    """Return readings (probes, n) without hum and the surface's higher orders, which go on after the release as before.
+
+    Once and twice a revolution stay: they are the model's.
+    """
     cleaned = raw.copy()
     for row, each in zip(cleaned, noise, strict=True):
         for k in range(3, HARMONICS + 1):
             row -= (each.orders[k - 1] * np.exp(1j * k * angle)).real
-        row -= (each.hum * np.exp(2j * np.pi * machine.mains * time)).real
-    return MeasuredDrop(
-        name=name,
-        time=time,
-        probes=probes,
-        reading=cleaned,
-        noise=noise,
-        release=release,
-        omega=turning.omega,
-        angle=turning.angle,
-        angle_sigma=turning.sigma,
-        acceleration=turning.acceleration,
-        acceleration_sigma=turning.acceleration_sigma,
-        pulse_times=pulse_times,
-        pulse_angles=pulse_turns,
-        pulse_sigma=pulse_sigma,
-        remarks=tuple(remarks),
-        faults=tuple(
-            f"{name}: {c.channel or 'record'}: {c.detail}"
-            for c in checks
-            if not c.passed and c.check not in ("present", "dead", "speed")  # which the remarks tell
-        ),
-    )
+        row -= (each.hum * np.exp(2j * np.pi * mains * time)).real
+    return cleaned
 
 
 def _enough(probes: Sequence[Probe], lost: Mapping[str, int], name: str) -> tuple[Probe, ...]:
@@ -315,6 +327,15 @@ def _speed_before(laid: xr.Dataset) -> float | None:
     return float(np.nanmedian(values)) if np.isfinite(values).any() else None
 
 
+def _check_length(time: Array, release: float, name: str) -> None:
+    """Raise InputError where the record ends before the first contacts are over."""
+    if time[-1] - release < _LEAST_S:
+        raise InputError(
+            f"{name}: the record ends {(time[-1] - release) * 1e3:.3g} ms after the release, before the first contacts"
+            f" are over; give at least {_LEAST_S * 1e3:g} ms"
+        )
+
+
 def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str) -> None:
     """Raise InputError where an end never gets so far from its levitated place that it can have touched."""
     after = planes.time.to_numpy() >= release
@@ -329,57 +350,3 @@ def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str
                 f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
                 f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"
             )
-
-
-def _turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> tuple[_Turning, Array, Array, float]:
-    """Fit the shaft's angle before the release to keyphasor and speed signal."""
-    from tdbmon.record.keyphasor import pulses
-
-    rows: list[Array] = []
-    values: list[Array] = []
-    marks = pulses(laid, machine) if "keyphasor" in laid and machine.keyphasor is not None else None
-    times, turns, sigma = np.empty(0), np.empty(0), np.inf
-    if marks is not None and len(marks.times) > 3:
-        times, turns = marks.times - release, marks.turns.astype(float)
-    before = times < 0
-    hz = np.empty(0)
-    if "speed" in laid:
-        channel = laid["speed"]
-        at = laid[channel.dims[0]].values - release
-        keep = (at < 0) & np.isfinite(channel.values)
-        at, hz = at[keep], channel.values[keep]
-    keyed = before.sum() >= 3
-    marked = keyed and machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
-    if keyed:
-        frequency = (turns[before][-1] - turns[before][0]) / (times[before][-1] - times[before][0])
-        sigma = float(marks.sigma * frequency) if marks is not None else np.inf
-        t = times[before]
-        rows.append(np.column_stack([np.ones_like(t), t, t**2]) / sigma)
-        values.append(turns[before] / sigma)
-    if len(hz) > 10:
-        slope = np.polyfit(at, hz, 1)
-        spread = max(float(np.std(hz - np.polyval(slope, at))), 1e-4 * float(np.mean(hz)))
-        rows.append(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread)
-        values.append(hz / spread)
-    if not rows:
-        raise InputError(
-            f"{name}: neither keyphasor nor speed signal before the release; the model needs the speed: record one of them"
-        )
-    design, target = np.concatenate(rows), np.concatenate(values)
-    if not keyed:
-        design, target = np.vstack([design, [1.0, 0.0, 0.0]]), np.append(target, 0.0)
-    solution, *_ = np.linalg.lstsq(design, target, rcond=None)
-    covariance = np.linalg.pinv(design.T @ design)
-    mark = machine.keyphasor.angle if machine.keyphasor else 0.0
-    full = machine.sense * 2 * np.pi
-    turning = _Turning(
-        angle=mark + full * float(solution[0]),
-        sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf,
-        omega=full * float(solution[1]),
-        acceleration=full * 2 * float(solution[2]),
-        acceleration_sigma=4 * math.pi * float(np.sqrt(covariance[2, 2])),
-    )
-    later = times >= 0
-    if not marked:
-        later = np.zeros_like(later)
-    return turning, times[later] + release, mark + full * turns[later], 2 * np.pi * sigma

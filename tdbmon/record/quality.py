@@ -77,19 +77,13 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     return tuple(found)
 
 
-def usable(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> tuple[str, ...]:
-    """Return the names of the probes that are fit for analysis.
-
-    Left out are probes that are missing, dead, identical with another one (one of
-    the two is not what its name says), a factor of ten or more off the gap, without a value in half of their samples
-    or more, or on another time base than the one that shows most.
-    """
-    out = left_out(ds, machine, checks)
-    return tuple(probe.name for probe in machine.probes if probe.name in ds and probe.name not in out)
-
-
 def left_out(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> dict[str, str]:
-    """Return the probes that `usable` leaves out one by one, and why, as words to follow the name."""
+    """Return the probes that are not fit for analysis, and why, as words to follow the name.
+
+    Those are probes that are missing, dead, identical with another one (one of the two is not what its name says), a
+    factor of ten or more off the gap, without a value in half of their samples or more, or on another time base than
+    the one that shows most.
+    """
     out = {name: "is not in the record (see present)" for name in _absent(ds, machine)}
     for entry in checks:
         if not entry.passed and entry.check in _UNFIT:

@@ -14,6 +14,7 @@ from tdbsim.effect import from_setting
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain, delayed
 
+from tdbmon.record.finding import Check
 from tdbmon.record.timebase import usual_rate
 
 
@@ -93,3 +94,17 @@ def _earlier(readings: np.ndarray, lag: float) -> np.ndarray:
     hidden = np.interp(wanted, at, missing.astype(float)) > 0
     out[hidden | (wanted > at[-1]) | (wanted < 0)] = np.nan
     return out
+
+
+def check_effects(machine: Machine) -> list[Check]:
+    """Say what becomes of the effects that the machine file carries."""
+    if not machine.effects:
+        return []
+    _, sensors = sensor_chain(machine, 1.0)
+    others = [told for each in machine.effects if (told := f"{each.name} at {each.where}") not in sensors]
+    said = [f"{', '.join(sensors)}: readings are freed of it before anything is told from them"] if sensors else []
+    if others:
+        said.append(
+            f"{', '.join(others)}: the simulation has it (--forces); what is told from readings alone does not know it"
+        )
+    return [Check("effects", "machine file", True, "; ".join(said))]

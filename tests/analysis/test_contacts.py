@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tdbmon.analysis.contacts import find_contacts
-from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.estimate import Estimate
+from tests.analysis.circles import circle_of
 from tests.analysis.planes import G, planes_of
 
 MASS, STIFFNESS, HEIGHT = 50.0, 4e7, 280e-6
@@ -44,8 +44,7 @@ def fall_on_a_spring(rate=20000.0, noise=0.0, seed=0):
 def circle(sigma=0.2e-6):
     zero = Estimate.from_sigma(0.0, sigma, "um", "")
     radius = Estimate.from_sigma(HEIGHT + SAG, sigma, "um", "")
-    points = np.zeros((1, 2))
-    return Gap(radius, radius, (zero, zero), radius, radius, None, Estimate.missing("um", "no"), 0.045, points)
+    return circle_of(radius, zero, zero, settled_from=0.045)
 
 
 TRAVEL = RestTravel(0.0, 0.0, SAG, 0.0, SAG)

@@ -8,6 +8,7 @@ import pytest
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.levitation import levitation
 from tdbmon.estimate import Estimate
+from tests.analysis.circles import circle_of
 from tests.analysis.planes import planes_of
 
 RATE, SPEED, RELEASE = 10e3, 83.0, 0.2
@@ -49,9 +50,8 @@ def test_without_speed_or_with_a_short_stretch_it_is_missing():
 
 def circle(x: float, y: float, sigma: float) -> Gap:
     """A clearance circle about (x, y), as settled positions would give it."""
-    centre = (Estimate.from_sigma(x, sigma, "um", ""), Estimate.from_sigma(y, sigma, "um", ""))
-    radius = Estimate.from_sigma(290e-6, 2e-6, "um", "")
-    return Gap(radius, radius, centre, radius, radius, None, Estimate.missing("um", "-"), 1.0, np.empty((0, 2)))
+    radius, *centre = (Estimate.from_sigma(v, s, "um", "") for v, s in ((290e-6, 2e-6), (x, sigma), (y, sigma)))
+    return circle_of(radius, *centre, settled_from=1.0)
 
 
 def test_the_reach_is_the_farthest_point_of_the_orbit_from_the_clearance_centre():

@@ -8,10 +8,10 @@ from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.contacts import find_contacts
-from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.estimate import Estimate
+from tests.analysis.circles import circle_of
 
 
 def test_intervals_hold_peak_force_over_travel(machine, rotor):
@@ -28,10 +28,8 @@ def test_intervals_hold_peak_force_over_travel(machine, rotor):
             travel = rest_travel(bearing, loads[end])
             clearance = bearing.balls.diametral_clearance.nominal
             radius = bearing.radial_gap.nominal + travel.total
-            sure = [Estimate.from_sigma(v, 0.3e-6, "um", "") for v in (radius, 0.0)]
-            circle = Gap(
-                sure[0], sure[0], (sure[1], sure[1]), sure[0], sure[0], None, sure[1], 0.05, np.zeros((1, 2))
-            )  # fmt: skip
+            sure = [Estimate.from_sigma(v, 0.3e-6, "um", "") for v in (radius, 0.0, 0.0)]
+            circle = circle_of(*sure, settled_from=0.05)
             first = find_contacts(planes, end, circle, travel, clearance, 0.0, machine.gravity).first
             found = single_mass_stiffness(first, loads[end] / machine.gravity)
             inside = (drop.time.values >= first.touch.value) & (

@@ -15,7 +15,7 @@ from tdbsim.machine import Machine, load_machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.record.assign import assign
 from tdbmon.record.lost_samples import without_lost_samples
-from tdbmon.record.quality import Check, check, repair_gaps, usable
+from tdbmon.record.quality import Check, check, left_out, repair_gaps
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -56,7 +56,7 @@ def test_sound_records_pass(path: Path) -> None:
         "keyphasor",
         "speed",
     } <= {entry.check for entry in found}
-    assert usable(ds, machine(), found) == ("NDE_A", "NDE_B", "DE_A", "DE_B")
+    assert not left_out(ds, machine(), found)
 
 
 def test_a_record_that_names_another_machine(sound: xr.Dataset) -> None:
@@ -77,14 +77,14 @@ def test_a_dead_probe(sound: xr.Dataset) -> None:
     ds = _changed(sound, "DE_A", still)
     failed = _failed(ds)
     assert "in a gap of 250 um" in failed["dead", "DE_A"]
-    assert usable(ds, machine(), check(ds, machine())) == ("NDE_A", "NDE_B", "DE_B")
+    assert set(left_out(ds, machine(), check(ds, machine()))) == {"DE_A"}
 
 
 @pytest.mark.parametrize("value", [np.nan, 3.0])
 def test_a_constant_or_empty_probe(value: float, sound: xr.Dataset) -> None:
     ds = _changed(sound, "NDE_B", np.full(sound["NDE_B"].size, value))
     assert ("dead", "NDE_B") in _failed(ds)
-    assert "NDE_B" not in usable(ds, machine(), check(ds, machine()))
+    assert "NDE_B" in left_out(ds, machine(), check(ds, machine()))
 
 
 @pytest.mark.parametrize("factor", [1000.0, 1e-3, 25.4, 1 / 25.4, 1e6])
@@ -93,7 +93,7 @@ def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
     failed = _failed(ds)
     assert f"a factor {factor:g} " in failed["unit", "NDE_A"]
     assert ("range", "NDE_A") not in failed  # said once
-    assert "NDE_A" not in usable(ds, machine(), check(ds, machine()))
+    assert "NDE_A" in left_out(ds, machine(), check(ds, machine()))
 
 
 def test_how_far_a_probe_moves_is_told_in_full(sound: xr.Dataset) -> None:
@@ -152,10 +152,10 @@ def test_missing_samples(sound: xr.Dataset) -> None:
     ds = _changed(sound, "DE_A", values)
     assert "4 samples" in _failed(ds)["nan", "DE_A"]
     assert "2 runs, the longest 3 samples, between 0.005 s and 0.25 s" in _failed(ds)["nan", "DE_A"]
-    assert "DE_A" in usable(ds, machine(), check(ds, machine()))
+    assert "DE_A" not in left_out(ds, machine(), check(ds, machine()))
     values[: values.size // 2 + 10] = np.nan
     ds = _changed(sound, "DE_A", values)
-    assert "DE_A" not in usable(ds, machine(), check(ds, machine()))
+    assert "DE_A" in left_out(ds, machine(), check(ds, machine()))
 
 
 def test_a_frozen_stretch(sound: xr.Dataset) -> None:
@@ -234,7 +234,7 @@ def test_a_record_of_levitation_alone_is_told_as_such(sound: xr.Dataset) -> None
     failed = _failed(before)
     assert list(failed) == [("drop", "")]
     assert "the shaft does not fall in this record" in failed["drop", ""]
-    assert usable(before, machine(), check(before, machine())) == ("NDE_A", "NDE_B", "DE_A", "DE_B")
+    assert not left_out(before, machine(), check(before, machine()))
 
 
 @pytest.mark.parametrize(
@@ -269,7 +269,7 @@ def test_identical_channels(sound: xr.Dataset) -> None:
         sum(found.check == "identical" for found in check(_changed(ds, "NDE_A", sound["DE_A"].values), machine())) == 3
     )
     assert ("identical", "DE_B") in failed
-    assert usable(ds, machine(), check(ds, machine())) == ("NDE_A", "NDE_B")
+    assert set(left_out(ds, machine(), check(ds, machine()))) == {"DE_A", "DE_B"}
 
 
 def test_an_inverted_probe_lets_the_rotor_fall_sideways(sound: xr.Dataset) -> None:

@@ -1,0 +1,98 @@
+"""How the shaft turns, as speed signal and keyphasor of a record tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+from tdbsim.rotor import RotorModel
+
+from tdbmon.analysis.result import NO_DROP
+from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
+from tdbmon.record.finding import Check
+from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
+from tdbmon.record.keyphasor import speed as pulse_speed
+
+_HEAD_S = 0.02  # of a record, whose speed is that before a release that is not known
+
+
+@dataclass(frozen=True, eq=False)
+class Rotation:
+    """Speed on its own samples, from the speed channel or else revolution by revolution from the keyphasor.
+
+    Attributes
+    ----------
+    time, hz : (n,) arrays
+        s and Hz; empty where nothing tells.
+    pulses : Pulses or None
+        Of the keyphasor.
+    sampled : (m,) array or None
+        Times of the keyphasor's samples, s, where the speed comes from it alone; None otherwise.
+    """
+
+    time: np.ndarray
+    hz: np.ndarray
+    pulses: Pulses | None
+    sampled: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, record: xr.Dataset, machine: Machine) -> Rotation:
+        """Return what a record laid over its machine tells."""
+        key = pulses(record, machine) if "keyphasor" in record else None
+        if "speed" in record:
+            channel = record["speed"]
+            hz = channel.to_numpy()
+            finite = np.isfinite(hz)
+            return cls(record[channel.dims[0]].to_numpy()[finite], hz[finite], key)
+        if key is not None and len(key.times) > 3:
+            time, hz, _ = pulse_speed(key)
+            return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
+        return cls(np.empty(0), np.empty(0), key)
+
+    @property
+    def known(self) -> bool:
+        """True where the speed is known at enough times."""
+        return len(self.time) > 3
+
+    def before(self, release: float | None) -> float | None:
+        """Median speed up to the release (of the first 20 ms where that is not known), Hz; None where it does not turn."""
+        if not self.known:
+            return None
+        head = self.time < (self.time[0] + _HEAD_S if release is None else release)
+        head[:3] = True
+        value = float(np.nanmedian(self.hz[head]))
+        return value if value > 1.0 else None
+
+    def angle(self, time: np.ndarray, machine: Machine) -> np.ndarray | None:
+        """Shaft angle at times (k,), s, rad; None without pulses."""
+        return (
+            shaft_angle(self.pulses, time, machine) if self.pulses is not None and len(self.pulses.times) > 2 else None
+        )
+
+    def run_down(self, released: float | None, rotor: RotorModel, checks: list[Check]) -> RunDown | None:
+        """Fit the run-down from the release on, or else from the first value on; a failed check says why it cannot be."""
+        if not self.known:
+            return None
+        time, hz = self._signal
+        if released is not None and not time[0] <= released < time[-1]:
+            known = f"known from {time[0]:.4g} to {time[-1]:.4g} s only, not at the release ({released:.4g} s)"
+            checks.append(Check("speed", "", False, f"{known}: no run-down is told"))
+            return None
+        return fit_rundown(
+            time,
+            hz,
+            release_time=float(self.time[0]) if released is None else released,
+            polar_inertia=rotor.polar_inertia,
+            pulses=self.pulses,
+        )
+
+    def without_drop(self) -> RunDown | None:
+        """Return the speed of a record that holds no drop."""
+        return speed_alone(*self._signal, pulses=self.pulses, why=NO_DROP) if self.known else None
+
+    @property
+    def _signal(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """Times and speed signal as `fit_rundown` takes them: means of revolutions are no samples of one."""
+        return (self.time, self.hz) if self.sampled is None else (self.sampled, None)

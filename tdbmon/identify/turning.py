@@ -1,0 +1,123 @@
+"""How the shaft turns about a release, by keyphasor and speed signal: a uniform acceleration fitted to both before it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+from tdbmon.record.keyphasor import pulses
+
+Array = NDArray[np.float64]
+
+_FEWEST_PULSES = 3  # before the release, which tell angle, speed and acceleration
+_FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
+_LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """Shaft angle ``angle + omega t + acceleration t^2 / 2`` before the release, t counted from it (SI).
+
+    Attributes
+    ----------
+    angle, angle_sigma : float
+        At the release and its standard deviation, rad; an infinite one where no keyphasor tells.
+    omega : float
+        Angular speed there, rad/s, negative clockwise.
+    acceleration, acceleration_sigma : float
+        rad/s^2, and its standard deviation.
+    pulse_times, pulse_angles : (m,) arrays
+        Keyphasor after the release, s and rad; empty where it does not tell the angle.
+    pulse_sigma : float
+        Standard deviation of a pulse's angle, rad.
+    """
+
+    angle: float
+    angle_sigma: float
+    omega: float
+    acceleration: float
+    acceleration_sigma: float
+    pulse_times: Array
+    pulse_angles: Array
+    pulse_sigma: float
+
+    def since(self, t: Array) -> Array:
+        """Angle turned at times t (n,), s, from the release, rad; after it as fast as there."""
+        return self.omega * t + 0.5 * self.acceleration * np.minimum(t, 0.0) ** 2
+
+
+def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -> Turning:
+    """Fit the shaft's angle before the release to keyphasor and speed signal.
+
+    Parameters
+    ----------
+    laid : Dataset
+        A record laid over its machine.
+    machine : Machine
+    release : float
+        s.
+    name : str
+        What an error calls the record.
+
+    Raises
+    ------
+    InputError
+        If neither tells the speed before the release.
+    """
+    marks = pulses(laid, machine) if "keyphasor" in laid and machine.keyphasor is not None else None
+    times, turns, sigma = np.empty(0), np.empty(0), np.inf
+    if marks is not None and len(marks.times) > 3:
+        times, turns = marks.times - release, marks.turns.astype(float)
+    before = times < 0
+    keyed = before.sum() >= _FEWEST_PULSES
+    marked = keyed and machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
+    parts: list[tuple[Array, Array]] = []
+    if marks is not None and keyed:
+        t = times[before]
+        frequency = (turns[before][-1] - turns[before][0]) / (t[-1] - t[0])
+        sigma = float(marks.sigma * frequency)
+        parts.append((np.column_stack([np.ones_like(t), t, t**2]) / sigma, turns[before] / sigma))
+    parts += _by_speed(laid, release)
+    if not parts:
+        raise InputError(
+            f"{name}: neither keyphasor nor speed signal before the release; the model needs the speed: record one of them"
+        )
+    if not keyed:  # then any angle will do
+        parts.append((np.array([[1.0, 0.0, 0.0]]), np.zeros(1)))
+    design, target = (np.concatenate(each) for each in zip(*parts, strict=True))
+    solution, *_ = np.linalg.lstsq(design, target, rcond=None)
+    covariance = np.linalg.pinv(design.T @ design)
+    mark = machine.keyphasor.angle if machine.keyphasor else 0.0
+    full = machine.sense * 2 * np.pi
+    later = (times >= 0) & marked
+    return Turning(
+        angle=mark + full * float(solution[0]),
+        angle_sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf,
+        omega=full * float(solution[1]),
+        acceleration=full * 2 * float(solution[2]),
+        acceleration_sigma=4 * math.pi * float(np.sqrt(covariance[2, 2])),
+        pulse_times=times[later] + release,
+        pulse_angles=mark + full * turns[later],
+        pulse_sigma=2 * np.pi * sigma,
+    )
+
+
+def _by_speed(laid: xr.Dataset, release: float) -> list[tuple[Array, Array]]:
+    """Return rows (n, 3) over turns, turns/s and half the acceleration, and their values (n,), of the speed before a release."""
+    if "speed" not in laid:
+        return []
+    channel = laid["speed"]
+    at = laid[channel.dims[0]].values - release
+    keep = (at < 0) & np.isfinite(channel.values)
+    at, hz = at[keep], channel.values[keep]
+    if len(hz) <= _FEWEST_SPEEDS:
+        return []
+    slope = np.polyfit(at, hz, 1)
+    spread = max(float(np.std(hz - np.polyval(slope, at))), _LEAST_SPREAD * float(np.mean(hz)))
+    return [(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread, hz / spread)]
