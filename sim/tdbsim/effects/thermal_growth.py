@@ -28,7 +28,9 @@ class ThermalGrowth(Effect):
     signature: ClassVar = "The distance at which rotor and ring touch shrinks with the work of friction."
     slots: ClassVar = 1
 
-    growth: float = parameter("nm/J", 0.0, (0.0, 2000.0), 20.0, "radial gap lost per joule of frictional heat", si="m/J")
+    growth: float = parameter(
+        "nm/J", 0.0, (0.0, 2000.0), 20.0, "radial gap lost per joule of frictional heat", si="m/J"
+    )
     cooling_time: float = parameter("s", 20.0, (0.1, 1e5), 20.0, "time in which the heat falls to 1/e", held=True)
 
     def modify(self, draft: Draft) -> None:
