@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tdbmon.analysis.autoregression import Noise
+
 TERMS = ("linear", "constant", "quadratic")
 _NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span h is of order (b h)^4
-_MAX_ORDER = 6  # of the noise's autoregression
 
 
 def stopping_time(rows: np.ndarray) -> np.ndarray:
@@ -156,55 +157,6 @@ class Coast:
         if self.pulsed:
             return 1.0 / self.mean
         return np.full(len(self), self.offset_sigma) if self.offset_sigma else None
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Autoregressive noise of the measured quantity: coefficients (p,) and standard deviation of the innovation."""
-
-    ar: np.ndarray
-    sigma: float
-
-    @property
-    def slow(self) -> float:
-        """Standard deviation of the white noise that is as strong at low frequency."""
-        return self.sigma / max(1.0 - float(self.ar.sum()), 0.05)
-
-    def whiten(self, x: np.ndarray) -> np.ndarray:
-        """Return x (n, ...) filtered to white noise of standard deviation one, (n - p, ...)."""
-        order = len(self.ar)
-        out = x[order:].copy()
-        for lag, coefficient in enumerate(self.ar, start=1):
-            out -= coefficient * x[order - lag : len(x) - lag]
-        return out / self.sigma
-
-
-WHITE = Noise(np.empty(0), 1.0)
-
-
-def noise_of(residual: np.ndarray, parameters: int) -> Noise:
-    """Fit an autoregression to a residual (n,) left by a fit of so many parameters.
-
-    Yule-Walker's equations; the order is the one with the least BIC, at most 6.
-    """
-    n = len(residual)
-    top = max(0, min(_MAX_ORDER, (n - parameters) // 20))
-    e = residual - residual.mean()
-    lags = np.array([e[k:] @ e[: n - k] for k in range(top + 1)]) / n
-    floor = max(1e-24, 1e-18 * float(np.max(residual**2, initial=0.0)))
-    best, least = Noise(np.empty(0), 1.0), np.inf
-    for order in range(top + 1):
-        ar: np.ndarray = np.empty(0)
-        if order and lags[0] > floor:
-            matrix = lags[np.abs(np.subtract.outer(np.arange(order), np.arange(order)))]
-            ar = np.linalg.lstsq(matrix, lags[1 : order + 1], rcond=None)[0]
-        power = max(float(lags[0] - ar @ lags[1 : len(ar) + 1]), floor)
-        bic = n * np.log(power) + order * np.log(n)
-        if bic < least:
-            white = Noise(ar, 1.0).whiten(residual)
-            freedom = max(len(white) - parameters, 1)
-            best, least = Noise(ar, float(np.sqrt(max(white @ white / freedom, floor)))), bic
-    return best
 
 
 @dataclass(frozen=True)

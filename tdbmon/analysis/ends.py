@@ -23,7 +23,8 @@ from tdbmon.quantity import percent
 from tdbmon.record.finding import Check, um
 from tdbmon.record.misread import FEW
 
-_WHIRLS = "the shaft whirls round its clearance to {last:.4g} s, {left:.2g} s before the record ends, and does not rest"
+_WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
+_AT_ONCE_S = 0.01  # no time to rest
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not lie on its bearing when the record ends (see rest at the bottom)"
@@ -116,7 +117,11 @@ def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whi
     whirled, last = whirl.last_s, float(planes.time[-1])
     if isinstance(settled, NoCircle) or whirled <= settled:
         return settled
-    return whirled if last - whirled >= SETTLED_S else NoCircle(_WHIRLS.format(last=whirled, left=last - whirled))
+    if last - whirled >= SETTLED_S:
+        return whirled
+    left = last - whirled
+    until = "to the end of the record" if left < _AT_ONCE_S else f"until {left:.2g} s before the record ends"
+    return NoCircle(_WHIRLS.format(until=until))
 
 
 def _swing(

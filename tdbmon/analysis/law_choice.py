@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tdbmon.analysis.drag_law import WHITE, Coast, LawFit, Noise, fit_law, noise_of
+from tdbmon.analysis.autoregression import WHITE, Noise, noise_of
+from tdbmon.analysis.drag_law import Coast, LawFit, fit_law
 
 MODELS: dict[str, tuple[str, ...]] = {
     "exponential": ("linear",),

@@ -18,7 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit, Noise
+from tdbmon.analysis.autoregression import Noise
+from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
 from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release

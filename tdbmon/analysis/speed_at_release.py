@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import stdtrit
 
-from tdbmon.analysis.drag_law import WHITE, Coast, LawFit, Noise, fit_law, noise_of
+from tdbmon.analysis.autoregression import WHITE, Noise, noise_of
+from tdbmon.analysis.drag_law import Coast, LawFit, fit_law
 from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
 

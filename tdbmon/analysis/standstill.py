@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tdbmon.analysis.drag_law import Coast, LawFit, noise_of, stopping_time
+from tdbmon.analysis.autoregression import noise_of
+from tdbmon.analysis.drag_law import Coast, LawFit, stopping_time
 from tdbmon.estimate import Estimate
 
 _TAIL = 0.05  # share of the record by which rest is judged

@@ -14,7 +14,8 @@ from scipy.integrate import solve_ivp
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
-from tdbmon.analysis.drag_law import WHITE, Coast, DragLaw, fit_law, noise_of
+from tdbmon.analysis.autoregression import WHITE, noise_of
+from tdbmon.analysis.drag_law import Coast, DragLaw, fit_law
 from tdbmon.analysis.law_choice import MODELS, Candidate, choose_law, noise_in
 from tdbmon.analysis.rundown import RunDown, SpeedModel, fit_rundown, speed_model
 from tdbmon.record.assign import assign
