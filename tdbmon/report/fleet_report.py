@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 
 from tdbmon import __version__
 from tdbmon.history.fleet import Member
@@ -22,20 +24,11 @@ def build_fleet_report(members: list[Member]) -> Document:
     from tdbmon.figures.fleet import fleet
 
     synthetic = any(m.comparison.entry.synthetic for m in members)
-    table = _table(members)
-    alarms = [(m.machine, each) for m in members for each in m.standing]
-    reasons = [
-        Paragraph(f"{machine}, {each.name}: {'; '.join(each.verdict.reasons[:_REASONS])}.")
-        for machine, each in alarms[:20]
-    ]
-    for tell in (_told_beside, lambda m: not_compared_sentences(m.comparison)):
-        said = [Paragraph(f"{m.machine}: {words}.") for m in members for words in tell(m)]
-        reasons += said[:40]
     return Document(
         "Fleet report",
         f"{len(members)} machines",
         (
-            Section("Machines, worst first", (_finding(members), Paragraph(STANDING), table, *reasons)),
+            Section("Machines, worst first", (_finding(members), Paragraph(STANDING), _table(members))),
             Section(
                 "Radius at rest over the drops",
                 (
@@ -49,10 +42,36 @@ def build_fleet_report(members: list[Member]) -> Document:
                     ),
                 ),
             ),
+            *_reasons(members),
         ),
         note=synthetic_note(sum(m.drops for m in members)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
+
+
+def _reasons(members: list[Member]) -> list[Section]:
+    """Return why machines ask for attention, what else of them differs, and what of them bears no comparison."""
+    why = []
+    for m in members:
+        why += [(m.machine, each.name, reason) for each in m.standing for reason in each.verdict.reasons[:_REASONS]]
+        why += [(m.machine, m.judged.name, reason) for reason in _told_beside(m)]
+    untold = [(m.machine, reason) for m in members for reason in not_compared_sentences(m.comparison)]
+    tables = (
+        _listed("Why", ("Machine", "Drop", "Reason"), why),
+        _listed("Not compared", ("Machine", "Quantities, and why"), untold),
+    )
+    blocks = tuple(table for table in tables if table.rows)
+    return [Section("Reasons", blocks)] if blocks else []
+
+
+def _listed(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    """Return rows as a table in which a machine or a drop is named where it changes only."""
+    named: list[tuple[str, ...]] = [("",) * len(header), *rows]
+    cells = [
+        tuple("" if row[: k + 1] == above[: k + 1] else cell for k, cell in enumerate(row))
+        for above, row in pairwise(named)
+    ]
+    return Table(caption, header, tuple(Row(each) for each in cells))
 
 
 def _told_beside(member: Member) -> list[str]:
