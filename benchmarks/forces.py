@@ -72,6 +72,7 @@ _TAIL = """## What falls short
 - **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
   ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`, three of four on `coastdown` (see peak
   forces below).
+- **Decay time.** On `short` the true one lies outside its interval, which is narrower than what the contacts take away is known.
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
   do not show a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
 - **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they depend on the last bounces. The rms of
