@@ -94,6 +94,27 @@ def check_probe_scales(release: Release, machine: Machine) -> list[Check]:
     return found
 
 
+def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
+    """Return how many times as large as by the second probe of an end the free fall is by its first: 1 where both read right.
+
+    A probe whose gain drifts changes it from drop to drop, whether the shaft comes to rest or not.
+
+    Parameters
+    ----------
+    release : Release
+    machine : Machine
+    end : str
+    """
+    names = [probe.name for probe in machine.probes_at(end)]
+    shares = [share for name in names if (share := _share(release, name)) is not None]
+    if len(names) != 2 or len(shares) != 2:
+        return Estimate.missing("1", "fewer than two probes of the end tell the free fall")
+    (first, error), (second, error_too) = map(_log, shares)
+    half = 1.96 * math.hypot(error, error_too)
+    value, low, high = (math.exp(first - second + k * half) for k in (0, -1, 1))
+    return Estimate(value, low, high, "1", f"free fall by '{names[0]}' over that by '{names[1]}'")
+
+
 def _share(release: Release, name: str) -> Estimate | None:
     """Return the share of gravity that a probe shows, where it tells one."""
     share = release.shares.get(name)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.free_fall import probe_ratio
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 from tdbmon.history.fatigue import fatigue_of
@@ -88,6 +89,7 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
         "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unsettled),
         "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unsettled),
         **_levitated(analysis, end),
+        "probe_ratio": _probe_ratio(analysis, end),
         **_severity(analysis, end),
     }
     return [Feature(name, end.name, estimate) for name, estimate in values.items()]
@@ -101,6 +103,12 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
         return dict.fromkeys(names, Estimate.missing("um", "no orbit at this end"))
     found = analysis.levitation[end.name]
     return dict(zip(names, (found.x, found.y, found.once, found.noise), strict=True))
+
+
+def _probe_ratio(analysis: Analysis, end: EndResult) -> Estimate:
+    if analysis.release is None:
+        return Estimate.missing("1", "the record holds no release")
+    return probe_ratio(analysis.release, analysis.machine, end.name)
 
 
 def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:

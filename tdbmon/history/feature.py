@@ -273,6 +273,15 @@ _KINDS = (
         "keyphasor_ratio", "Stated speed over that of the keyphasor", "1", 1e-3, "keyphasor, recorder", judged=False
     ),
     FeatureKind("initial_hz", "Speed at the release", "Hz", 0.01, "how the drop was made", judged=False),
+    FeatureKind(
+        "probe_ratio",
+        "Free fall by one probe over the other's",
+        "1",
+        0.01,
+        "sensitivity or angle of a probe",
+        relative=True,
+        judged=False,
+    ),
 )
 
 KINDS = {kind.name: kind for kind in _KINDS}

@@ -9,7 +9,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, probe_ratio, undated
 from tdbmon.analysis.release import find_release
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.assign import assign
@@ -178,3 +178,23 @@ def test_an_analysis_carries_the_check(machine):
     found = [check for check in analyse(record, machine).checks if check.check == "free fall"]
     assert len(found) == 2
     assert all(check.passed for check in found)
+
+
+def test_the_ratio_of_an_ends_probes_follows_the_gain_of_one(machine):
+    true = read(shipped("short/drop_150.nc"))
+    off = true.assign(NDE_A=1.1 * true["NDE_A"])
+    off["NDE_A"].attrs = true["NDE_A"].attrs
+    before, after = (
+        {end: probe_ratio(analyse(each, machine).release, machine, end) for end in machine.ends} for each in (true, off)
+    )
+    for end in machine.ends:
+        assert before[end].low < 1.0 < before[end].high
+        assert before[end].high - before[end].low < 0.1
+    # the whirl that is taken off the fall is read a tenth too large as well
+    assert after["NDE"].value == pytest.approx(1.1 * before["NDE"].value, rel=0.01)
+    assert after["DE"].value == pytest.approx(before["DE"].value, rel=0.005)
+
+
+def test_an_end_with_one_probe_has_no_ratio(machine):
+    found = probe_ratio(analyse(read(shipped("short/drop_150.nc")).drop_vars("DE_B"), machine).release, machine, "DE")
+    assert found.value is None and "fewer than two probes" in found.why

@@ -43,8 +43,8 @@ def section(comparison: Comparison) -> Section | None:
             " many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
             " zero tells no change by itself: of"
             f" {comparison.tested} quantities one in twenty does so by chance. p is the chance of so large a difference where"
-            " nothing has changed, corrected for that number. Levitation, the ratio of the speeds, the speed at the release"
-            " and fatigue do not count towards the verdict; their p is corrected for their own number."
+            " nothing has changed, corrected for that number. Levitation, the ratios of the speeds and of the probes, the speed"
+            " at the release and fatigue do not count towards the verdict; their p is corrected for their own number."
         )
     )
     missing = [c for c in (*comparison.changes, *comparison.untold) if c.difference is None]
