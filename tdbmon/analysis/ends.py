@@ -117,9 +117,9 @@ def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whi
     whirled, last = whirl.last_s, float(planes.time[-1])
     if isinstance(settled, NoCircle) or whirled <= settled:
         return settled
-    if last - whirled >= SETTLED_S:
-        return whirled
     left = last - whirled
+    if left >= SETTLED_S:
+        return whirled
     until = "to the end of the record" if left < _AT_ONCE_S else f"until {left:.2g} s before the record ends"
     return NoCircle(_WHIRLS.format(until=until))
 

@@ -75,21 +75,19 @@ def check_probe_scales(release: Release, machine: Machine) -> list[Check]:
     """
     found = []
     for end in machine.ends:
-        pair = [probe.name for probe in machine.probes_at(end) if _share(release, probe.name) is not None]
+        pair = _telling(release, machine, end)
         if len(pair) != 2:
             continue
-        (one, low), (other, high) = sorted(((name, release.shares[name]) for name in pair), key=lambda p: _log(p[1])[0])
-        (small, error), (large, error_too) = _log(low), _log(high)
-        apart, sigma = large - small, math.hypot(error, error_too)
-        least, most = (math.exp(apart + k * 1.96 * sigma) for k in (-1, 1))
-        detail = (
-            f"'{other}' shows the free fall {math.exp(apart):.2f} ({least:.2f} to {most:.2f}) times as large as '{one}'"
-        )
+        one, other = sorted(pair, key=lambda name: _log(pair[name])[0])
+        apart, sigma = _log_ratio(pair[other], pair[one])
+        times, least, most = _times(apart, sigma)
+        detail = f"'{other}' shows the free fall {times:.2f} ({least:.2f} to {most:.2f}) times as large as '{one}'"
         passed = apart < max(_APART, _SURE * sigma)
         if not passed:
             others = [s for name in release.shares if name not in pair and (s := _share(release, name)) is not None]
             level = sum(_log(s)[0] for s in others) / len(others) if others else 0.0
-            detail += f": {_wrong(one, other, small - level, large - level)}"
+            small, large = (_log(pair[name])[0] - level for name in (one, other))
+            detail += f": {_wrong(one, other, small, large)}"
         found.append(Check("probe scales", end, passed, detail))
     return found
 
@@ -105,14 +103,30 @@ def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
     machine : Machine
     end : str
     """
-    names = [probe.name for probe in machine.probes_at(end)]
-    shares = [share for name in names if (share := _share(release, name)) is not None]
-    if len(names) != 2 or len(shares) != 2:
+    pair = _telling(release, machine, end)
+    if len(machine.probes_at(end)) != 2 or len(pair) != 2:
         return Estimate.missing("1", "fewer than two probes of the end tell the free fall")
-    (first, error), (second, error_too) = map(_log, shares)
-    half = 1.96 * math.hypot(error, error_too)
-    value, low, high = (math.exp(first - second + k * half) for k in (0, -1, 1))
-    return Estimate(value, low, high, "1", f"free fall by '{names[0]}' over that by '{names[1]}'")
+    first, second = pair
+    rule = f"free fall by '{first}' over that by '{second}'"
+    return Estimate(*_times(*_log_ratio(pair[first], pair[second])), "1", rule)
+
+
+def _telling(release: Release, machine: Machine, end: str) -> dict[str, Estimate]:
+    """Return the share of gravity that each probe of an end shows, of those that tell one."""
+    names = [probe.name for probe in machine.probes_at(end)]
+    return {name: share for name in names if (share := _share(release, name)) is not None}
+
+
+def _log_ratio(one: Estimate, other: Estimate) -> tuple[float, float]:
+    """Return the logarithm of the ratio of two shares, and its standard deviation."""
+    (first, error), (second, error_too) = _log(one), _log(other)
+    return first - second, math.hypot(error, error_too)
+
+
+def _times(apart: float, sigma: float) -> tuple[float, float, float]:
+    """Return a ratio and the ends of its 95 % interval, of its logarithm and the standard deviation of that."""
+    half = 1.96 * sigma
+    return math.exp(apart), math.exp(apart - half), math.exp(apart + half)
 
 
 def _share(release: Release, name: str) -> Estimate | None:

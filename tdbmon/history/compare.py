@@ -46,10 +46,8 @@ class Change:
         None where the drop or all those before lack the feature.
     p_adjusted : float or None
         Corrected for the number of features looked at: of those that are judged, or of those that are not.
-    flag : bool
-        It changed.
-    noted : bool
-        It differs by more than chance, and is told beside the verdict: a feature that is not judged.
+    differs : bool
+        By more than chance.
     why : str
         Why there is no difference.
     """
@@ -62,9 +60,18 @@ class Change:
     left_out: tuple[str, ...]
     difference: Difference | None
     p_adjusted: float | None
-    flag: bool
-    noted: bool
+    differs: bool
     why: str
+
+    @property
+    def flag(self) -> bool:
+        """True where a judged feature differs: it changed."""
+        return self.differs and self.kind.judged
+
+    @property
+    def noted(self) -> bool:
+        """True where a feature that is not judged differs: it is told beside the verdict."""
+        return self.differs and not self.kind.judged
 
     @property
     def title(self) -> str:
@@ -113,8 +120,6 @@ class Comparison:
         Every feature that the drop or those before have.
     untold : tuple of Change
         The judged features that neither the drop nor any before has, those of the fitted simulation aside.
-    tested : int
-        How many of the judged ones have a probability.
     stress : dict
         By end: (drop, box) of all matching drops with forces, this one last.
     life : Life
@@ -132,7 +137,6 @@ class Comparison:
     matched: tuple[Entry, ...]
     changes: tuple[Change, ...]
     untold: tuple[Change, ...]
-    tested: int
     stress: dict[str, tuple[tuple[str, StressBox], ...]]
     life: Life
     likeness: Likeness
@@ -154,10 +158,17 @@ class Comparison:
         """The features that differ by more than chance and do not count towards the verdict."""
         return tuple(change for change in self.changes if change.noted)
 
+    @property
+    def tested(self) -> int:
+        """How many of the judged features have a probability."""
+        return self._with_probability(judged=True)
+
     def level_of(self, change: Change) -> float:
         """Return the probability below which a change is called off, corrected for how many are looked at with it."""
-        alike = sum(c.kind.judged == change.kind.judged and c.p_adjusted is not None for c in self.changes)
-        return self.settings.compare.significance / max(1, alike)
+        return self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
+
+    def _with_probability(self, *, judged: bool) -> int:
+        return sum(c.kind.judged == judged and c.p_adjusted is not None for c in self.changes)
 
 
 def filed_drop(archive: Archive, drop: str) -> Drop:
@@ -199,7 +210,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
             for name in ("fatigue_cycles", "stress_max_mpa")
         )
         other = _otherwise_made(base, drop, matched)
-    changes, tested = _changes(drop, matched, before, settings)
+    changes = _changes(drop, matched, before, settings)
     ends: dict[str, list[tuple[str, StressBox]]] = {}
     for entry in matched:
         for box in boxes.get(entry.result, ()):
@@ -212,7 +223,6 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         matched=tuple(matched),
         changes=changes,
         untold=_untold(drop, changes, len(matched)),
-        tested=tested,
         stress={end: tuple(rows) for end, rows in ends.items()},
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
@@ -255,7 +265,7 @@ def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) 
 
 def _changes(
     drop: Drop, matched: list[Entry], before: dict[int, tuple[Feature, ...]], settings: Settings
-) -> tuple[tuple[Change, ...], int]:
+) -> tuple[Change, ...]:
     mine = {(f.name, f.end): f.estimate for f in drop.features}
     theirs: dict[tuple[str, str], list[tuple[str, Estimate]]] = {}
     for entry in matched:
@@ -273,18 +283,18 @@ def _changes(
         earlier = theirs.get(key, [])
         numbers = (*(place[drop] for drop, _ in earlier), len(matched))
         found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
-    counts, beside = (
-        _probabilities([c for c in found if c.kind.judged == judged], settings) for judged in (True, False)
-    )
+    # what counts towards the verdict and what does not are each corrected for their own number
+    p_of = {
+        key: p
+        for counts in (True, False)
+        for key, p in _probabilities([c for c in found if c.kind.judged == counts], settings).items()
+    }
     changes = []
     for change in found:
-        p = (counts if change.kind.judged else beside).get((change.kind.name, change.end))
+        p = p_of.get((change.kind.name, change.end))
         n = 0 if change.difference is None else change.difference.before.n
-        off = p is not None and p <= level and n >= LEAST_JUDGED
-        changes.append(
-            replace(change, p_adjusted=p, flag=off and change.kind.judged, noted=off and not change.kind.judged)
-        )
-    return tuple(changes), len(counts)
+        changes.append(replace(change, p_adjusted=p, differs=p is not None and p <= level and n >= LEAST_JUDGED))
+    return tuple(changes)
 
 
 def _probabilities(changes: list[Change], settings: Settings) -> dict[tuple[str, str], float]:
@@ -330,7 +340,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, False, why)
+    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
 
 
 def _corrected(p: list[float], settings: Settings) -> list[float]:

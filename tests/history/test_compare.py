@@ -456,7 +456,7 @@ def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(yea
     def without(share: float, failed_checks: tuple[str, ...] = sick):
         entry = replace(found.entry, failed_checks=failed_checks)
         lost = [
-            replace(change, estimate=Estimate.missing(change.kind.unit, "a probe is dead"), flag=False)
+            replace(change, estimate=Estimate.missing(change.kind.unit, "a probe is dead"), differs=False)
             if k < share * len(found.changes)
             else change
             for k, change in enumerate(found.changes)

@@ -117,7 +117,7 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
 
 def test_the_first_page_says_what_could_not_be_compared(comparison):
     lost = [
-        replace(c, difference=None, flag=False, why="no two usable probes see it") if c.end == "NDE" else c
+        replace(c, difference=None, differs=False, why="no two usable probes see it") if c.end == "NDE" else c
         for c in comparison.changes
     ]
     blind = replace(comparison, changes=tuple(lost))
