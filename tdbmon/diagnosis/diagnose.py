@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,14 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
+from tdbmon.diagnosis.late_cause import departs, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, ONE_MARK, PUT_RIGHT, next_test
-from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
-from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, outside, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
@@ -52,6 +53,8 @@ class Diagnosis:
     late : tuple of LateRecord or None
         The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
         tell, or it believes none.
+    late_plain : tuple of LateRecord or None
+        The same beside simulations of the plain model, where a cause was found by that.
     mistaken : str or None
         What mark, cables or machine file have wrong, so that no cause was sought.
     next_test : str
@@ -68,6 +71,7 @@ class Diagnosis:
     parameters: dict[Contender, dict[str, dict[str, Estimate]]]
     values: dict[str, Estimate]
     late: tuple[LateRecord, ...] | None
+    late_plain: tuple[LateRecord, ...] | None
     mistaken: str | None
     next_test: str
     remarks: tuple[str, ...]
@@ -132,25 +136,26 @@ def diagnose(
         if extended and len(drops) >= LEAST_DROPS:
             progress("holding out a drop")
             proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain, extended[0])
-        # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
-        judged = verdict(field, proof, PLAIN_LEAD if slowed is None else 0.0, suspected)
         progress("estimating sizes")
-        likeliest = field[int(np.argmax(judged.probabilities))]
-        without = {extended[0]: proof.without} if proof is not None else {}
-        if slowed is not None and slowed.base.causes:
-            without[extended[0]] = (*without.get(extended[0], ()), *slowed.proof().without)
-        concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
-        sizes = {each: sizes_of(each, without.get(each, ())) for each in concerned}
-        slowed_otherwise = slowing_remarks(likeliest) if mistaken is None else []
-        if judged.accused:
-            judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
-        late, otherwise = None, None
+        # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
+        lead = PLAIN_LEAD if slowed is None else 0.0
+        without = slowed.proof().without if slowed is not None and slowed.base.causes else ()
+        judged, likeliest, sizes = _judged(field, proof, lead, suspected, without)
+        late, late_plain, otherwise = None, None, None
         if judged.kind is not Kind.UNKNOWN and not judged.alike and mistaken is None:
             progress("holding the rest of the record against simulations")
             # a cause of the likeliest model may be none that was proved
-            believed = plain if judged.kind is Kind.NONE else likeliest
-            late = late_records(believed)
+            late = late_records(plain if judged.kind is Kind.NONE else likeliest)
+            if judged.kind is Kind.NONE and late is not None and departs(late):
+                progress("looking for what would explain the rest of the record")
+                wider = with_late_causes(plain, late, suspected)
+                if wider is not None:
+                    field, proof = wider
+                    # three effects at two ends or both: again no hundred suspects
+                    judged, likeliest, sizes = _judged(field, proof, 0.0, suspected)
+                    late, late_plain = late_records(likeliest), late
             otherwise = acts_later(late) if late is not None else None
+        slowed_otherwise = slowing_remarks(likeliest) if mistaken is None else []
         if otherwise is not None and judged.kind is Kind.NONE:
             judged = outside(judged, f"the plain model explains the first {plain.horizon * 1e3:g} ms, but {otherwise}")
             otherwise = None
@@ -164,6 +169,7 @@ def diagnose(
         parameters={each: sizes[each].causes for each in judged.accused},
         values=sizes[likeliest].machine,
         late=late,
+        late_plain=late_plain,
         mistaken=mistaken,
         next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, tuple(field)),
         remarks=(
@@ -176,6 +182,29 @@ def diagnose(
         ),
         seconds=time.monotonic() - began,
     )
+
+
+def _judged(
+    field: Sequence[Contender],
+    proof: HeldOut | None,
+    lead: float,
+    suspected: Sequence[Suspect],
+    without: Sequence[Mapping[str, float]] = (),
+) -> tuple[Verdict, Contender, dict[Contender, Sizes]]:
+    """Return the verdict, the likeliest model, and the sizes of that and of those accused.
+
+    `without` are values of the best model with a cause as drops held out have them, beside those of the proof.
+    """
+    judged = verdict(field, proof, lead, suspected)
+    likeliest = field[int(np.argmax(judged.probabilities))]
+    extended = next((each for each in field if each.causes), None)
+    plain = next(each for each in field if not each.causes)
+    known = {extended: (*(proof.without if proof is not None else ()), *without)}
+    concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
+    sizes = {each: sizes_of(each, known.get(each, ())) for each in concerned}
+    if judged.accused:
+        judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
+    return judged, likeliest, sizes
 
 
 def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:

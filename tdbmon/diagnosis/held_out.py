@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,6 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-READINGS = "readings from the release on"  # what is held out, but where the shaft's angle is
 LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
@@ -32,6 +32,14 @@ _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to
 _FAILS = (
     2.0  # times the noise, that shows a lack: of a drop that it was not fitted to a right model leaves up to 1.4 times
 )
+
+
+class Judge(StrEnum):
+    """What was measured and simulated of a drop held out."""
+
+    READINGS = "readings from the release on"
+    ARC = "arc that the journal has turned"
+    REST = "mean place and whirl over the rest of the record"
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ class HeldOut:
         Robust sums of squares there in units of the noise; they count the speed and the levitated stretch too.
     without : tuple of mapping
         The extended model's shared values (SI) by name, fitted without the drop, or without each of them.
-    quantity : str
+    judge : Judge
         What was measured and simulated.
     each : tuple of HeldOut
         Of two drops the proof on each.
@@ -63,7 +71,7 @@ class HeldOut:
     plain_misfit: float
     extended_misfit: float
     without: tuple[Mapping[str, float], ...] = ()
-    quantity: str = READINGS
+    judge: Judge = Judge.READINGS
     each: tuple[HeldOut, ...] = ()
 
     def along_with(self, other: HeldOut) -> HeldOut:

@@ -92,12 +92,34 @@ class LateRecord:
         apart = self.place - np.median(self.places, axis=0)
         return np.asarray((apart / np.hypot(self.places.std(axis=0), _PLACE_LAW)).mean(axis=1))
 
+    @property
+    def departure(self) -> float:
+        """Sum of squares of these departures: some 1 where nothing acts that the simulations lack."""
+        return self.whirl_departure**2 + float(np.sum(self.place_departures**2))
+
+    @property
+    def apart(self) -> Array:
+        """Measured less simulated reading of each probe, then amplitude once a revolution (probes + 1,), m, means."""
+        whirl = float(np.mean(self.whirl - np.median(self.whirls, axis=0)))
+        return np.append(self.shifts, whirl)
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviations of the same (probes + 1,), m, by how far simulations part and laws are off."""
+        whirl, whirls = np.median(self.whirls), self.whirls.mean(axis=1)
+        places = np.hypot(self.places.mean(axis=2).std(axis=0), _PLACE_LAW)
+        return np.append(places, math.hypot(float(whirls.std()), _WHIRL_LAW / 2 * float(whirl)))
+
+
+def drawn(contender: Contender, members: int) -> list[Array]:
+    """Return the point of a fit, and points drawn about it, from which paths part as the drop parts from its model."""
+    wide = _WIDER**2 * covariance_of(contender.problem, contender.fit, contender.horizon)
+    return draws(contender.problem, contender.fit.point, wide, members, np.random.default_rng(0))
+
 
 def late_records(contender: Contender) -> tuple[LateRecord, ...] | None:
     """Return the rest of all drops' records after a model's horizon; None where that of one does not tell."""
-    problem, point = contender.problem, contender.fit.point
-    wide = _WIDER**2 * covariance_of(problem, contender.fit, contender.horizon)
-    points = draws(problem, point, wide, _MEMBERS, np.random.default_rng(0))
+    problem, points = contender.problem, drawn(contender, _MEMBERS)
     tasks = [(problem, points, drop, contender.horizon) for drop in range(len(problem.drops))]
     found = problem.crew.apart(late_record, tasks)
     known = tuple(each for each in found if each is not None)

@@ -25,7 +25,7 @@ from tdbmon.diagnosis.contender import (
     with_cause,
 )
 from tdbmon.diagnosis.contest import HORIZONS
-from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.slows_otherwise import WORTH, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.slowing import Slowing, lag_factor, slowing_misfit, slowings_at
@@ -92,12 +92,7 @@ class Slowed:
         spacing = float(np.max(np.diff(self.sizes[max(best - 1, 0) : best + 2])))
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
-        start = Start({size: float(self.sizes[best])}, known={size: sigma})
-        found = with_cause(self.base, self.suspect, start)
-        # a ring that is held moves the late paths a little: they are found from the earlier ones on
-        earlier = [each for each in HORIZONS if FOLLOWED_S <= each < self.base.horizon]
-        for horizon in (*earlier, self.base.horizon):
-            found = settled(found, horizon, SLOPES)
+        found = followed(self.base, self.suspect, Start({size: float(self.sizes[best])}, known={size: sigma}))
         # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 
@@ -128,8 +123,24 @@ class Slowed:
             plain_misfit=float(misfits[0]),
             extended_misfit=float(misfits[1]),
             without=tuple(without),
-            quantity="arc that the journal has turned",
+            judge=Judge.ARC,
         )
+
+
+def followed(base: Contender, suspect: Suspect, start: Start) -> Contender:
+    """Return a model with a cause that is known from the rest of the record, fitted to its horizon again.
+
+    Raises
+    ------
+    InputError
+        If it cannot be simulated.
+    """
+    found = with_cause(base, suspect, start)
+    # a ring that is held moves the late paths a little: they are found from the earlier ones on
+    earlier = [each for each in HORIZONS if FOLLOWED_S <= each < base.horizon]
+    for horizon in (*earlier, base.horizon):
+        found = settled(found, horizon, SLOPES)
+    return found
 
 
 def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @styled
 def extended_gain(proof: HeldOut) -> Figure:
     """Draw three bars: plain, extended, noise."""
-    figure = new_figure(48, f"{proof.drop} · {proof.quantity}, measured less simulated")
+    figure = new_figure(48, f"{proof.drop} · {proof.judge}, measured less simulated")
     ax = subplots(figure, 1, 1, Margins(30, 24, 8, 11))[0, 0]
     bars = (
         ("plain model", proof.plain, VERMILION),

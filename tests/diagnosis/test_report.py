@@ -17,7 +17,7 @@ from tdbmon.diagnosis.contender import without_cause
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence, evidence_of
-from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.late_record import LateRecord, acts_later
 from tdbmon.diagnosis.left_over import left_over
 from tdbmon.diagnosis.residual_force import residual_force
@@ -85,6 +85,7 @@ def named() -> Iterator[Diagnosis]:
             parameters={found: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
             values={},
             late=(_late("drop_97.nc", 1.0), _late("drop_148.nc", 2.5)),
+            late_plain=None,
             mistaken=None,
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
@@ -247,6 +248,24 @@ def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> 
     assert "the shaft whirls once a revolution 2.5 times as far in drop_97.nc" in words
     assert "Something acts later than the readings can be followed." in words
     assert "A whirl that departs by 2 standard deviations" in words
+
+
+def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_plain_model_there(named: Diagnosis) -> None:
+    plain = (_late("drop_97.nc", 2.5), _late("drop_148.nc", 2.5))
+    proof = HeldOut(("drop_97.nc", "drop_148.nc"), 9e-6, 3e-6, 2.5e-6, 50.0, 4.0, judge=Judge.REST)
+    document = build_diagnosis_report(replace(named, late_plain=plain, proof=proof))
+    rest = next(section for section in document.sections if section.title == "The rest of the record")
+    captions = [block.caption for block in rest.blocks if isinstance(block, (Table, Figure))]
+    assert [("by the plain model" in each, "by the extended model" in each) for each in captions] == [
+        (True, False),
+        (True, False),
+        (False, True),
+        (False, True),
+    ]
+    tables = [block for block in rest.blocks if isinstance(block, Table)]
+    assert tables[0].rows[0].cells[1] != tables[1].rows[0].cells[1]
+    gain = next(section for section in document.sections if section.title == "Gain on a drop held out")
+    assert "how far it whirls" in " ".join(block.text for block in gain.blocks if isinstance(block, Paragraph))
 
 
 def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:

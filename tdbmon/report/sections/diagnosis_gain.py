@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.held_out import READINGS
+from tdbmon.diagnosis.held_out import Judge
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
@@ -33,21 +33,23 @@ def section(evidence: Evidence) -> Section | None:
             + ("" if believed else " The verdict says why it is not believed all the same."),
             "good" if believed else "attention",
         )
-    fitted = (
-        f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then fitted: position"
-        " and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are those of the"
-        " other drops."
-    )
-    turned = (
-        f"For {proof.drop}, each in turn, the effect's size and the factor of the simulated lag are those of the other drops."
-        " What is left of the shaft's angle is given as the arc that the journal has turned."
-    )
+    how = {
+        Judge.READINGS: f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then"
+        " fitted: position and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are"
+        " those of the other drops.",
+        Judge.ARC: f"For {proof.drop}, each in turn, the effect's size and the factor of the simulated lag are those of the"
+        " other drops. What is left of the shaft's angle is given as the arc that the journal has turned.",
+        Judge.REST: f"For {proof.drop}, each in turn, the effect's values are those with which the rest of the other drops'"
+        " records is most like its simulations. What is left is measured less simulated, in the mean over the rest of the"
+        " record: where each probe sees the shaft, and how far it whirls with its turning. The noise is how far"
+        " simulations lie apart.",
+    }
     blocks: list[Block] = [
-        Paragraph(fitted if proof.quantity == READINGS else turned),
+        Paragraph(how[proof.judge]),
         said,
         Figure(
             "extended-gain",
-            f"Residual of the {proof.quantity}: what each model leaves.",
+            f"Residual of the {proof.judge}: what each model leaves.",
             "Three bars: what the plain model leaves, what the extended one leaves, and the noise.",
             partial(extended_gain, proof),
         ),

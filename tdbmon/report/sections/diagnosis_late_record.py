@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, seen_in_all
 from tdbmon.quantity import signed
-from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
 def section(evidence: Evidence) -> Section | None:
     """Return whirl and places beside simulations; None where the drops do not tell, or no model is believed."""
-    records = evidence.diagnosis.late
+    diagnosis = evidence.diagnosis
+    records = diagnosis.late
     probes = seen_in_all(records) if records else []
     if not records or not probes:
         return None
-    from tdbmon.figures.late_record import late_record
-
-    rows = [
-        Row((each.name, signed(each.whirl_departure, 1), *(signed(_departure(each, probe), 1) for probe in probes)))
-        for each in records
-    ]
-    furthest = max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
+    if diagnosis.late_plain is None:
+        beside: tuple[Block, ...] = _beside(records, probes, _furthest(records, probes), "", "late-record", evidence)
+    else:
+        furthest = _furthest(diagnosis.late_plain, probes)
+        beside = (
+            *_beside(diagnosis.late_plain, probes, furthest, " by the plain model", "late-record-plain", evidence),
+            *_beside(records, probes, furthest, " by the extended model", "late-record", evidence),
+        )
     return Section(
         "The rest of the record",
         (
@@ -33,20 +36,40 @@ def section(evidence: Evidence) -> Section | None:
                 f" {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, to one side, or a probe whose readings depart"
                 f" by {STAYS_ELSEWHERE:g} on average over the drops, would tell that something acts which the model lacks."
             ),
-            Table(
-                "Departure from the simulations, standard deviations, mean over the windows",
-                ("Drop", "Whirl, 1X", *(f"Place, {probe}" for probe in probes)),
-                tuple(rows),
-            ),
-            Figure(
-                "late-record",
-                f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
-                f" mean reading of {furthest}, which departs most, measured and simulated." + evidence.selection,
-                "For some drops, whirl and place against time, measured, and the band of the simulations.",
-                partial(late_record, records, evidence.shown, furthest),
-            ),
+            *beside,
         ),
     )
+
+
+def _beside(
+    records: Sequence[LateRecord], probes: Sequence[str], furthest: str, by: str, name: str, evidence: Evidence
+) -> tuple[Table, Figure]:
+    """Return departures from simulations `by` a model, and a picture of them by the probe that departs most."""
+    from tdbmon.figures.late_record import late_record
+
+    rows = [
+        Row((each.name, signed(each.whirl_departure, 1), *(signed(_departure(each, probe), 1) for probe in probes)))
+        for each in records
+    ]
+    return (
+        Table(
+            f"Departure from the simulations{by}, standard deviations, mean over the windows",
+            ("Drop", "Whirl, 1X", *(f"Place, {probe}" for probe in probes)),
+            tuple(rows),
+        ),
+        Figure(
+            name,
+            f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
+            f" mean reading of {furthest}, which departs most, measured and simulated{by}." + evidence.selection,
+            "For some drops, whirl and place against time, measured, and the band of the simulations.",
+            partial(late_record, records, evidence.shown, furthest),
+        ),
+    )
+
+
+def _furthest(records: Sequence[LateRecord], probes: Sequence[str]) -> str:
+    """Return the probe that departs most."""
+    return max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
 
 
 def _departure(record: LateRecord, probe: str) -> float:

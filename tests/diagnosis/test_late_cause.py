@@ -1,0 +1,70 @@
+"""Causes that show in the rest of the record only, on drops of the same simulator (synthetic)."""
+
+import numpy as np
+
+from tdbmon.diagnosis.contender import Contender, settled
+from tdbmon.diagnosis.held_out import Judge
+from tdbmon.diagnosis.late_cause import departs, with_late_causes
+from tdbmon.diagnosis.late_record import acts_later, late_records
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.verdict import Kind, verdict
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.least_squares import linearised
+from tdbmon.identify.problem import build_problem
+from tests.diagnosis.simulated import record
+from tests.diagnosis.test_late_record import with_readings
+from tests.identify import drops
+
+SPEEDS = ((60.0, 1), (80.0, 2))
+EXCESS, SPEED = 0.4, 6.0  # of the static coefficient over the sliding one; m/s
+ASKED = ("stribeck_friction@both", "thermal_growth@DE")
+
+
+def plain_of(crew, *effects):
+    """The plain model at the first contacts of two drops that have 0.35 s more."""
+    machine = drops.machine()
+    measured = tuple(measured_drop(record(machine, hz, seed, *effects, seconds=0.35), machine) for hz, seed in SPEEDS)
+    problem = build_problem(machine, measured, crew)
+    found = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
+    for horizon in (0.006, 0.01, 0.014, 0.018):
+        found = settled(found, horizon, 4)
+    return found
+
+
+def asked(plain):
+    machine = plain.problem.model.machine
+    return [each for each in suspects(machine, machine.probes, ()) if each.name in ASKED]
+
+
+def test_friction_that_shows_late_only_is_found_with_place_and_size(crew):
+    hidden = f"stribeck_friction:end=both,static_excess={EXCESS},stribeck_speed={SPEED},law=gaussian"
+    plain = plain_of(crew, hidden)
+    assert not plain.fails
+    assert departs(late_records(plain))
+    field, proof = with_late_causes(plain, late_records(plain), asked(plain))
+    best = field[0]
+    assert best.name == "stribeck_friction@both"
+    excess = next(p for p in best.problem.shared if p.name.endswith("static_excess"))
+    assert abs(best.starts()[0].shared["static_excess"] - EXCESS) < 2 * excess.sigma < EXCESS
+    assert proof.judge is Judge.REST
+    assert proof.drops == ("drop_60.nc", "drop_80.nc")
+    assert proof.seen
+    assert verdict(field, proof, 0.0).kind is Kind.NAMED
+    assert acts_later(late_records(best)) is None
+
+
+def test_a_probe_that_drifts_is_explained_by_no_cause(crew):
+    def drift(since, angle, axes):
+        return np.array([[0.0], [0.0], [1.0], [0.0]]) * 3e-5 * np.clip(since / 0.1, 0.0, 1.0)
+
+    plain = with_readings(plain_of(crew), drift)
+    late = late_records(plain)
+    assert departs(late)
+    assert with_late_causes(plain, late, asked(plain)) is None
+
+
+def test_drops_of_the_model_depart_from_nothing(crew):
+    late = late_records(plain_of(crew))
+    assert sum(each.departure for each in late) > 0.1  # it was computed
+    assert not departs(late)
+    assert not departs(late[:1])
