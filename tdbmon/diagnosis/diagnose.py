@@ -53,8 +53,8 @@ class Diagnosis:
     late : tuple of LateRecord or None
         The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
         tell, or it believes none.
-    late_plain : tuple of LateRecord or None
-        The same beside simulations of the plain model, where a cause was found by that.
+    late_before : tuple of LateRecord or None
+        The same beside simulations of the model without the cause that was found by that, if one was.
     mistaken : str or None
         What mark, cables or machine file have wrong, so that no cause was sought.
     next_test : str
@@ -71,7 +71,7 @@ class Diagnosis:
     parameters: dict[Contender, dict[str, dict[str, Estimate]]]
     values: dict[str, Estimate]
     late: tuple[LateRecord, ...] | None
-    late_plain: tuple[LateRecord, ...] | None
+    late_before: tuple[LateRecord, ...] | None
     mistaken: str | None
     next_test: str
     remarks: tuple[str, ...]
@@ -141,19 +141,25 @@ def diagnose(
         lead = PLAIN_LEAD if slowed is None else 0.0
         without = slowed.proof().without if slowed is not None and slowed.base.causes else ()
         judged, likeliest, sizes = _judged(field, proof, lead, suspected, without)
-        late, late_plain, otherwise = None, None, None
+        late, late_before, otherwise = None, None, None
         if judged.kind is not Kind.UNKNOWN and not judged.alike and mistaken is None:
             progress("holding the rest of the record against simulations")
             # a cause of the likeliest model may be none that was proved
-            late = late_records(plain if judged.kind is Kind.NONE else likeliest)
-            if judged.kind is Kind.NONE and late is not None and departs(late):
+            believed = plain if judged.kind is Kind.NONE else likeliest
+            late = late_records(believed)
+            if judged.kind is not Kind.AMBIGUOUS and late is not None and departs(late):
                 progress("looking for what would explain the rest of the record")
-                wider = with_late_causes(plain, late, suspected)
+                wider = with_late_causes(believed, field, late, suspected)
                 if wider is not None:
-                    field, proof = wider
+                    models, cause = wider
+                    alone = not believed.causes
+                    told = cause.proof() if alone else proved(plain, models[0])
                     # three effects at two ends or both: again no hundred suspects
-                    judged, likeliest, sizes = _judged(field, proof, 0.0, suspected)
-                    late, late_plain = late_records(likeliest), late
+                    again = _judged(models, told, 0.0, suspected, () if alone else cause.proof().without)
+                    if again[0].accused:
+                        field, proof = models, told
+                        judged, likeliest, sizes = again
+                        late, late_before = late_records(likeliest), late
             otherwise = acts_later(late) if late is not None else None
         slowed_otherwise = slowing_remarks(likeliest) if mistaken is None else []
         if otherwise is not None and judged.kind is Kind.NONE:
@@ -169,7 +175,7 @@ def diagnose(
         parameters={each: sizes[each].causes for each in judged.accused},
         values=sizes[likeliest].machine,
         late=late,
-        late_plain=late_plain,
+        late_before=late_before,
         mistaken=mistaken,
         next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, tuple(field)),
         remarks=(

@@ -1,14 +1,15 @@
 """A cause that shows in the rest of the record only: what builds up with rubbing, sought after paths have parted.
 
-Up to the horizon the plain model explains the drops.  Where it lets the shaft whirl, stay or slow otherwise later, such
-causes are put into it at sizes, and each drop is simulated many times with them.  The proof is each drop in turn, with
-values from the others.
+Up to the horizon a model explains the drops.  Where it lets the shaft whirl, stay or slow otherwise later, such causes are
+put into it at sizes, and each drop is simulated many times with them.  The proof is each drop in turn, with values from the
+others.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import MOST_CAUSES, Contender
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, drawn, late_record
 from tdbmon.diagnosis.slowing_cause import followed
@@ -61,7 +62,7 @@ class LateCause:
     Attributes
     ----------
     base : Contender
-        The plain model.
+        Without the cause.
     bare : Rest
         Of it.
     suspect : Suspect
@@ -90,11 +91,11 @@ class LateCause:
 
     @property
     def convincing(self) -> bool:
-        """True where the cause takes away half of what the plain model leaves, and is seen on drops held out."""
+        """True where the cause takes away half of what its base leaves, and is seen on drops held out."""
         return self.misfit < _MAY_LEAVE * self.bare.misfit(self.drops) and self.proof().seen
 
-    def contenders(self) -> tuple[Contender, Contender]:
-        """Return the plain model and that with the cause, its values known from the rest (raises InputError where impossible)."""
+    def contender(self) -> Contender:
+        """Return the model with the cause, its values known from the rest (raises InputError where impossible)."""
         values, _ = self.best(self.drops)
         as_good = [each for each, rest in self.trials if rest.misfit(self.drops) <= self.misfit + _AS_GOOD]
         known = {}
@@ -105,8 +106,7 @@ class LateCause:
             known[name] = max(spread, apart / 2)
         found = followed(self.base, self.suspect, Start(values, known=known))
         # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance
-        bare, wide = (TEMPERATURE * each for each in (self.bare.misfit(self.drops), self.misfit))
-        return replace(self.base, later=bare), replace(found, later=wide + self.base.misfit - found.misfit)
+        return replace(found, later=TEMPERATURE * self.misfit + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
         """Return the proof on each drop in turn, its values those of the other drops."""
@@ -136,16 +136,18 @@ def departs(late: Sequence[LateRecord]) -> bool:
 
 
 def with_late_causes(
-    plain: Contender, late: Sequence[LateRecord], suspects: Sequence[Suspect]
-) -> tuple[list[Contender], HeldOut] | None:
-    """Return the plain model among those with a cause that explains the rest of the records, and the proof of the best.
+    base: Contender, field: Sequence[Contender], late: Sequence[LateRecord], suspects: Sequence[Suspect]
+) -> tuple[list[Contender], LateCause] | None:
+    """Return models with those that have one cause more, which explains the rest of the records, and what was tried of the best.
 
     Parameters
     ----------
-    plain : Contender
-        It explains the drops to its horizon.
+    base : Contender
+        The model that is believed: it explains the drops to its horizon.
+    field : sequence of Contender
+        All models, the base among them.
     late : sequence of LateRecord
-        Of its drops, which depart from it.
+        The rest of the drops, which departs from the base.
     suspects : sequence of Suspect
         All of the machine.
 
@@ -153,24 +155,26 @@ def with_late_causes(
     -------
     The models, the best first; None where no cause is convincing.
     """
-    proofs: dict[Contender, HeldOut] = {}
-    for cause in _late_causes(plain, len(late), suspects):
-        try:
-            plain, wider = cause.contenders()
-        except InputError:
-            continue
-        proofs[wider] = cause.proof()
-    if not proofs:
+    if len(base.causes) == MOST_CAUSES:
         return None
-    best = min(proofs, key=lambda each: each.bic)
-    return sorted([plain, *proofs], key=lambda each: each.bic), proofs[best]
+    tried: dict[Contender, LateCause] = {}
+    for cause in _late_causes(base, len(late), suspects):
+        with suppress(InputError):
+            tried[cause.contender()] = cause
+    if not tried:
+        return None
+    best = min(tried, key=lambda each: each.bic)
+    # what the base leaves of the rest, the others leave too, as far as anybody asked
+    rest = TEMPERATURE * sum(each.departure for each in tried[best].bare.late)
+    before = [replace(each, later=each.later + rest) for each in field]
+    return sorted([*before, *tried], key=lambda each: each.bic), tried[best]
 
 
 def _late_causes(base: Contender, drops: int, suspects: Sequence[Suspect]) -> list[LateCause]:
-    """Return the causes that explain the rest of so many drops where the plain model does not."""
+    """Return the causes that explain the rest of so many drops where a model does not."""
     alike: dict[str, list[Suspect]] = {}  # but for their words
     for suspect in suspects:
-        if suspect.declared.kind.builds_up:
+        if suspect.declared.kind.builds_up and all(suspect.declared is not each.declared for each in base.causes):
             alike.setdefault(suspect.name, []).append(suspect)
     everything = range(drops)
     first = {

@@ -1,8 +1,10 @@
 """Blind cases: make them, put them through `tdbmon diagnose`, and write the page about it.
 
 python -m tests.blind --cases 300 --seed 1 --jobs 2 --out FOLDER     resumes where it stopped; FOLDER/blind.md
-python -m tests.blind --page docs/blind.md --out FOLDER              only the page, from what FOLDER holds
+python -m tests.blind --page docs/blind.md --out FOLDER              only the page
 python -m tests.blind --only-generate N DIR [--kind ...] [--effect NAME]
+
+A page is about the cases of FOLDER and those of the ledger beside it (docs/blind.jsonl), which keeps all of them, a line each.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from pathlib import Path
 
 from tests.blind.case import FIRST_CALIBRATION_SEED, KINDS, STRONG, draw_case, write
 from tests.blind.effects import names, outside
-from tests.blind.outcome import Outcome, diagnose_case, load
+from tests.blind.outcome import Outcome, diagnose_case, load, with_ledger
 from tests.blind.table import page
 
 ABOUT_STRONG = (
@@ -62,6 +64,7 @@ def main() -> None:
             print(_line(done.result()), flush=True)
     outcomes = [load(path) for path in sorted(o.out.glob("case_*.json"))]
     target = o.page or o.out / "blind.md"
+    outcomes = with_ledger(target.with_suffix(".jsonl"), outcomes)
     command = "python -m tests.blind --strong" if o.strong else "python -m tests.blind"
     remark = " ".join(part for part in (ABOUT_STRONG if o.strong else "", o.remark) if part)
     target.write_text(page(outcomes, command, remark), encoding="utf-8")

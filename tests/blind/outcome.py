@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -94,7 +95,26 @@ def diagnose_case(
 
 def load(path: Path) -> Outcome:
     """Return an outcome that was kept."""
-    data = json.loads(path.read_text(encoding="utf-8"))
+    return _outcome(json.loads(path.read_text(encoding="utf-8")))
+
+
+def with_ledger(ledger: Path, outcomes: Iterable[Outcome]) -> list[Outcome]:
+    """Return outcomes with those that a ledger has of other cases, by their seeds, and write all of them there.
+
+    The ledger has a case a line, without what the command wrote; it is made where it is missing.
+    """
+    lines = ledger.read_text(encoding="utf-8").splitlines() if ledger.exists() else []
+    before = [_outcome({**json.loads(line), "result": {}}) for line in lines]
+    everything = {each.seed: each for each in (*before, *outcomes)}
+    kept = [everything[seed] for seed in sorted(everything)]
+    rows = [{name: value for name, value in asdict(each).items() if name != "result"} for each in kept]
+    partial = ledger.with_suffix(".partial")
+    partial.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
+    partial.replace(ledger)
+    return kept
+
+
+def _outcome(data: dict[str, Any]) -> Outcome:
     judged = data.pop("judgement")
     if judged is not None:
         judged["sizes"] = tuple(Size(**size) for size in judged["sizes"])

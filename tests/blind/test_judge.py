@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from tdbmon.cli import app
 from tdbmon.record.read import read
 from tests.blind.case import draw_case, write
 from tests.blind.judge import SIZE, judge
-from tests.blind.outcome import Outcome, load
+from tests.blind.outcome import Outcome, load, with_ledger
 from tests.blind.table import calibration_error, page, wilson
 
 
@@ -180,6 +181,20 @@ def test_an_outcome_is_kept_and_read_again(tmp_path: Path) -> None:
     path = tmp_path / "case_0000003.json"
     path.write_text(json.dumps(asdict(outcome)))
     assert load(path) == outcome
+
+
+def test_a_ledger_keeps_cases_of_earlier_folders_and_takes_a_case_met_again_anew(tmp_path: Path) -> None:
+    said, ledger = result("named", oval_clearance="DE"), tmp_path / "blind.jsonl"
+
+    def met(seed: int, seconds: float) -> Outcome:
+        judged = judge(answer(oval_clearance="DE"), said)
+        return Outcome(seed, 1.0, (0.5,), 120.0, "m", ("DE",), seconds, 9.0, 0.8, judged, "", said)
+
+    assert [each.seed for each in with_ledger(ledger, [met(5, 10.0), met(3, 10.0)])] == [3, 5]
+    kept = with_ledger(ledger, [met(5, 20.0), met(4, 10.0)])
+    assert [(each.seed, each.seconds) for each in kept] == [(3, 10.0), (4, 10.0), (5, 20.0)]
+    assert with_ledger(ledger, []) == [replace(each, result={}) for each in kept]
+    assert "said" in ledger.read_text() and "result" not in ledger.read_text()
 
 
 def test_the_page_lists_each_case_that_was_wrong() -> None:

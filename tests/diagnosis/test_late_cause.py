@@ -41,8 +41,8 @@ def test_friction_that_shows_late_only_is_found_with_place_and_size(crew):
     plain = plain_of(crew, hidden)
     assert not plain.fails
     assert departs(late_records(plain))
-    field, proof = with_late_causes(plain, late_records(plain), asked(plain))
-    best = field[0]
+    field, cause = with_late_causes(plain, [plain], late_records(plain), asked(plain))
+    best, proof = field[0], cause.proof()
     assert best.name == "stribeck_friction@both"
     excess = next(p for p in best.problem.shared if p.name.endswith("static_excess"))
     assert abs(best.starts()[0].shared["static_excess"] - EXCESS) < 2 * excess.sigma < EXCESS
@@ -60,7 +60,7 @@ def test_a_probe_that_drifts_is_explained_by_no_cause(crew):
     plain = with_readings(plain_of(crew), drift)
     late = late_records(plain)
     assert departs(late)
-    assert with_late_causes(plain, late, asked(plain)) is None
+    assert with_late_causes(plain, [plain], late, asked(plain)) is None
 
 
 def test_drops_of_the_model_depart_from_nothing(crew):

@@ -85,7 +85,7 @@ def named() -> Iterator[Diagnosis]:
             parameters={found: {CAUSE: {"decay_time": Estimate(3.0e-3, 2.9e-3, 3.1e-3, "ms", "fit")}}},
             values={},
             late=(_late("drop_97.nc", 1.0), _late("drop_148.nc", 2.5)),
-            late_plain=None,
+            late_before=None,
             mistaken=None,
             next_test="another drop",
             remarks=("probe 'DE_B' was noisy",),
@@ -250,13 +250,13 @@ def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> 
     assert "A whirl that departs by 2 standard deviations" in words
 
 
-def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_plain_model_there(named: Diagnosis) -> None:
-    plain = (_late("drop_97.nc", 2.5), _late("drop_148.nc", 2.5))
+def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_without_it(named: Diagnosis) -> None:
+    before = (_late("drop_97.nc", 2.5), _late("drop_148.nc", 2.5))
     proof = HeldOut(("drop_97.nc", "drop_148.nc"), 9e-6, 3e-6, 2.5e-6, 50.0, 4.0, judge=Judge.REST)
-    document = build_diagnosis_report(replace(named, late_plain=plain, proof=proof))
+    document = build_diagnosis_report(replace(named, late_before=before, proof=proof))
     rest = next(section for section in document.sections if section.title == "The rest of the record")
     captions = [block.caption for block in rest.blocks if isinstance(block, (Table, Figure))]
-    assert [("by the plain model" in each, "by the extended model" in each) for each in captions] == [
+    assert [("without the cause found here" in each, "with it" in each) for each in captions] == [
         (True, False),
         (True, False),
         (False, True),

@@ -18,13 +18,15 @@ def section(evidence: Evidence) -> Section | None:
     probes = seen_in_all(records) if records else []
     if not records or not probes:
         return None
-    if diagnosis.late_plain is None:
+    if diagnosis.late_before is None:
         beside: tuple[Block, ...] = _beside(records, probes, _furthest(records, probes), "", "late-record", evidence)
     else:
-        furthest = _furthest(diagnosis.late_plain, probes)
+        furthest = _furthest(diagnosis.late_before, probes)
         beside = (
-            *_beside(diagnosis.late_plain, probes, furthest, " by the plain model", "late-record-plain", evidence),
-            *_beside(records, probes, furthest, " by the extended model", "late-record", evidence),
+            *_beside(
+                diagnosis.late_before, probes, furthest, " without the cause found here", "late-record-before", evidence
+            ),
+            *_beside(records, probes, furthest, " with it", "late-record", evidence),
         )
     return Section(
         "The rest of the record",
@@ -42,9 +44,9 @@ def section(evidence: Evidence) -> Section | None:
 
 
 def _beside(
-    records: Sequence[LateRecord], probes: Sequence[str], furthest: str, by: str, name: str, evidence: Evidence
+    records: Sequence[LateRecord], probes: Sequence[str], furthest: str, which: str, name: str, evidence: Evidence
 ) -> tuple[Table, Figure]:
-    """Return departures from simulations `by` a model, and a picture of them by the probe that departs most."""
+    """Return departures from simulations by a model, and a picture of them by the probe that departs most."""
     from tdbmon.figures.late_record import late_record
 
     rows = [
@@ -53,14 +55,14 @@ def _beside(
     ]
     return (
         Table(
-            f"Departure from the simulations{by}, standard deviations, mean over the windows",
+            f"Departure from the simulations{which}, standard deviations, mean over the windows",
             ("Drop", "Whirl, 1X", *(f"Place, {probe}" for probe in probes)),
             tuple(rows),
         ),
         Figure(
             name,
             f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
-            f" mean reading of {furthest}, which departs most, measured and simulated{by}." + evidence.selection,
+            f" mean reading of {furthest}, which departs most, measured and simulated{which}." + evidence.selection,
             "For some drops, whirl and place against time, measured, and the band of the simulations.",
             partial(late_record, records, evidence.shown, furthest),
         ),
