@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, ONE_MARK, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
-from tdbmon.diagnosis.slowing_cause import with_slowing
+from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, outside, verdict
@@ -80,12 +80,12 @@ class Diagnosis:
     @property
     def extended(self) -> Contender | None:
         """The best model with causes."""
-        return next((each for each in self.contenders if each.causes), None)
+        return _best_with_cause(self.contenders)
 
     @property
     def plain(self) -> Contender:
         """The model without causes."""
-        return next(each for each in self.contenders if not each.causes)
+        return _plain(self.contenders)
 
     @property
     def best(self) -> Contender:
@@ -130,59 +130,36 @@ def diagnose(
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
         field, slowed = with_slowing(field, suspected)
-        extended = [each for each in field if each.causes]
-        plain = next(each for each in field if not each.causes)
-        proof = None
-        if extended and len(drops) >= LEAST_DROPS:
-            progress("holding out a drop")
-            proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain, extended[0])
-        progress("estimating sizes")
-        # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
-        lead = PLAIN_LEAD if slowed is None else 0.0
-        without = slowed.proof().without if slowed is not None and slowed.base.causes else ()
-        judged, likeliest, sizes = _judged(field, proof, lead, suspected, without)
+        found = _first_judged(field, slowed, suspected, progress)
         late, late_before, otherwise = None, None, None
-        if judged.kind is not Kind.UNKNOWN and not judged.alike and mistaken is None:
-            progress("holding the rest of the record against simulations")
-            # a cause of the likeliest model may be none that was proved
-            believed = plain if judged.kind is Kind.NONE else likeliest
-            late = late_records(believed)
-            if judged.kind is not Kind.AMBIGUOUS and late is not None and departs(late):
-                progress("looking for what would explain the rest of the record")
-                wider = with_late_causes(believed, field, late, suspected)
-                if wider is not None:
-                    models, cause = wider
-                    alone = not believed.causes
-                    told = cause.proof() if alone else proved(plain, models[0])
-                    # three effects at two ends or both: again no hundred suspects
-                    again = _judged(models, told, 0.0, suspected, () if alone else cause.proof().without)
-                    if again[0].accused:
-                        field, proof = models, told
-                        judged, likeliest, sizes = again
-                        late, late_before = late_records(likeliest), late
+        if found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike and mistaken is None:
+            found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
-        slowed_otherwise = slowing_remarks(likeliest) if mistaken is None else []
+        slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
+        judged = found.verdict
         if otherwise is not None and judged.kind is Kind.NONE:
-            judged = outside(judged, f"the plain model explains the first {plain.horizon * 1e3:g} ms, but {otherwise}")
+            judged = outside(
+                judged, f"the plain model explains the first {found.plain.horizon * 1e3:g} ms, but {otherwise}"
+            )
             otherwise = None
         if mistaken is not None:
             judged = outside(judged, mistaken)
     return Diagnosis(
         machine=machine,
         verdict=judged,
-        contenders=tuple(field),
-        proof=proof,
-        parameters={each: sizes[each].causes for each in judged.accused},
-        values=sizes[likeliest].machine,
+        contenders=found.field,
+        proof=found.proof,
+        parameters={each: found.sizes[each].causes for each in judged.accused},
+        values=found.sizes[found.likeliest].machine,
         late=late,
         late_before=late_before,
         mistaken=mistaken,
-        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, tuple(field)),
+        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, found.field),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *parting_remarks(problem, asked, horizons),
-            *stated_remarks(likeliest.problem, likeliest.fit.point),
+            *stated_remarks(found.likeliest.problem, found.likeliest.fit.point),
             *slowed_otherwise,
             *([f"{otherwise}. The verdict does not rest on it"] if otherwise is not None else []),
         ),
@@ -190,27 +167,94 @@ def diagnose(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """Models with what they mean.
+
+    Attributes
+    ----------
+    field : tuple of Contender
+        The best first; the plain model among them.
+    proof : HeldOut or None
+    verdict : Verdict
+    likeliest : Contender
+    sizes : dict
+        Of the likeliest model and of those accused.
+    """
+
+    field: tuple[Contender, ...]
+    proof: HeldOut | None
+    verdict: Verdict
+    likeliest: Contender
+    sizes: dict[Contender, Sizes]
+
+    @property
+    def plain(self) -> Contender:
+        """The model without causes."""
+        return _plain(self.field)
+
+
+def _first_judged(
+    field: Sequence[Contender], slowed: Slowed | None, suspected: Sequence[Suspect], progress: Progress
+) -> _Judged:
+    """Return the models judged by readings and by how the rotor slows."""
+    best, proof = _best_with_cause(field), None
+    if best is not None and len(best.problem.drops) >= LEAST_DROPS:
+        progress("holding out a drop")
+        proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(_plain(field), best)
+    progress("estimating sizes")
+    # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
+    lead = PLAIN_LEAD if slowed is None else 0.0
+    return _judged(field, proof, lead, suspected, slowed.proof() if slowed is not None and slowed.base.causes else None)
+
+
+def _beside_the_rest(
+    found: _Judged, suspected: Sequence[Suspect], progress: Progress
+) -> tuple[_Judged, tuple[LateRecord, ...] | None, tuple[LateRecord, ...] | None]:
+    """Return the models judged by the rest of the records too, if it has another cause; and that rest, with and without it."""
+    progress("holding the rest of the record against simulations")
+    # a cause of the likeliest model may be none that was proved
+    believed = found.plain if found.verdict.kind is Kind.NONE else found.likeliest
+    late = late_records(believed)
+    if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
+        return found, late, None
+    progress("looking for what would explain the rest of the record")
+    field, cause = with_late_causes(believed, found.field, late, suspected)
+    if cause is None:
+        return found, late, None
+    # three effects at two ends or both: no hundred suspects here either
+    if believed.causes:
+        wider = _judged(field, proved(found.plain, field[0]), 0.0, suspected, cause.proof())
+    else:
+        wider = _judged(field, cause.proof(), 0.0, suspected)
+    return (wider, late_records(wider.likeliest), late) if wider.verdict.accused else (found, late, None)
+
+
 def _judged(
     field: Sequence[Contender],
     proof: HeldOut | None,
     lead: float,
     suspected: Sequence[Suspect],
-    without: Sequence[Mapping[str, float]] = (),
-) -> tuple[Verdict, Contender, dict[Contender, Sizes]]:
-    """Return the verdict, the likeliest model, and the sizes of that and of those accused.
-
-    `without` are values of the best model with a cause as drops held out have them, beside those of the proof.
-    """
+    other: HeldOut | None = None,
+) -> _Judged:
+    """Return models with what they mean; another proof of the best one with a cause tells of its sizes too."""
     judged = verdict(field, proof, lead, suspected)
     likeliest = field[int(np.argmax(judged.probabilities))]
-    extended = next((each for each in field if each.causes), None)
-    plain = next(each for each in field if not each.causes)
-    known = {extended: (*(proof.without if proof is not None else ()), *without)}
+    without = tuple(values for each in (proof, other) if each is not None for values in each.without)
+    known = {_best_with_cause(field): without}
     concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
     sizes = {each: sizes_of(each, known.get(each, ())) for each in concerned}
     if judged.accused:
-        judged = doubted(judged, plain, sizes[judged.accused[0]].causes, proof)
-    return judged, likeliest, sizes
+        judged = doubted(judged, _plain(field), sizes[judged.accused[0]].causes, proof)
+    return _Judged(tuple(field), proof, judged, likeliest, sizes)
+
+
+def _plain(field: Sequence[Contender]) -> Contender:
+    return next(each for each in field if not each.causes)
+
+
+def _best_with_cause(field: Sequence[Contender]) -> Contender | None:
+    return next((each for each in field if each.causes), None)
 
 
 def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:

@@ -117,7 +117,13 @@ class HeldOut:
 
     @property
     def seen(self) -> bool:
-        """True where the readings show it: the extended model takes away half of what the plain one leaves there."""
+        """True where the readings show it: the extended model takes away half of what the plain one leaves there.
+
+        Of the rest of a record that is half of the sum of squared departures: where one drop of four departs, means over all of
+        them may be within what simulations lie apart.
+        """
+        if self.judge is Judge.REST:
+            return self.extended_misfit < (1 - _MUCH) * self.plain_misfit
         return self.holds and self.gain is not None and self.gain > _MUCH
 
     @property

@@ -137,8 +137,8 @@ def departs(late: Sequence[LateRecord]) -> bool:
 
 def with_late_causes(
     base: Contender, field: Sequence[Contender], late: Sequence[LateRecord], suspects: Sequence[Suspect]
-) -> tuple[list[Contender], LateCause] | None:
-    """Return models with those that have one cause more, which explains the rest of the records, and what was tried of the best.
+) -> tuple[list[Contender], LateCause | None]:
+    """Return models and those that have one cause more, which explains the rest of the records, and what was tried of the best.
 
     Parameters
     ----------
@@ -153,21 +153,20 @@ def with_late_causes(
 
     Returns
     -------
-    The models, the best first; None where no cause is convincing.
+    The models, the best first, and None where no cause is convincing, or another model is better still.
     """
-    if len(base.causes) == MOST_CAUSES:
-        return None
     tried: dict[Contender, LateCause] = {}
-    for cause in _late_causes(base, len(late), suspects):
+    for cause in _late_causes(base, len(late), suspects) if len(base.causes) < MOST_CAUSES else ():
         with suppress(InputError):
             tried[cause.contender()] = cause
     if not tried:
-        return None
+        return list(field), None
     best = min(tried, key=lambda each: each.bic)
     # what the base leaves of the rest, the others leave too, as far as anybody asked
     rest = TEMPERATURE * sum(each.departure for each in tried[best].bare.late)
     before = [replace(each, later=each.later + rest) for each in field]
-    return sorted([*before, *tried], key=lambda each: each.bic), tried[best]
+    wider = sorted([*before, *tried], key=lambda each: each.bic)
+    return (wider, tried[best]) if wider[0] is best else (list(field), None)
 
 
 def _late_causes(base: Contender, drops: int, suspects: Sequence[Suspect]) -> list[LateCause]:

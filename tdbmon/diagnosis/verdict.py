@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, NEARLY, PLAIN_LEAD, Contender
-from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.diagnosis.twins import sensors_alike
 from tdbmon.estimate import Estimate
@@ -237,7 +237,7 @@ def little_gained(proof: HeldOut | None) -> str | None:
         return None
     if proof.gain is None:
         little, told = (
-            proof.clear_in_each,
+            proof.clear_in_each or proof.judge is Judge.REST,
             "it shows in all that is known of the drops held out, not to be seen in readings",
         )
     else:

@@ -18,6 +18,7 @@ from tests.identify import drops
 SPEEDS = ((60.0, 1), (80.0, 2))
 EXCESS, SPEED = 0.4, 6.0  # of the static coefficient over the sliding one; m/s
 ASKED = ("stribeck_friction@both", "thermal_growth@DE")
+GROWTH = ASKED[1:]
 
 
 def plain_of(crew, *effects):
@@ -31,9 +32,9 @@ def plain_of(crew, *effects):
     return found
 
 
-def asked(plain):
+def named(plain, names):
     machine = plain.problem.model.machine
-    return [each for each in suspects(machine, machine.probes, ()) if each.name in ASKED]
+    return [each for each in suspects(machine, machine.probes, ()) if each.name in names]
 
 
 def test_friction_that_shows_late_only_is_found_with_place_and_size(crew):
@@ -41,7 +42,7 @@ def test_friction_that_shows_late_only_is_found_with_place_and_size(crew):
     plain = plain_of(crew, hidden)
     assert not plain.fails
     assert departs(late_records(plain))
-    field, cause = with_late_causes(plain, [plain], late_records(plain), asked(plain))
+    field, cause = with_late_causes(plain, [plain], late_records(plain), named(plain, ASKED))
     best, proof = field[0], cause.proof()
     assert best.name == "stribeck_friction@both"
     excess = next(p for p in best.problem.shared if p.name.endswith("static_excess"))
@@ -60,7 +61,7 @@ def test_a_probe_that_drifts_is_explained_by_no_cause(crew):
     plain = with_readings(plain_of(crew), drift)
     late = late_records(plain)
     assert departs(late)
-    assert with_late_causes(plain, [plain], late, asked(plain)) is None
+    assert with_late_causes(plain, [plain], late, named(plain, GROWTH)) == ([plain], None)
 
 
 def test_drops_of_the_model_depart_from_nothing(crew):

@@ -9,7 +9,7 @@ import pytest
 
 from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.contract import causes_json
-from tdbmon.diagnosis.held_out import HeldOut
+from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, doubted, little_gained, verdict
@@ -88,6 +88,20 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
     assert named.probabilities[0] < 0.51
     assert "not to be seen in readings" in (little_gained(in_both) or "")
     assert little_gained(in_one) is None
+
+
+def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):
+    plain = next(each for each in competed if not each.causes)
+    field = [contender(plain, ("ring_drag@NDE",), 200, 0.9), contender(plain, (), 0, 0.9)]
+    half = HeldOut(("a.nc", "b.nc"), 3.4e-6, 1.9e-6, 4.1e-6, 13.2, 2.2, judge=Judge.REST)
+    assert half.gain is None
+    assert half.seen
+    named = verdict(field, half, 0.0)
+    assert named.kind is Kind.NAMED
+    assert named.probabilities[0] < 0.51
+    assert verdict(field, replace(half, extended_misfit=7.0), 0.0).kind is Kind.NONE
+    clear = verdict(field, replace(half, plain=8.1e-6, extended=3.3e-6, noise=3.0e-6), 0.0)
+    assert clear.probabilities[0] > 0.9
 
 
 def test_beside_a_plain_model_that_explains_what_acts_on_the_shaft_must_gain_half(competed):

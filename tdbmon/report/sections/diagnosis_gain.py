@@ -24,7 +24,10 @@ def section(evidence: Evidence) -> Section | None:
 
     believed = diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
     if proof.gain is None:
-        said = Verdict("The plain model leaves hardly more than noise there: there is nothing to gain.")
+        said = Verdict(
+            "The plain model leaves hardly more than noise there: "
+            + ("means over all drops hardly show a gain." if proof.seen else "there is nothing to gain.")
+        )
     elif proof.gain < 0:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
@@ -42,7 +45,8 @@ def section(evidence: Evidence) -> Section | None:
         Judge.REST: f"For {proof.drop}, each in turn, the effect's values are those with which the rest of the other drops'"
         " records is most like its simulations. What is left is measured less simulated, in the mean over the rest of the"
         " record: where each probe sees the shaft, and how far it whirls with its turning. The noise is how far"
-        " simulations lie apart.",
+        f" simulations lie apart. The sum of squared departures, all drops together, is {proof.plain_misfit:.1f} without the"
+        f" effect and {proof.extended_misfit:.1f} with it.",
     }
     blocks: list[Block] = [
         Paragraph(how[proof.judge]),
