@@ -12,11 +12,12 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
+from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
-from tdbmon.diagnosis.late_cause import departs, with_late_causes
+from tdbmon.diagnosis.late_cause import departs, explains, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import ALIKE, ONE_MARK, PUT_RIGHT, next_test
+from tdbmon.diagnosis.next_test import ALIKE, DRIFT, ONE_MARK, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
@@ -131,8 +132,10 @@ def diagnose(
         progress("following how the rotor slows")
         field, slowed = with_slowing(field, suspected)
         found = _first_judged(field, slowed, suspected, progress)
+        drift = _drift(found, horizons) if mistaken is None else None
+        wrong = mistaken or drift
         late, late_before, otherwise = None, None, None
-        if found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike and mistaken is None:
+        if found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike and wrong is None:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
         slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
@@ -142,8 +145,8 @@ def diagnose(
                 judged, f"the plain model explains the first {found.plain.horizon * 1e3:g} ms, but {otherwise}"
             )
             otherwise = None
-        if mistaken is not None:
-            judged = outside(judged, mistaken)
+        if wrong is not None:
+            judged = outside(judged, wrong)
     return Diagnosis(
         machine=machine,
         verdict=judged,
@@ -154,7 +157,7 @@ def diagnose(
         late=late,
         late_before=late_before,
         mistaken=mistaken,
-        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else next_test(judged, found.field),
+        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else DRIFT if drift else next_test(judged, found.field),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
@@ -208,6 +211,12 @@ def _first_judged(
     return _judged(field, proof, lead, suspected, slowed.proof() if slowed is not None and slowed.base.causes else None)
 
 
+def _drift(found: _Judged, horizons: Sequence[float]) -> str | None:
+    """Say which probe drifts; what does not act in contacts has exact laws, and needs no such doubt."""
+    doubtful = found.verdict.kind is Kind.UNKNOWN or any(each.in_contacts for each in found.verdict.accused)
+    return drifting_probe(found.plain, found.likeliest, horizons) if doubtful else None
+
+
 def _beside_the_rest(
     found: _Judged, suspected: Sequence[Suspect], progress: Progress
 ) -> tuple[_Judged, tuple[LateRecord, ...] | None, tuple[LateRecord, ...] | None]:
@@ -227,7 +236,11 @@ def _beside_the_rest(
         wider = _judged(field, proved(found.plain, field[0]), 0.0, suspected, cause.proof())
     else:
         wider = _judged(field, cause.proof(), 0.0, suspected)
-    return (wider, late_records(wider.likeliest), late) if wider.verdict.accused else (found, late, None)
+    # fitted to the readings again, its values may have moved
+    after = late_records(wider.likeliest)
+    if wider.verdict.accused and after is not None and explains(late, after):
+        return wider, after, late
+    return found, late, None
 
 
 def _judged(

@@ -36,7 +36,7 @@ _BEST = 3  # causes that are tried at finer values
 _SHAPES = (0.5, 1.0, 2.0)  # of the typical value of what a cause has beside its size
 _FINER = (0.6, 0.8, 1.25, 1.6)  # of the best size
 _AS_GOOD = 4.0  # beyond the least misfit: two standard deviations
-_MAY_LEAVE = 0.5  # of what the plain model leaves, that a cause may leave of it
+_MAY_LEAVE = 0.5  # of what a model leaves, that it may leave with a cause
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +133,11 @@ def departs(late: Sequence[LateRecord]) -> bool:
     """True where the rest of several drops is so far from its simulations that a cause is worth seeking."""
     told = acts_later(late) is not None or sum(each.departure for each in late) > _WORTH
     return told and len(late) >= LEAST_DROPS
+
+
+def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
+    """True where a model leaves half of the departures of the one before at most."""
+    return sum(each.departure for each in after) < _MAY_LEAVE * sum(each.departure for each in before)
 
 
 def with_late_causes(

@@ -9,6 +9,10 @@ from tdbmon.identify.free_effect import acts_on_sensors
 # where cables or machine file are wrong, and where the mark moved
 PUT_RIGHT = "none: put that right, and diagnose the same drops again"
 ONE_MARK = "the same drops again with the mark where it stays, or those alone that have it in one place"
+DRIFT = (
+    "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
+    " at, or of the machine"
+)
 ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 
 

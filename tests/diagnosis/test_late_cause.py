@@ -4,7 +4,7 @@ import numpy as np
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.held_out import Judge
-from tdbmon.diagnosis.late_cause import departs, with_late_causes
+from tdbmon.diagnosis.late_cause import departs, explains, with_late_causes
 from tdbmon.diagnosis.late_record import acts_later, late_records
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
@@ -52,6 +52,8 @@ def test_friction_that_shows_late_only_is_found_with_place_and_size(crew):
     assert proof.seen
     assert verdict(field, proof, 0.0).kind is Kind.NAMED
     assert acts_later(late_records(best)) is None
+    assert explains(late_records(plain), late_records(best))
+    assert not explains(late_records(best), late_records(plain))
 
 
 def test_a_probe_that_drifts_is_explained_by_no_cause(crew):

@@ -1,0 +1,134 @@
+"""A probe whose zero drifts from the release on: of no catalogue, and in its readings as good as a ball, lobes or waves.
+
+The drift is a parabola in time that begins with the release, the same in all drops.  What it would explain beside the fitted
+values follows from their slopes; of the probe with most, the readings are put right by it and the plain model is fitted anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import EXPLAINED, SLOPES, Contender, settled
+from tdbmon.diagnosis.score import directions
+from tdbmon.identify.least_squares import linearised
+from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import huber, spread
+
+Array = NDArray[np.float64]
+
+_SPAN_S = 0.04  # s after the release, of which the shape is counted
+_TRIAL = 1e-6  # m
+_WORTH = 0.25  # of what the plain model leaves beyond noise, that a drift must promise to take away to be tried
+_PASSES = 2  # of putting readings right: the first is by slopes of a fit that made up for the drift
+
+
+@dataclass(frozen=True, eq=False)
+class Drift:
+    """A probe's drift.
+
+    Attributes
+    ----------
+    probe : str
+    shape : (2,) array
+        What it reads too much after 40 ms by a line, and by a parabola, m.
+    gain : float
+        Sum of squares that it would take away.
+    """
+
+    probe: str
+    shape: Array
+    gain: float
+
+    def by(self, since: Array) -> Array:
+        """Return what it reads too much (n,), m, at times (n,) after the release, s."""
+        return np.asarray(self.shape @ _shapes(since))
+
+
+def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float]) -> str | None:
+    """Say which probe drifts and how far, if that leaves no more of the drops than the best model with causes; None otherwise.
+
+    Parameters
+    ----------
+    plain, best : Contender
+    horizons : sequence of float
+        s after the release.
+    """
+    if not plain.fails:
+        return None
+    first = max(_drifts(plain), key=lambda each: each.gain, default=None)
+    if first is None or first.gain < _WORTH * plain.excess:
+        return None
+    shape, found = first.shape, plain
+    try:
+        for _ in range(_PASSES):
+            found = _refitted(plain, replace(first, shape=shape), horizons)
+            shape = shape + next(each.shape for each in _drifts(found) if each.probe == first.probe)
+    except InputError:
+        return None
+    # a drift has two values; a ball, lobes or waves, which fit as much, have one more of each drop at least
+    if found.fails and (not best.causes or found.ratio > EXPLAINED or found.excess > best.excess):
+        return None
+    moved = replace(first, shape=shape).by(np.array([found.horizon]))
+    return (
+        f"probe '{first.probe}' drifts: it reads {float(moved[0]) * 1e6:+.2g} um more {found.horizon * 1e3:g} ms after the"
+        f" release than at it, in all drops; without that the plain model leaves {found.times_noise} times what noise would, and"
+        " no effect of the catalogue does that"
+    )
+
+
+def _drifts(fitted: Contender) -> list[Drift]:
+    """Return the drift of each probe that takes most from what a model leaves beside what its values can do."""
+    problem, horizon = fitted.problem, fitted.horizon
+    known = linearised(problem, fitted.fit.point, horizon)
+    weights = [np.sqrt(huber(r, spread(r))) for r in known.residuals]
+    # a value at its bound goes no further
+    basis, _ = directions(problem, known.slopes, weights, ~problem.at_bound(known.point))
+
+    def beside(rows: Sequence[Array], last: Array) -> Array:
+        column = np.concatenate([*(w * r for w, r in zip(weights, rows, strict=True)), last])
+        return column - basis @ (basis.T @ column)
+
+    left = beside(known.residuals, problem.prior * known.point)
+    found = []
+    for probe in dict.fromkeys(probe.name for drop in problem.drops for probe in drop.probes):
+        columns = []
+        for each in np.eye(2):
+            rows = _without(problem, Drift(probe, _TRIAL * each, 0.0)).all_residuals(known.point, horizon)
+            if rows is None:
+                return []
+            changes = [row - before for row, before in zip(rows, known.residuals, strict=True)]
+            columns.append(beside(changes, np.zeros(len(known.point))))
+        amounts, *_ = np.linalg.lstsq(np.column_stack(columns), -left, rcond=None)
+        gain = float(left @ left - np.sum((left + np.column_stack(columns) @ amounts) ** 2))
+        found.append(Drift(probe, np.asarray(_TRIAL * amounts), gain))
+    return found
+
+
+def _refitted(plain: Contender, drift: Drift, horizons: Sequence[float]) -> Contender:
+    """Return the plain model fitted from the fall on to readings that are put right."""
+    problem = _without(plain.problem, drift)
+    first, *further = [each for each in horizons if each <= plain.horizon]
+    found = Contender((), problem, linearised(problem, problem.start, first), first, plain.floor)
+    for horizon in (first, *further):
+        found = settled(found, horizon, SLOPES)
+    return found
+
+
+def _without(problem: Problem, drift: Drift) -> Problem:
+    """Return a problem whose readings of a probe are put right."""
+    drops = []
+    for drop in problem.drops:
+        its = np.array([probe.name == drift.probe for probe in drop.probes], dtype=float)
+        drops.append(replace(drop, reading=drop.reading - its[:, None] * drift.by(drop.time - drop.release)))
+    return replace(problem, drops=tuple(drops))
+
+
+def _shapes(since: Array) -> Array:
+    """Return a line and a parabola (2, n) that begin with the release and reach 1 after 40 ms."""
+    part = np.maximum(since, 0.0) / _SPAN_S
+    return np.array([part, part**2])
