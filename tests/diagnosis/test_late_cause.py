@@ -17,8 +17,8 @@ from tests.identify import drops
 
 SPEEDS = ((60.0, 1), (80.0, 2))
 EXCESS, SPEED = 0.4, 6.0  # of the static coefficient over the sliding one; m/s
-ASKED = ("stribeck_friction@both", "thermal_growth@DE")
-GROWTH = ASKED[1:]
+ASKED = ("stribeck_friction@both",)
+GROWTH = ("thermal_growth@DE",)
 
 
 def plain_of(crew, *effects):
