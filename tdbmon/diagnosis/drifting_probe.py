@@ -60,29 +60,36 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
     """
     if not plain.fails:
         return None
-    first = max(_drifts(plain), key=lambda each: each.gain, default=None)
-    if first is None or first.gain < _WORTH * plain.excess:
-        return None
-    shape, found = first.shape, plain
+    probes = dict.fromkeys(probe.name for drop in plain.problem.drops for probe in drop.probes)
     try:
+        drift, found = max(_drifts(plain, list(probes)), key=lambda each: each.gain), plain
+        if drift.gain < _WORTH * plain.excess:
+            return None
         for _ in range(_PASSES):
-            found = _refitted(plain, replace(first, shape=shape), horizons)
-            shape = shape + next(each.shape for each in _drifts(found) if each.probe == first.probe)
+            found = _refitted(plain, drift, horizons)
+            (more,) = _drifts(found, [drift.probe])
+            drift = replace(drift, shape=drift.shape + more.shape)
     except InputError:
         return None
     # a drift has two values; a ball, lobes or waves, which fit as much, have one more of each drop at least
     if found.fails and (not best.causes or found.ratio > EXPLAINED or found.excess > best.excess):
         return None
-    moved = replace(first, shape=shape).by(np.array([found.horizon]))
+    moved = drift.by(np.array([found.horizon]))
     return (
-        f"probe '{first.probe}' drifts: it reads {float(moved[0]) * 1e6:+.2g} um more {found.horizon * 1e3:g} ms after the"
+        f"probe '{drift.probe}' drifts: it reads {float(moved[0]) * 1e6:+.2g} um more {found.horizon * 1e3:g} ms after the"
         f" release than at it, in all drops; without that the plain model leaves {found.times_noise} times what noise would, and"
         " no effect of the catalogue does that"
     )
 
 
-def _drifts(fitted: Contender) -> list[Drift]:
-    """Return the drift of each probe that takes most from what a model leaves beside what its values can do."""
+def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
+    """Return of each probe the drift that takes most from what a model leaves beside what its values can do.
+
+    Raises
+    ------
+    InputError
+        If the model cannot be simulated.
+    """
     problem, horizon = fitted.problem, fitted.horizon
     known = linearised(problem, fitted.fit.point, horizon)
     weights = [np.sqrt(huber(r, spread(r))) for r in known.residuals]
@@ -95,16 +102,17 @@ def _drifts(fitted: Contender) -> list[Drift]:
 
     left = beside(known.residuals, problem.prior * known.point)
     found = []
-    for probe in dict.fromkeys(probe.name for drop in problem.drops for probe in drop.probes):
+    for probe in probes:
         columns = []
         for each in np.eye(2):
             rows = _without(problem, Drift(probe, _TRIAL * each, 0.0)).all_residuals(known.point, horizon)
             if rows is None:
-                return []
+                raise InputError("the model cannot be simulated where it was fitted")
             changes = [row - before for row, before in zip(rows, known.residuals, strict=True)]
             columns.append(beside(changes, np.zeros(len(known.point))))
-        amounts, *_ = np.linalg.lstsq(np.column_stack(columns), -left, rcond=None)
-        gain = float(left @ left - np.sum((left + np.column_stack(columns) @ amounts) ** 2))
+        design = np.column_stack(columns)
+        amounts, *_ = np.linalg.lstsq(design, -left, rcond=None)
+        gain = float(left @ left - np.sum((left + design @ amounts) ** 2))
         found.append(Drift(probe, np.asarray(_TRIAL * amounts), gain))
     return found
 
@@ -112,9 +120,8 @@ def _drifts(fitted: Contender) -> list[Drift]:
 def _refitted(plain: Contender, drift: Drift, horizons: Sequence[float]) -> Contender:
     """Return the plain model fitted from the fall on to readings that are put right."""
     problem = _without(plain.problem, drift)
-    first, *further = [each for each in horizons if each <= plain.horizon]
-    found = Contender((), problem, linearised(problem, problem.start, first), first, plain.floor)
-    for horizon in (first, *further):
+    found = Contender((), problem, linearised(problem, problem.start, horizons[0]), horizons[0], plain.floor)
+    for horizon in (each for each in horizons if each <= plain.horizon):
         found = settled(found, horizon, SLOPES)
     return found
 

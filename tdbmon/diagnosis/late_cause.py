@@ -180,35 +180,37 @@ def _late_causes(base: Contender, drops: int, suspects: Sequence[Suspect]) -> li
     for suspect in suspects:
         if suspect.declared.kind.builds_up and all(suspect.declared is not each.declared for each in base.causes):
             alike.setdefault(suspect.name, []).append(suspect)
-    everything = range(drops)
+    everything, few, more = range(drops), drawn(base, _FEW), drawn(base, _MORE)
     first = {
-        name: _tried(base, suspect, [_at(suspect, share) for share in _SIZES], _FEW)
+        name: _tried(base, suspect, [_at(suspect, share) for share in _SIZES], few)
         for name, (suspect, *_) in alike.items()
     }
     best = {
         name: min(trials, key=lambda trial: trial[1].misfit(everything)) for name, trials in first.items() if trials
     }
     likeliest = sorted(best, key=lambda name: best[name][1].misfit(everything))[:_BEST]
-    bare = _rest(base.problem, drawn(base, _MORE), base.horizon)
+    bare = _rest(base.problem, more, base.horizon)
     if bare is None:
         return []
     found = [
         LateCause(base, bare, suspect, tuple(trials))
         for name in likeliest
-        for suspect, trials in [_refined(base, alike[name], best[name][0])]
+        for suspect, trials in [_refined(base, alike[name], best[name][0], more)]
         if trials
     ]
     return [each for each in found if each.convincing]
 
 
-def _refined(base: Contender, alike: Sequence[Suspect], near: Values) -> tuple[Suspect, list[tuple[Values, Rest]]]:
+def _refined(
+    base: Contender, alike: Sequence[Suspect], near: Values, points: Sequence[Array]
+) -> tuple[Suspect, list[tuple[Values, Rest]]]:
     """Return the cause in the words that fit best, tried at values near some: other shapes first, then finer sizes."""
     everything = range(len(base.problem.drops))
     shapes, size = alike[0].shapes, alike[0].sizes[0][0]
     other = (
         [{**near, **{p.name: _within(p, p.typical * share) for p in shapes}} for share in _SHAPES] if shapes else [near]
     )
-    in_words = [(suspect, _tried(base, suspect, other, _MORE)) for suspect in alike]
+    in_words = [(suspect, _tried(base, suspect, other, points)) for suspect in alike]
     suspect, trials = min(
         in_words,
         key=lambda pair: min((rest.misfit(everything) for _, rest in pair[1]), default=math.inf),
@@ -217,7 +219,7 @@ def _refined(base: Contender, alike: Sequence[Suspect], near: Values) -> tuple[S
         return suspect, trials
     values, _ = min(trials, key=lambda trial: trial[1].misfit(everything))
     finer = [{**values, size.name: _within(size, values[size.name] * share)} for share in _FINER]
-    return suspect, [*trials, *_tried(base, suspect, finer, _MORE)]
+    return suspect, [*trials, *_tried(base, suspect, finer, points)]
 
 
 def _at(suspect: Suspect, share: float) -> Values:
@@ -230,9 +232,11 @@ def _within(of: Declared, value: float) -> float:
     return min(max(value, of.low), of.high)
 
 
-def _tried(base: Contender, suspect: Suspect, values: Sequence[Values], members: int) -> list[tuple[Values, Rest]]:
-    """Return values with which a cause could be simulated, with the rest of the records beside so many simulations each."""
-    points, shared = drawn(base, members), len(base.problem.shared)
+def _tried(
+    base: Contender, suspect: Suspect, values: Sequence[Values], points: Sequence[Array]
+) -> list[tuple[Values, Rest]]:
+    """Return values with which a cause could be simulated, with the rest of the records beside simulations at points."""
+    shared = len(base.problem.shared)
     tasks = []
     for each in values:
         free = Start(each).free(suspect)

@@ -3,21 +3,11 @@
 import numpy as np
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.drifting_probe import drifting_probe
-from tdbmon.identify.least_squares import linearised
-from tests.diagnosis.simulated import problem_of
-from tests.diagnosis.test_late_record import with_readings
+from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022)
 DRIFT = -4e-6  # m in 20 ms
-
-
-def plain_of(problem):
-    found = Contender((), problem, linearised(problem, problem.start, HORIZONS[0]), HORIZONS[0], 0.9)
-    for horizon in HORIZONS:
-        found = settled(found, horizon, 4)
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +18,7 @@ def drifted(crew):
         moved = DRIFT * (1 - np.exp(-np.maximum(since, 0.0) / 0.03)) / (1 - np.exp(-2 / 3))
         return np.array([[0.0], [0.0], [0.0], [1.0]]) * moved
 
-    start = problem_of(crew)
-    bare = Contender((), start, linearised(start, start.start, HORIZONS[0]), HORIZONS[0], 0.9)
-    return plain_of(with_readings(bare, drift).problem)
+    return settled_plain(with_readings(problem_of(crew), drift), *HORIZONS)
 
 
 def test_a_probe_that_drifts_is_told_with_how_far(drifted):
@@ -41,18 +29,18 @@ def test_a_probe_that_drifts_is_told_with_how_far(drifted):
 
 
 def test_an_oval_clearance_is_no_drift(crew):
-    plain = plain_of(problem_of(crew, "oval_clearance:end=DE,amplitude=20 um"))
+    plain = settled_plain(problem_of(crew, "oval_clearance:end=DE,amplitude=20 um"), *HORIZONS)
     assert plain.fails
     assert drifting_probe(plain, plain, HORIZONS) is None
 
 
 def test_one_probe_with_a_wrong_gain_is_no_drift(crew):
-    plain = plain_of(problem_of(crew, "probe_gain:probe=DE_B,gain=1.05"))
+    plain = settled_plain(problem_of(crew, "probe_gain:probe=DE_B,gain=1.05"), *HORIZONS)
     assert plain.fails
     assert drifting_probe(plain, plain, HORIZONS) is None
 
 
 def test_where_the_plain_model_leaves_noise_alone_nothing_drifts(crew):
-    plain = plain_of(problem_of(crew))
+    plain = settled_plain(problem_of(crew), *HORIZONS)
     assert not plain.fails
     assert drifting_probe(plain, plain, HORIZONS) is None

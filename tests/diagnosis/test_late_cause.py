@@ -1,19 +1,15 @@
 """Causes that show in the rest of the record only, on drops of the same simulator (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.held_out import Judge
 from tdbmon.diagnosis.late_cause import departs, explains, with_late_causes
 from tdbmon.diagnosis.late_record import acts_later, late_records
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
-from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import linearised
-from tdbmon.identify.problem import build_problem
-from tests.diagnosis.simulated import record
-from tests.diagnosis.test_late_record import with_readings
-from tests.identify import drops
+from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
 SPEEDS = ((60.0, 1), (80.0, 2))
 EXCESS, SPEED = 0.4, 6.0  # of the static coefficient over the sliding one; m/s
@@ -23,13 +19,7 @@ GROWTH = ("thermal_growth@DE",)
 
 def plain_of(crew, *effects):
     """The plain model at the first contacts of two drops that have 0.35 s more."""
-    machine = drops.machine()
-    measured = tuple(measured_drop(record(machine, hz, seed, *effects, seconds=0.35), machine) for hz, seed in SPEEDS)
-    problem = build_problem(machine, measured, crew)
-    found = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
-    for horizon in (0.006, 0.01, 0.014, 0.018):
-        found = settled(found, horizon, 4)
-    return found
+    return settled_plain(problem_of(crew, *effects, speeds=SPEEDS, seconds=0.35), 0.006, 0.01, 0.014, 0.018)
 
 
 def named(plain, names):
@@ -60,7 +50,8 @@ def test_a_probe_that_drifts_is_explained_by_no_cause(crew):
     def drift(since, angle, axes):
         return np.array([[0.0], [0.0], [1.0], [0.0]]) * 3e-5 * np.clip(since / 0.1, 0.0, 1.0)
 
-    plain = with_readings(plain_of(crew), drift)
+    plain = plain_of(crew)
+    plain = replace(plain, problem=with_readings(plain.problem, drift))
     late = late_records(plain)
     assert departs(late)
     assert with_late_causes(plain, [plain], late, named(plain, GROWTH)) == ([plain], None)

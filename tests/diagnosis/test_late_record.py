@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.late_record import (
     STAYS_ELSEWHERE,
     WHIRLS_OTHERWISE,
@@ -16,13 +15,8 @@ from tdbmon.diagnosis.late_record import (
     late_record,
     late_records,
 )
-from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import linearised
-from tdbmon.identify.problem import build_problem
-from tests.diagnosis.simulated import record
-from tests.identify import drops
+from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
-SPEEDS = ((80.0, 1), (150.0, 2))
 AHEAD_S = 0.06  # s after the release, from which on the shaft whirls so much more
 MORE = 8e-5  # m
 DRIFT = 3e-5  # m
@@ -78,64 +72,53 @@ def test_a_probe_must_see_the_shaft_elsewhere_on_average():
 
 
 @pytest.fixture(scope="module")
-def settled_plain(crew):
+def plain(crew):
     """The plain model at the fall of two drops that have 0.35 s more."""
-    machine = drops.machine()
-    measured = tuple(measured_drop(record(machine, hz, seed, seconds=0.35), machine) for hz, seed in SPEEDS)
-    problem = build_problem(machine, measured, crew)
-    found = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
-    for horizon in (0.006, 0.01, 0.014, 0.018):
-        found = settled(found, horizon, 4)
-    return found
+    return settled_plain(problem_of(crew, seconds=0.35), 0.006, 0.01, 0.014, 0.018)
 
 
-def with_readings(contender, more):
-    """The contender whose drops read so much more at given times (n,), shaft angles (n,) and probe angles (probes, 1)."""
-    changed = []
-    for drop in contender.problem.drops:
-        angle = np.interp(drop.time, drop.pulse_times, drop.pulse_angles)
-        axes = np.array([probe.angle for probe in drop.probes])[:, None]
-        changed.append(replace(drop, reading=drop.reading + more(drop.time - drop.release, angle, axes)))
-    return replace(contender, problem=replace(contender.problem, drops=tuple(changed)))
+def read_otherwise(contender, more):
+    """The contender with other readings (see `with_readings`)."""
+    return replace(contender, problem=with_readings(contender.problem, more))
 
 
-def test_drops_of_the_model_are_among_their_simulations(settled_plain):
-    found = late_records(settled_plain)
+def test_drops_of_the_model_are_among_their_simulations(plain):
+    found = late_records(plain)
     assert all(len(each.time) >= 5 and each.whirls.shape == (32, len(each.time)) for each in found)
     assert all(each.probes == ("NDE_A", "NDE_B", "DE_A", "DE_B") for each in found)
-    assert {each.begins for each in found} == {settled_plain.horizon}
+    assert {each.begins for each in found} == {plain.horizon}
     assert max(abs(each.whirl_departure) for each in found) < WHIRLS_OTHERWISE
     assert acts_later(found) is None
 
 
-def test_a_part_that_flies_off_later_is_seen(settled_plain):
+def test_a_part_that_flies_off_later_is_seen(plain):
     found = late_records(
-        with_readings(settled_plain, lambda since, angle, axes: (since > AHEAD_S) * MORE * np.cos(angle - axes))
+        read_otherwise(plain, lambda since, angle, axes: (since > AHEAD_S) * MORE * np.cos(angle - axes))
     )
     assert "whirls once a revolution" in acts_later(found)
     assert all(each.whirl_times > 1.3 for each in found)
 
 
-def test_a_probe_that_drifts_is_seen_at_its_place(settled_plain):
+def test_a_probe_that_drifts_is_seen_at_its_place(plain):
     def drift(since, angle, axes):
         return np.array([[0.0], [0.0], [1.0], [0.0]]) * DRIFT * np.clip(since / 0.1, 0.0, 1.0)
 
-    said = acts_later(late_records(with_readings(settled_plain, drift)))
+    said = acts_later(late_records(read_otherwise(plain, drift)))
     assert "probe 'DE_A' reads +" in said
     assert "NDE_A" not in said and "NDE_B" not in said
 
 
-def test_a_probe_without_most_of_its_samples_takes_no_part(settled_plain):
+def test_a_probe_without_most_of_its_samples_takes_no_part(plain):
     def lost(since, angle, axes):
         return np.where(np.array([[0], [1], [0], [0]]) * (since > 0.2), np.nan, 0.0)
 
-    found = late_records(with_readings(settled_plain, lost))
+    found = late_records(read_otherwise(plain, lost))
     assert all(each.probes == ("NDE_A", "DE_A", "DE_B") for each in found)
     assert acts_later(found) is None
 
 
-def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(settled_plain):
-    problem = settled_plain.problem
+def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(plain):
+    problem = plain.problem
     mute = tuple(replace(drop, pulse_times=np.empty(0), pulse_angles=np.empty(0)) for drop in problem.drops)
-    assert late_records(replace(settled_plain, problem=replace(problem, drops=mute))) is None
-    assert late_record(problem, [settled_plain.fit.point] * 8, 0, 0.3) is None
+    assert late_records(replace(plain, problem=replace(problem, drops=mute))) is None
+    assert late_record(problem, [plain.fit.point] * 8, 0, 0.3) is None

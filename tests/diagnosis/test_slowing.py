@@ -9,17 +9,12 @@ from hypothesis import strategies as st
 from tdbsim.columns import DECAY_RATE, INERTIA, RING_INERTIA
 from tdbsim.machine import Tolerant
 
-from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks, slowings_of
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.least_squares import linearised
-from tdbmon.identify.problem import build_problem
 from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
-from tests.diagnosis.simulated import record
-from tests.identify import drops
+from tests.diagnosis import simulated
 
 SPEEDS = ((50.0, 1), (80.0, 2))
 TORQUE = 1.2  # N m
@@ -27,11 +22,7 @@ HELD = 4.5  # N m
 
 
 def problem_of(crew, *effects, seconds=0.3):
-    machine = drops.machine()
-    measured = tuple(
-        measured_drop(record(machine, hz, seed, *effects, seconds=seconds), machine) for hz, seed in SPEEDS
-    )
-    return build_problem(machine, measured, crew)
+    return simulated.problem_of(crew, *effects, speeds=SPEEDS, seconds=seconds)
 
 
 def judged(crew, *effects):
@@ -44,8 +35,7 @@ def judged(crew, *effects):
 
 
 def settled_plain(problem):
-    start = Contender((), problem, linearised(problem, problem.start, 0.006), 0.006, 0.9)
-    return settled(settled(start, 0.006, 4), 0.012, 4)
+    return simulated.settled_plain(problem, 0.006, 0.012)
 
 
 @given(st.floats(0.6, 2.9), st.lists(st.floats(-2.0, -0.01), min_size=3, max_size=20))
