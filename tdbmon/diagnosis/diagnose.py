@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -232,11 +232,12 @@ def _beside_the_rest(
     if cause is None:
         return found, late, None
     # three effects at two ends or both: no hundred suspects here either
+    rest = {f"{cause.suspect.name}.{name}": sigma for name, sigma in cause.sigmas.items()}
     if believed.causes:
-        wider = _judged(field, proved(found.plain, field[0]), 0.0, suspected, cause.proof())
+        wider = _judged(field, proved(found.plain, field[0]), 0.0, suspected, cause.proof(), rest)
     else:
-        wider = _judged(field, cause.proof(), 0.0, suspected)
-    # fitted to the readings again, its values may have moved
+        wider = _judged(field, cause.proof(), 0.0, suspected, rest=rest)
+    # fitted to the readings again, the others' values may have moved
     after = late_records(wider.likeliest)
     if wider.verdict.accused and after is not None and explains(late, after):
         return wider, after, late
@@ -249,14 +250,18 @@ def _judged(
     lead: float,
     suspected: Sequence[Suspect],
     other: HeldOut | None = None,
+    rest: Mapping[str, float] | None = None,
 ) -> _Judged:
-    """Return models with what they mean; another proof of the best one with a cause tells of its sizes too."""
+    """Return models with what they mean.
+
+    Another proof of the best one with a cause tells of its sizes too, and so does what the rest of the record told of them.
+    """
     judged = verdict(field, proof, lead, suspected)
     likeliest = field[int(np.argmax(judged.probabilities))]
     without = tuple(values for each in (proof, other) if each is not None for values in each.without)
-    known = {_best_with_cause(field): without}
+    best = _best_with_cause(field)
     concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
-    sizes = {each: sizes_of(each, known.get(each, ())) for each in concerned}
+    sizes = {each: sizes_of(each, without, rest) if each is best else sizes_of(each) for each in concerned}
     if judged.accused:
         judged = doubted(judged, _plain(field), sizes[judged.accused[0]].causes, proof)
     return _Judged(tuple(field), proof, judged, likeliest, sizes)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,9 @@ class LateRecord:
         Amplitude once a revolution, root mean square over the probes, m; measured, and simulated.
     place, places : (probes, w) and (n, probes, w) arrays
         Mean readings, m, likewise.
+    wide : LateRecord or None
+        By how far the simulations of another model part in the same windows its departures are counted; None where by how far
+        its own do.
     """
 
     name: str
@@ -68,13 +71,31 @@ class LateRecord:
     whirls: Array
     place: Array
     places: Array
+    wide: LateRecord | None = None
+
+    def in_spread_of(self, other: LateRecord) -> LateRecord:
+        """Return the same with its departures counted as another model's are, so that both compare.
+
+        Simulations that lie further apart are no nearer to the drop.
+        """
+        return replace(self, wide=other)
+
+    @property
+    def whirl_sigma(self) -> Array:
+        """Standard deviation of the logarithm of the whirl's power (w,)."""
+        powers = 2 * np.log((self.wide or self).whirls)
+        return np.hypot(powers.std(axis=0), _WHIRL_LAW)
+
+    @property
+    def place_sigma(self) -> Array:
+        """Standard deviation of each place (probes, w), m."""
+        return np.hypot((self.wide or self).places.std(axis=0), _PLACE_LAW)
 
     @property
     def whirl_departure(self) -> float:
         """How far the measured whirl is above the simulated ones, standard deviations, mean over the windows."""
-        powers = 2 * np.log(self.whirls)
-        ahead = 2 * np.log(self.whirl) - np.median(powers, axis=0)
-        return float(np.mean(ahead / np.hypot(powers.std(axis=0), _WHIRL_LAW)))
+        ahead = 2 * np.log(self.whirl) - np.median(2 * np.log(self.whirls), axis=0)
+        return float(np.mean(ahead / self.whirl_sigma))
 
     @property
     def whirl_times(self) -> float:
@@ -90,7 +111,7 @@ class LateRecord:
     def place_departures(self) -> Array:
         """The same in standard deviations (probes,), mean over the windows."""
         apart = self.place - np.median(self.places, axis=0)
-        return np.asarray((apart / np.hypot(self.places.std(axis=0), _PLACE_LAW)).mean(axis=1))
+        return np.asarray((apart / self.place_sigma).mean(axis=1))
 
     @property
     def departure(self) -> float:

@@ -41,7 +41,9 @@ class Sizes:
     machine: dict[str, Estimate]
 
 
-def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) -> Sizes:
+def sizes_of(
+    contender: Contender, without: Sequence[Mapping[str, float]] = (), rest: Mapping[str, float] | None = None
+) -> Sizes:
     """Return the values of a fitted model with their intervals.
 
     Parameters
@@ -51,6 +53,8 @@ def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) 
         Its values (SI, by name) when fitted without a drop: how far they lie apart is what the model's faults cost, of
         which the curvature knows nothing.  The jackknife makes a variance of it, n - 1 times the mean square with n drops
         (J. W. Tukey, Ann. Math. Statist. 29 (1958) 614), here of the one or two drops that were held out.
+    rest : mapping, optional
+        Standard deviations (SI, by name) of values that the rest of the record told, which the fit held.
     """
     problem = contender.problem
     values, _ = problem.values(contender.fit.point, 0)
@@ -68,7 +72,7 @@ def sizes_of(contender: Contender, without: Sequence[Mapping[str, float]] = ()) 
         if apart:
             times = len(problem.drops) - 1
             sigmas[name] = math.hypot(sigmas[name], math.sqrt(times * sum(each**2 for each in apart) / len(apart)))
-    for name, by in law_errors(problem, values).items():
+    for name, by in (*law_errors(problem, values).items(), *(rest or {}).items()):
         sigmas[name] = math.hypot(sigmas[name], by)
     ends = {p.name for p, at in zip(problem.parameters, problem.at_bound(contender.fit.point), strict=True) if at}
     out: dict[str, dict[str, Estimate]] = {}
