@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
-from tdbmon.diagnosis.late_cause import departs, explains, with_late_causes
+from tdbmon.diagnosis.late_cause import departs, departures_left, explains, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, DRIFT, ONE_MARK, PUT_RIGHT, next_test
@@ -240,7 +240,12 @@ def _beside_the_rest(
     # fitted to the readings again, the others' values may have moved
     after = late_records(wider.likeliest)
     if wider.verdict.accused and after is not None and explains(late, after):
-        return wider, after, late
+        without, left = departures_left(late, after)
+        why = (
+            f"{wider.verdict.why}; {cause.suspect.words} is told by the rest of the record, whose squared departures from"
+            f" simulations sum to {left:.2g} with it and to {without:.2g} without"
+        )
+        return replace(wider, verdict=replace(wider.verdict, why=why)), after, late
     return found, late, None
 
 

@@ -137,7 +137,7 @@ class LateCause:
         return {name: float(share) * value for (name, value), share in zip(values.items(), shares, strict=True)}
 
     @property
-    def explains(self) -> bool:
+    def promising(self) -> bool:
         """True where the cause takes away half of what its base leaves."""
         return self.misfit < _MAY_LEAVE * self.bare.misfit(self.drops)
 
@@ -180,10 +180,16 @@ def departs(late: Sequence[LateRecord]) -> bool:
     return told and len(late) >= LEAST_DROPS
 
 
+def departures_left(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> tuple[float, float]:
+    """Return the sums of squared departures by two models, in the spread of the first one's simulations."""
+    left = [each.in_spread_of(wide) for each, wide in zip(after, before, strict=True)]
+    return sum(each.departure for each in before), sum(each.departure for each in left)
+
+
 def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
     """True where a model leaves half of the departures of the one before at most, in the spread of that one."""
-    left = sum(each.in_spread_of(wide).departure for each, wide in zip(after, before, strict=True))
-    return left < _MAY_LEAVE * sum(each.departure for each in before)
+    without, left = departures_left(before, after)
+    return left < _MAY_LEAVE * without
 
 
 def with_late_causes(
@@ -238,7 +244,7 @@ def _late_causes(base: Contender, drops: int, suspects: Sequence[Suspect]) -> li
     scanned = [
         LateCause(base, bare, suspect, _scanned(base, bare, suspect, at.values, more)) for suspect, at in likeliest
     ]
-    promising = sorted([each for each in scanned if each.trials and each.explains], key=lambda each: each.misfit)
+    promising = sorted([each for each in scanned if each.trials and each.promising], key=lambda each: each.misfit)
     return [each for each in [*(_sought(best, more) for best in promising[:1]), *promising[1:]] if each.proof().seen]
 
 

@@ -255,6 +255,9 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     proof = HeldOut(("drop_97.nc", "drop_148.nc"), 9e-6, 3e-6, 2.5e-6, 50.0, 4.0, judge=Judge.REST)
     document = build_diagnosis_report(replace(named, late_before=before, proof=proof))
     rest = next(section for section in document.sections if section.title == "The rest of the record")
+    told = " ".join(block.text for block in rest.blocks if isinstance(block, Paragraph))
+    without, left = (sum(each.departure for each in records) for records in (before, named.late or ()))
+    assert f"the squares of all departures sum to {left:.2g}, without to {without:.2g}" in told
     captions = [block.caption for block in rest.blocks if isinstance(block, (Table, Figure))]
     assert [("without the cause found here" in each, "with it" in each) for each in captions] == [
         (True, False),
