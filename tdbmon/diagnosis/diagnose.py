@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
-from tdbmon.diagnosis.late_cause import departs, departures_left, explains, with_late_causes
+from tdbmon.diagnosis.late_cause import LateCause, departs, explains, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, DRIFT, ONE_MARK, PUT_RIGHT, next_test
@@ -228,25 +228,25 @@ def _beside_the_rest(
     if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
         return found, late, None
     progress("looking for what would explain the rest of the record")
-    field, cause = with_late_causes(believed, found.field, late, suspected)
-    if cause is None:
+    field, causes = with_late_causes(believed, found.field, late, suspected)
+    if not causes:
         return found, late, None
     # three effects at two ends or both: no hundred suspects here either
-    rest = {f"{cause.suspect.name}.{name}": sigma for name, sigma in cause.sigmas.items()}
-    if believed.causes:
-        wider = _judged(field, proved(found.plain, field[0]), 0.0, suspected, cause.proof(), rest)
-    else:
-        wider = _judged(field, cause.proof(), 0.0, suspected, rest=rest)
-    # fitted to the readings again, the others' values may have moved
+    proof = proved(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
+    wider = _judged(field, proof, 0.0, suspected, late=causes)
     after = late_records(wider.likeliest)
-    if wider.verdict.accused and after is not None and explains(late, after):
-        without, left = departures_left(late, after)
-        why = (
-            f"{wider.verdict.why}; {cause.suspect.words} is told by the rest of the record, whose squared departures from"
-            f" simulations sum to {left:.2g} with it and to {without:.2g} without"
-        )
-        return replace(wider, verdict=replace(wider.verdict, why=why)), after, late
-    return found, late, None
+    if not wider.verdict.accused or after is None:
+        return found, late, None
+    # simulations that lie further apart are no nearer
+    after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
+    if not explains(late, after):
+        return found, late, None
+    without, left = (sum(each.departure for each in records) for records in (late, after))
+    why = (
+        f"{wider.verdict.why}; {wider.likeliest.causes[-1].words} is told by the rest of the record, whose squared departures"
+        f" from simulations sum to {left:.1f} with it and to {without:.1f} without"
+    )
+    return replace(wider, verdict=replace(wider.verdict, why=why)), after, late
 
 
 def _judged(
@@ -255,18 +255,28 @@ def _judged(
     lead: float,
     suspected: Sequence[Suspect],
     other: HeldOut | None = None,
-    rest: Mapping[str, float] | None = None,
+    late: Mapping[Contender, LateCause] | None = None,
 ) -> _Judged:
     """Return models with what they mean.
 
-    Another proof of the best one with a cause tells of its sizes too, and so does what the rest of the record told of them.
+    Another proof of the best one with a cause tells of its sizes too, and so does what was tried of causes that act late.
     """
     judged = verdict(field, proof, lead, suspected)
     likeliest = field[int(np.argmax(judged.probabilities))]
-    without = tuple(values for each in (proof, other) if each is not None for values in each.without)
     best = _best_with_cause(field)
+
+    def sized(each: Contender) -> Sizes:
+        proofs = [proof, other] if each is best else []
+        cause = late.get(each) if late is not None else None
+        rest = {}
+        if cause is not None:
+            proofs.append(cause.proof())
+            rest = {f"{cause.suspect.name}.{name}": sigma for name, sigma in cause.sigmas.items()}
+        without = tuple(values for proof in proofs if proof is not None for values in proof.without)
+        return sizes_of(each, without, rest)
+
     concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
-    sizes = {each: sizes_of(each, without, rest) if each is best else sizes_of(each) for each in concerned}
+    sizes = {each: sized(each) for each in concerned}
     if judged.accused:
         judged = doubted(judged, _plain(field), sizes[judged.accused[0]].causes, proof)
     return _Judged(tuple(field), proof, judged, likeliest, sizes)

@@ -14,16 +14,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, MOST_CAUSES, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, drawn, late_record
+from tdbmon.diagnosis.slows_otherwise import slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.diagnosis.verdict import TEMPERATURE
 from tdbmon.identify.least_squares import Fit, fit
-from tdbmon.identify.problem import Problem
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
@@ -38,6 +37,7 @@ _FINER = (0.6, 0.8, 1.25, 1.6)  # of the best size so far
 _CLOUD = 4  # trials about the best values, a value, twice
 _SIZE_APART, _SHAPE_APART = 0.3, 0.15  # how far at first, of the logarithm
 _ALONG = 2.5  # then: times as far as they are good
+_HELD = 1e-3  # of a value, by which the fit may move it
 _NEAREST = 0.03  # of the logarithm: no value is known better
 _ROUGH = 8.0  # by how much the misfit of so few simulations may be off
 _AGAINST = 1.0  # of what the readings have against a trial, from which on slopes are taken for it
@@ -123,8 +123,8 @@ class LateCause:
     @property
     def spread(self) -> Array:
         """Covariance of the logarithms of the values about the best (k, k): of all trials, by how good they are."""
-        best = self.best(self.drops)
-        worse = np.array([each.misfit(self.drops) - self.misfit for each in self.trials])
+        best, least = self.best(self.drops), self.misfit
+        worse = np.array([each.misfit(self.drops) - least for each in self.trials])
         weights = np.exp(-worse / 2 / _ROUGH)
         apart = np.log([[each.values[name] / value for name, value in best.values.items()] for each in self.trials])
         return np.asarray((apart.T * weights) @ apart / weights.sum()) + _NEAREST**2 * np.eye(len(best.values))
@@ -142,16 +142,17 @@ class LateCause:
         return self.misfit < _MAY_LEAVE * self.bare.misfit(self.drops)
 
     def contender(self) -> Contender:
-        """Return the model with the cause, its values known from the rest (raises InputError where impossible)."""
+        """Return the model with the cause, held as the rest tells it (raises InputError where impossible)."""
         best = self.best(self.drops)
-        # a square of the rest counts as many of readings: else these, where the cause hardly acts, lead it away
-        known = {name: sigma / math.sqrt(TEMPERATURE) for name, sigma in self.sigmas.items()}
+        # the readings took part in the trials; by themselves, where the cause hardly acts, they would lead it away
+        known = {name: _HELD * abs(value) for name, value in best.values.items()}
         begun = with_cause(self.base, self.suspect, Start(best.values, known=known))
         columns = [len(self.base.problem.shared)] * len(best.values)
         there = replace(begun.fit, point=np.insert(best.point, columns, 0.0))
         found = settled(replace(begun, fit=there), self.base.horizon, SLOPES)
+        gained = TEMPERATURE * (self.bare.misfit(self.drops) - self.misfit)
         # what the fit leaves more or less up to the horizon is counted in the trials, or chance
-        return replace(found, later=TEMPERATURE * self.misfit + self.base.misfit - found.misfit)
+        return replace(found, later=self.base.later - gained + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
         """Return the proof on each drop in turn, its values those of the other drops."""
@@ -180,22 +181,15 @@ def departs(late: Sequence[LateRecord]) -> bool:
     return told and len(late) >= LEAST_DROPS
 
 
-def departures_left(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> tuple[float, float]:
-    """Return the sums of squared departures by two models, in the spread of the first one's simulations."""
-    left = [each.in_spread_of(wide) for each, wide in zip(after, before, strict=True)]
-    return sum(each.departure for each in before), sum(each.departure for each in left)
-
-
 def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
-    """True where a model leaves half of the departures of the one before at most, in the spread of that one."""
-    without, left = departures_left(before, after)
-    return left < _MAY_LEAVE * without
+    """True where a model leaves half of the departures of the one before at most."""
+    return sum(each.departure for each in after) < _MAY_LEAVE * sum(each.departure for each in before)
 
 
 def with_late_causes(
     base: Contender, field: Sequence[Contender], late: Sequence[LateRecord], suspects: Sequence[Suspect]
-) -> tuple[list[Contender], LateCause | None]:
-    """Return models and those that have one cause more, which explains the rest of the records, and what was tried of the best.
+) -> tuple[list[Contender], dict[Contender, LateCause]]:
+    """Return models and those that have one cause more, which explains the rest of the records, and what was tried of these.
 
     Parameters
     ----------
@@ -210,80 +204,61 @@ def with_late_causes(
 
     Returns
     -------
-    The models, the best first, and None where no cause is convincing, or another model is better still.
+    The models, the best first, and nothing more where no cause is convincing, or another model is better still.
     """
     tried: dict[Contender, LateCause] = {}
-    for cause in _late_causes(base, len(late), suspects) if len(base.causes) < MOST_CAUSES else ():
+    for cause in _late_causes(base, late, suspects) if len(base.causes) < MOST_CAUSES else ():
         with suppress(InputError):
             tried[cause.contender()] = cause
-    if not tried:
-        return list(field), None
-    best = min(tried, key=lambda each: each.bic)
-    # what the base leaves of the rest, the others leave too, as far as anybody asked
-    rest = TEMPERATURE * sum(each.departure for each in tried[best].bare.late)
-    before = [replace(each, later=each.later + rest) for each in field]
-    wider = sorted([*before, *tried], key=lambda each: each.bic)
-    return (wider, tried[best]) if wider[0] is best else (list(field), None)
+    wider = sorted([*field, *tried], key=lambda each: each.bic)
+    return (wider, tried) if wider[0] in tried else (list(field), {})
 
 
-def _late_causes(base: Contender, drops: int, suspects: Sequence[Suspect]) -> list[LateCause]:
-    """Return the causes that explain the rest of so many drops where a model does not."""
-    everything, few, more = range(drops), drawn(base, _FEW), drawn(base, _MORE)
-    bare = _rest(base.problem, more, base.horizon)
-    if bare is None:
-        return []
+def _late_causes(base: Contender, late: Sequence[LateRecord], suspects: Sequence[Suspect]) -> list[LateCause]:
+    """Return the causes that explain the rest of the drops where a model does not."""
+    bare, points = Rest(tuple(late), slowings_of(base)), drawn(base, _MORE)
+    drops = range(len(late))
     asked = [each for each in suspects if each.declared.kind.builds_up]
-    effects = dict.fromkeys(each.declared for each in asked)
     first = [
         each
-        for declared in effects
+        for declared in dict.fromkeys(each.declared for each in asked)
         if all(declared is not cause.declared for cause in base.causes)
-        for each in _at_all_places(base, bare, [each for each in asked if each.declared is declared], few)
+        for each in _at_all_places(base, bare, [each for each in asked if each.declared is declared], points[:_FEW])
     ]
-    likeliest = sorted(first, key=lambda each: each[1].misfit(everything))[:_BEST]
-    scanned = [
-        LateCause(base, bare, suspect, _scanned(base, bare, suspect, at.values, more)) for suspect, at in likeliest
-    ]
-    promising = sorted([each for each in scanned if each.trials and each.promising], key=lambda each: each.misfit)
-    return [each for each in [*(_sought(best, more) for best in promising[:1]), *promising[1:]] if each.proof().seen]
+    scanned = []
+    for suspect, trial in sorted(first, key=lambda each: each[1].misfit(drops))[:_BEST]:
+        found = _tried(base, bare, [(suspect, values) for values in _near(suspect, trial.values)], points)
+        if found:
+            scanned.append(LateCause(base, bare, suspect, tuple(trial for _, trial in found)))
+    promising = [each for each in scanned if each.promising]
+    # those that are as good as rough misfits can tell, with the same pains
+    rivals = [each for each in promising if each.misfit < min(other.misfit for other in promising) + _ROUGH]
+    return [each for each in (_sought(rival, points) for rival in rivals) if each.proof().seen]
 
 
 def _at_all_places(
     base: Contender, bare: Rest, alike: Sequence[Suspect], points: Sequence[Array]
 ) -> list[tuple[Suspect, Trial]]:
     """Return of one effect, with all its words and at all its places, the best trial at each place."""
-    everything = range(len(bare.late))
-
-    def tried(suspects: Sequence[Suspect], shapes: Sequence[Values]) -> list[tuple[Suspect, Trial]]:
-        return [
-            (each, trial)
-            for each in suspects
-            for shape in shapes
-            for trial in _tried(base, bare, each, _sizes(each, shape), points)
-        ]
-
+    drops = range(len(bare.late))
+    shapes = _shapes(alike[0])
     # words and shapes that fit at both ends fit at one: they are sought once
     widest = [each for each in alike if each.where == "both"] or alike
-    found = tried(widest, _shapes(widest[0]))
-    if found and len(widest) < len(alike):
-        likely, at = min(found, key=lambda each: each[1].misfit(everything))
-        one_end = [each for each in alike if each not in widest and each.held == likely.held]
-        found += tried(one_end, [{p.name: at.values[p.name] for p in likely.shapes}])
+    one_end = [each for each in alike if each not in widest]
+    found = _tried(base, bare, [(each, v) for each in widest for of in shapes for v in _sizes(each, of)], points)
+    if found:
+        likely, at = min(found, key=lambda each: each[1].misfit(drops))
+        one_end = [each for each in one_end if each.held == likely.held]
+        shapes = [{p.name: at.values[p.name] for p in likely.shapes}]
+    found += _tried(base, bare, [(each, v) for each in one_end for of in shapes for v in _sizes(each, of)], points)
     best: dict[str, tuple[Suspect, Trial]] = {}
-    for each in sorted(found, key=lambda each: each[1].misfit(everything)):
+    for each in sorted(found, key=lambda each: each[1].misfit(drops)):
         best.setdefault(each[0].name, each)
     return list(best.values())
 
 
-def _scanned(base: Contender, bare: Rest, suspect: Suspect, near: Values, points: Sequence[Array]) -> tuple[Trial, ...]:
-    """Return a cause tried at some values and at other sizes near them."""
-    size = suspect.sizes[0][0]
-    finer = [{**near, size.name: _within(size, near[size.name] * share)} for share in (1.0, *_FINER)]
-    return tuple(_tried(base, bare, suspect, finer, points))
-
-
 def _sought(cause: LateCause, points: Sequence[Array]) -> LateCause:
-    """Return a cause tried at values drawn about its best, then about the best of these as far as they are good.
+    """Return a cause tried at values drawn about its best, then about the best of these, farther along where they are good.
 
     The misfit is rough and its valley narrow, since greater friction for less long does the same: descents end on its side.
     """
@@ -294,14 +269,11 @@ def _sought(cause: LateCause, points: Sequence[Array]) -> LateCause:
         values = cause.best(cause.drops).values
         spread = _ALONG**2 * cause.spread if narrowed else wide
         times = np.exp(rng.multivariate_normal(np.zeros(len(values)), spread, _CLOUD * len(values)))
-        drawn_values = [
-            {
-                name: _within(suspect.declared.parameter(name), value * t)
-                for (name, value), t in zip(values.items(), row, strict=True)
-            }
+        tried = [
+            (suspect, {name: _within(suspect, name, values[name] * t) for name, t in zip(values, row, strict=True)})
             for row in times
         ]
-        more = _tried(cause.base, cause.bare, suspect, drawn_values, points)
+        more = (trial for _, trial in _tried(cause.base, cause.bare, tried, points))
         cause = replace(cause, trials=(*cause.trials, *more))
     return cause
 
@@ -310,25 +282,34 @@ def _shapes(suspect: Suspect) -> list[Values]:
     """Return values of what a suspect has beside its size, that are tried first."""
     if not suspect.shapes:
         return [{}]
-    return [{p.name: _within(p, p.typical * share) for p in suspect.shapes} for share in _SHAPES]
+    return [{p.name: _within(suspect, p.name, p.typical * share) for p in suspect.shapes} for share in _SHAPES]
 
 
 def _sizes(suspect: Suspect, shape: Values) -> list[Values]:
     """Return the same with sizes that are tried first."""
     size, _ = suspect.sizes[0]
-    return [{**shape, size.name: _within(size, sized(size, share))} for share in _SIZES]
+    return [{**shape, size.name: _within(suspect, size.name, sized(size, share))} for share in _SIZES]
 
 
-def _within(of: Declared, value: float) -> float:
+def _near(suspect: Suspect, values: Values) -> list[Values]:
+    """Return values and others of nearly the same size, each once."""
+    size = suspect.sizes[0][0].name
+    near = dict.fromkeys(_within(suspect, size, values[size] * share) for share in (1.0, *_FINER))
+    return [{**values, size: value} for value in near]
+
+
+def _within(suspect: Suspect, name: str, value: float) -> float:
+    """Return a value of a suspect put within its bounds."""
+    of = suspect.declared.parameter(name)
     return float(min(max(value, of.low), of.high))
 
 
 def _tried(
-    base: Contender, bare: Rest, suspect: Suspect, values: Sequence[Values], points: Sequence[Array]
-) -> list[Trial]:
-    """Return a cause at values, with simulations at points about the base's; without those that cannot be, or are no better."""
-    found = base.problem.crew.apart(_trial, [(base, bare, suspect, each, points) for each in values])
-    return [each for each in found if each is not None]
+    base: Contender, bare: Rest, asked: Sequence[tuple[Suspect, Values]], points: Sequence[Array]
+) -> list[tuple[Suspect, Trial]]:
+    """Return causes at values, with simulations at points about the base's; without those that cannot be, or are no better."""
+    found = base.problem.crew.apart(_trial, [(base, bare, suspect, values, points) for suspect, values in asked])
+    return [(suspect, trial) for (suspect, _), trial in zip(asked, found, strict=True) if trial is not None]
 
 
 def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points: Sequence[Array]) -> Trial | None:
@@ -346,20 +327,14 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
     if readings > left:
         return None
     at = [np.clip(point + found.point - base.fit.point, problem.low, problem.high) for point in points]
-    rest = _rest(problem, at, base.horizon)
-    if rest is None:
+    late = [late_record(problem, at, drop, base.horizon) for drop in range(len(problem.drops))]
+    beside = tuple(each.in_spread_of(wide) for each, wide in zip(late, bare.late, strict=True) if each is not None)
+    slowing = slowings_at(problem, found.point, base.horizon)
+    if len(beside) < len(late) or (slowing is None) != (bare.slowing is None):
         return None
-    late = tuple(each.in_spread_of(wide) for each, wide in zip(rest.late, bare.late, strict=True))
-    return Trial(values, found.point, readings, replace(rest, late=late))
+    return Trial(values, found.point, readings, Rest(beside, slowing))
 
 
 def _against(fitted: Fit, base: Contender) -> float:
     """Return by how much more of the readings is left than by a base, squares that count as in a verdict."""
     return max(fitted.misfit - base.fit.misfit, 0.0) / TEMPERATURE
-
-
-def _rest(problem: Problem, points: Sequence[Array], horizon: float) -> Rest | None:
-    """Return the rest of all drops beside simulations at several points, the first of them the fitted one."""
-    late = [late_record(problem, points, drop, horizon) for drop in range(len(problem.drops))]
-    known = tuple(each for each in late if each is not None)
-    return Rest(known, slowings_at(problem, points[0], horizon)) if len(known) == len(late) else None

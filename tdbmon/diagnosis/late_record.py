@@ -31,7 +31,7 @@ _WINDOW_S = 0.05  # over which readings are averaged, and turns, at least
 _TURNS = 3.0
 _LEAST_WINDOWS = 3  # of a drop
 _MEMBERS = 32  # simulations of a drop
-_FEWEST = 8  # of them, that must be possible
+_FEWEST = 0.25  # of them, that must be possible
 _WIDER = 5.0  # times what the fit leaves open: the model's own error parts paths too
 _WHIRL_LAW = 0.3  # of the logarithm of a power, standard deviation: what laws that are a little off do to a whirl
 _PLACE_LAW = 2e-6  # m, the same of a place
@@ -172,7 +172,7 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
         for path, variant in zip(paths(measured, variants, last), variants, strict=True)
         if isinstance(path, Path)
     ]
-    if len(simulated) < _FEWEST:
+    if len(simulated) < _FEWEST * len(points):
         return None
     first, machine = simulated[0][0].first, problem.model.machine
     span = slice(first, first + simulated[0][0].x.shape[-1])

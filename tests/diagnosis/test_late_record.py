@@ -63,6 +63,17 @@ def test_half_of_the_drops_and_two_at_least_must_whirl_otherwise_to_one_side():
     assert acts_later([more]) is None
 
 
+def test_simulations_that_lie_further_apart_are_no_nearer():
+    near = made(2.5, 2e-5)
+    wide = replace(
+        near,
+        whirls=np.median(near.whirls, axis=0) * (near.whirls / np.median(near.whirls, axis=0)) ** 20,
+        places=np.median(near.places, axis=0) + 5 * (near.places - np.median(near.places, axis=0)),
+    )
+    assert wide.departure < near.departure / 4
+    assert wide.in_spread_of(near).departure == pytest.approx(near.departure, rel=0.02)
+
+
 def test_a_probe_must_see_the_shaft_elsewhere_on_average():
     there = made(shift=2e-5)
     assert there.place_departures[1] > 2 * STAYS_ELSEWHERE
