@@ -53,8 +53,8 @@ class Contender:
     floor : float
         Misfit a residual of the fall before the first contact, where the model can hardly be wrong: that of the noise.
     later : float
-        Sum of squares of how the rotor slows after the horizon (see `tdbmon.identify.slowing`), and of the rest of the record
-        where a cause was sought there (see `tdbmon.diagnosis.late_cause`); 0 as long as nobody asked.
+        Sum of squares of how the rotor slows after the horizon (see `tdbmon.identify.slowing`), less what a cause takes away
+        of the rest of the record (see `tdbmon.diagnosis.late_cause`); 0 as long as nobody asked.
     failed_s : float
         Horizon at which it failed after it had held up to its own, s; 0 where it did not.
     exact_excess : float
