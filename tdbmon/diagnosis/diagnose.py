@@ -15,7 +15,7 @@ from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains, with_late_causes
-from tdbmon.diagnosis.late_record import LateRecord, acts_later, late_records
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import ALIKE, DRIFT, ONE_MARK, PUT_RIGHT, next_test
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
@@ -241,10 +241,9 @@ def _beside_the_rest(
     after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
     if not explains(late, after):
         return found, late, None
-    without, left = (sum(each.departure for each in records) for records in (late, after))
     why = (
         f"{wider.verdict.why}; {wider.likeliest.causes[-1].words} is told by the rest of the record, whose squared departures"
-        f" from simulations sum to {left:.1f} with it and to {without:.1f} without"
+        f" from simulations sum to {departure_of(after):.1f} with it and to {departure_of(late):.1f} without"
     )
     return replace(wider, verdict=replace(wider.verdict, why=why)), after, late
 

@@ -18,7 +18,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, MOST_CAUSES, SLOPES, Contender, settled, with_cause
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
-from tdbmon.diagnosis.late_record import LateRecord, acts_later, drawn, late_record
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, drawn, late_record
 from tdbmon.diagnosis.slows_otherwise import slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect, sized
 from tdbmon.diagnosis.verdict import TEMPERATURE
@@ -58,7 +58,7 @@ class Rest:
         How they slow is a sum over many windows that follow each other, and counts as little as readings do.
         """
         slower = slowing_misfit([self.slowing[d] for d in drops]) / TEMPERATURE if self.slowing is not None else 0.0
-        return slower + sum(self.late[d].departure for d in drops)
+        return slower + departure_of([self.late[d] for d in drops])
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +177,13 @@ class LateCause:
 
 def departs(late: Sequence[LateRecord]) -> bool:
     """True where the rest of several drops is so far from its simulations that a cause is worth seeking."""
-    told = acts_later(late) is not None or sum(each.departure for each in late) > _WORTH
+    told = acts_later(late) is not None or departure_of(late) > _WORTH
     return told and len(late) >= LEAST_DROPS
 
 
 def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
     """True where a model leaves half of the departures of the one before at most."""
-    return sum(each.departure for each in after) < _MAY_LEAVE * sum(each.departure for each in before)
+    return departure_of(after) < _MAY_LEAVE * departure_of(before)
 
 
 def with_late_causes(

@@ -132,6 +132,11 @@ class LateRecord:
         return np.append(places, math.hypot(float(whirls.std()), _WHIRL_LAW / 2 * float(whirl)))
 
 
+def departure_of(records: Sequence[LateRecord]) -> float:
+    """Return the sum of squares of all departures of some drops."""
+    return sum(each.departure for each in records)
+
+
 def drawn(contender: Contender, members: int) -> list[Array]:
     """Return the point of a fit, and points drawn about it, from which paths part as the drop parts from its model."""
     wide = _WIDER**2 * covariance_of(contender.problem, contender.fit, contender.horizon)

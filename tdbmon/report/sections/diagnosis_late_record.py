@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, seen_in_all
+from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, departure_of, seen_in_all
 from tdbmon.quantity import signed
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -22,11 +22,11 @@ def section(evidence: Evidence) -> Section | None:
         beside: tuple[Block, ...] = _beside(records, probes, _furthest(records, probes), "", "late-record", evidence)
     else:
         furthest = _furthest(diagnosis.late_before, probes)
-        without, left = (sum(each.departure for each in rest) for rest in (diagnosis.late_before, records))
         beside = (
             Paragraph(
-                f"With {diagnosis.best.causes[-1].words} the squares of all departures sum to {left:.1f}, without to"
-                f" {without:.1f}. All are counted in the spread of the simulations without: a wider band is no nearer one."
+                f"With {diagnosis.best.causes[-1].words} the squares of all departures sum to {departure_of(records):.1f},"
+                f" without to {departure_of(diagnosis.late_before):.1f}. All are counted in the spread of"
+                " the simulations without: a wider band is no nearer one."
             ),
             *_beside(
                 diagnosis.late_before, probes, furthest, " without the cause found here", "late-record-before", evidence
