@@ -10,7 +10,7 @@ import math
 
 from tdbsim import hooks
 from tdbsim.cache import inlined, shared
-from tdbsim.columns import BALL_COUNT, CAGE_ANGLE, CAGE_RATIO, HALF_CLEARANCE, HAS_WAVES, RING_ANGLE
+from tdbsim.columns import BALL_COUNT, CAGE_ANGLE, CAGE_RATIO, HALF_CLEARANCE, RING_ANGLE, WAVES_REACH
 
 
 @shared
@@ -33,7 +33,7 @@ def ball_press(m, end, j, along, across, cage, ring_angle):  # type: ignore[no-u
     """
     row = m.end[end]
     press = along * m.ball_cosine[end, j] + across * m.ball_sine[end, j] - row[HALF_CLEARANCE] + m.ball_oversize[end, j]
-    if row[HAS_WAVES] > 0.0:
+    if row[WAVES_REACH] > 0.0:
         press += hooks.ball(cage + j * (2.0 * math.pi / row[BALL_COUNT]), ring_angle, m.effect[end])
     return press
 

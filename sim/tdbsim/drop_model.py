@@ -34,10 +34,8 @@ from tdbsim.columns import (
     GRAVITY,
     HALF_CLEARANCE,
     HAS_HOLDING,
-    HAS_SHAPE,
     HAS_SLIP_LAW,
     HAS_SPRING,
-    HAS_WAVES,
     HAS_WINDAGE,
     INERTIA,
     JOURNAL_RADIUS,
@@ -48,12 +46,14 @@ from tdbsim.columns import (
     RING_INERTIA,
     RING_MASS,
     ROTOR_ROW,
+    SHAPE_REACH,
     SPIN_COLUMNS,
     SUPPORT_DAMPING,
     SUPPORT_MASS,
     SUPPORT_XX,
     SUPPORT_XY,
     SUPPORT_YY,
+    WAVES_REACH,
 )
 from tdbsim.effect import Effect, all_effects, declaration
 from tdbsim.errors import InputError
@@ -64,7 +64,8 @@ from tdbsim.rotor import build_rotor
 
 Array = NDArray[np.float64]
 
-_FLAGS = {"gap": HAS_SHAPE, "bore": HAS_SHAPE, "ball": HAS_WAVES, "support": HAS_SPRING, "friction": HAS_SLIP_LAW}
+_REACHES = {"gap": SHAPE_REACH, "bore": SHAPE_REACH, "ball": WAVES_REACH}
+_FLAGS = {"support": HAS_SPRING, "friction": HAS_SLIP_LAW}
 _SPIN_FLAGS = {"windage": HAS_WINDAGE, "holding": HAS_HOLDING}
 
 
@@ -201,7 +202,9 @@ def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
         row[at : at + effect.slots] = effect.coefficients(draft, end)
         for kind in hooks.HOOKS:
             if hasattr(module, kind):
-                if kind in _FLAGS:
+                if kind in _REACHES:
+                    draft.arrays.end[end, _REACHES[kind]] += effect.reach
+                elif kind in _FLAGS:
                     draft.arrays.end[end, _FLAGS[kind]] = 1.0
                 else:
                     draft.arrays.spin[_SPIN_FLAGS[kind]] = 1.0

@@ -231,6 +231,11 @@ class Effect:
     def modify(self, draft: Draft) -> None:
         """Change the model's numbers in place, before the run."""
 
+    @property
+    def reach(self) -> float:
+        """By how much, m, its hooks ``gap``, ``bore`` and ``ball`` change a distance at most: kernels ask them only within it."""
+        return math.inf
+
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor `ROTOR_ROW`)."""
         raise NotImplementedError

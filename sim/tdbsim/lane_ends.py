@@ -32,10 +32,12 @@ from tdbsim.columns import (
     RING_ANGLE,
     RING_DRAG,
     RING_INERTIA,
+    SHAPE_REACH,
     SUPPORT_DAMPING,
     SUPPORT_XX,
     SUPPORT_XY,
     SUPPORT_YY,
+    WAVES_REACH,
 )
 from tdbsim.contact import touch_shaped
 from tdbsim.friction import REGULAR_SLIP, load_share
@@ -101,15 +103,18 @@ def meet(effects, state, ends, kick, powers, end, ex, ey, shaped):  # type: igno
     p, q = end * END_STOP, end * KICK_STOP
     gap = load(ends, p + GAP * LANES)
     squared = ex * ex + ey * ey
-    if shaped == 0 and bits(squared > gap * gap) == 0:
+    near = gap - load(ends, p + SHAPE_REACH * LANES)
+    near = where(near > 0.0, near, 0.0)
+    within = bits(squared > near * near)
+    if within == 0:
         return 0
     distance = math.sqrt(squared)
     share = 1.0 / where(squared > 0.0, distance, 1.0)
     store(kick, q + NORMAL_X, ex * share)
     store(kick, q + NORMAL_Y, ey * share)
     store(kick, q + DEPTH, distance - gap)
-    if shaped > 0:
-        meet_shaped(effects, state, ends, kick, end, ex, ey, shaped)
+    if shaped & within > 0:
+        meet_shaped(effects, state, ends, kick, end, ex, ey, shaped & within)
     depth = load(kick, q + DEPTH)
     touched = bits(depth > 0.0)
     if touched > 0:
@@ -146,7 +151,8 @@ def press_balls(effects, state, ends, kick, balls, count, end, tau, wavy):  # ty
     ex = load(state, RING + i) - load(state, OUTER + i)
     ey = load(state, RING + i + LANES) - load(state, OUTER + i + LANES)
     free = load(ends, p + FREE)
-    if wavy == 0 and bits(ex * ex + ey * ey > free * free) == 0:
+    beyond_free = bits(ex * ex + ey * ey > free * free)
+    if beyond_free == 0:
         store(kick, q + BALL_X, 0.0)
         store(kick, q + BALL_Y, 0.0)
         return
@@ -164,8 +170,8 @@ def press_balls(effects, state, ends, kick, balls, count, end, tau, wavy):  # ty
     push_along, push_across = stiffness * push_along, stiffness * push_across
     store(kick, q + BALL_X, push_along * cosine - push_across * sine)
     store(kick, q + BALL_Y, push_along * sine + push_across * cosine)
-    if wavy > 0:
-        press_wavy(effects, state, beyond(ends, p), beyond(kick, q), balls, end, wavy)
+    if wavy & beyond_free > 0:
+        press_wavy(effects, state, beyond(ends, p), beyond(kick, q), balls, end, wavy & beyond_free)
     bx, by = load(kick, q + BALL_X), load(kick, q + BALL_Y)
     rate = load(ends, p + CAGE_RATIO * LANES) * load(state, SPIN + (1 + end) * LANES)
     book(state, EXTERNAL, tau * (ex * by - ey * bx) * rate)
@@ -185,11 +191,12 @@ def press_wavy(effects, state, ends, kick, balls, end, rare):  # type: ignore[no
             cosine, sine = state[COSINES + (1 + end) * LANES + a], state[SINES + (1 + end) * LANES + a]
             along, across = ex * cosine + ey * sine, ey * cosine - ex * sine
             cage = ends[CAGE_ANGLE * LANES + a] + ends[CAGE_RATIO * LANES + a] * (turned - ends[RING_ANGLE * LANES + a])
-            push_along, push_across = 0.0, 0.0
+            waves, push_along, push_across = ends[WAVES_REACH * LANES + a], 0.0, 0.0
             for j in range(count):
                 at = j * BALL_STOP + a
                 press = along * balls[at + BALL_COSINE] + across * balls[at + BALL_SINE] + balls[at + BALL_PRESS]
-                press += hooks.ball(cage + j * (2.0 * math.pi / count), turned, effect_of(effects, a, end))
+                if press + waves > 0.0:
+                    press += hooks.ball(cage + j * (2.0 * math.pi / count), turned, effect_of(effects, a, end))
                 load = ball_load(press, ends[BALL_STIFFNESS * LANES + a])
                 push_along -= load * balls[at + BALL_COSINE]
                 push_across -= load * balls[at + BALL_SINE]

@@ -22,6 +22,7 @@ from tdbsim.columns import (
     RING_MASS,
     ROTOR_ROW,
     SUPPORT_MASS,
+    WAVES_REACH,
 )
 from tdbsim.drop_model import Arrays
 from tdbsim.lane_modes import BLOCK, COSINE, MODE_STATE, MODE_STOP, RATE_X, RATE_Y, SINE, X, Y
@@ -152,7 +153,7 @@ def fill_ends(m, ends):  # type: ignore[no-untyped-def]
             most = -1.0
             for j in range(int(row[BALL_COUNT])):
                 most = max(most, m.ball_oversize[a, end, j] - row[HALF_CLEARANCE])
-            ends[at + FREE] = max(0.0, -most)
+            ends[at + FREE] = max(0.0, -most - row[WAVES_REACH])
 
 
 @called

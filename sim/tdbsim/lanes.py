@@ -22,11 +22,11 @@ from tdbsim.columns import (
     HAS_BOW,
     HAS_CIRCULATORY,
     HAS_HOLDING,
-    HAS_SHAPE,
     HAS_SPRING,
-    HAS_WAVES,
     HAS_WINDAGE,
     INERTIA,
+    SHAPE_REACH,
+    WAVES_REACH,
 )
 from tdbsim.kick import DRIFT, KICK, swing_table
 from tdbsim.lane_ends import (
@@ -174,8 +174,8 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
         room[a], room[LANES + a] = m.spin[a, GRAVITY], m.spin[a, INERTIA]
         room[2 * LANES + a] = m.spin[a, DECAY_RATE]
     gravity, inertia, decay = load(room, 0), load(room, LANES), load(room, 2 * LANES)
-    shaped_0, shaped_1 = flagged(m.end[:, 0], HAS_SHAPE), flagged(m.end[:, 1], HAS_SHAPE)
-    wavy_0, wavy_1 = flagged(m.end[:, 0], HAS_WAVES), flagged(m.end[:, 1], HAS_WAVES)
+    shaped_0, shaped_1 = flagged(m.end[:, 0], SHAPE_REACH), flagged(m.end[:, 1], SHAPE_REACH)
+    wavy_0, wavy_1 = flagged(m.end[:, 0], WAVES_REACH), flagged(m.end[:, 1], WAVES_REACH)
     sprung_0, sprung_1 = flagged(m.end[:, 0], HAS_SPRING), flagged(m.end[:, 1], HAS_SPRING)
     blown = flagged(m.spin, HAS_WINDAGE)
     coupled, holding = flagged(m.spin, HAS_CIRCULATORY), flagged(m.spin, HAS_HOLDING)

@@ -29,9 +29,7 @@ from tdbsim.columns import (
     HAS_BOW,
     HAS_CIRCULATORY,
     HAS_HOLDING,
-    HAS_SHAPE,
     HAS_SLIP_LAW,
-    HAS_WAVES,
     HAS_WINDAGE,
     INERTIA,
     JOURNAL_RADIUS,
@@ -42,8 +40,10 @@ from tdbsim.columns import (
     RING_INERTIA,
     RING_MASS,
     ROTOR_ROW,
+    SHAPE_REACH,
     SUPPORT_DAMPING,
     SUPPORT_MASS,
+    WAVES_REACH,
 )
 from tdbsim.contact import elastic_force, normal_force, touch, touch_shaped
 from tdbsim.friction import friction_force, load_share
@@ -67,7 +67,7 @@ REGULAR_SPIN = 1.0  # rad/s; the drag of an inner ring is proportional to its sp
 @inlined
 def touching(columns, effect, end, ex, ey, ring_angle, heat):  # type: ignore[no-untyped-def]
     """Return normal (x, y), depth and its derivative by the ring's angle, of the rotor off by (ex, ey) in the ring."""
-    if columns[end, HAS_SHAPE] > 0.0:
+    if columns[end, SHAPE_REACH] > 0.0:
         turned = ring_angle - columns[end, RING_ANGLE]
         return touch_shaped(ex, ey, columns[end, GAP], turned, heat, effect[end])
     nx, ny, depth = touch(ex, ey, columns[end, GAP])
@@ -80,7 +80,7 @@ def balls_on_ring(m, end, ex, ey, ring_angle):  # type: ignore[no-untyped-def]
     row = m.end[end]
     cage = cage_angle(row, ring_angle)
     count = int(row[BALL_COUNT])
-    if row[HAS_WAVES] > 0.0:
+    if row[WAVES_REACH] > 0.0:
         return ring_force_wavy(
             ex, ey, count, row[BALL_STIFFNESS], row[HALF_CLEARANCE], cage, ring_angle, 2.0 * math.pi / count,
             m.ball_oversize[end], m.effect[end],

@@ -43,10 +43,8 @@ from tdbsim.columns import (
     HAS_BOW,
     HAS_CIRCULATORY,
     HAS_HOLDING,
-    HAS_SHAPE,
     HAS_SLIP_LAW,
     HAS_SPRING,
-    HAS_WAVES,
     HAS_WINDAGE,
     INERTIA,
     JOURNAL_RADIUS,
@@ -57,9 +55,11 @@ from tdbsim.columns import (
     RING_INERTIA,
     RING_MASS,
     ROTOR_ROW,
+    SHAPE_REACH,
     SUPPORT_XX,
     SUPPORT_XY,
     SUPPORT_YY,
+    WAVES_REACH,
 )
 from tdbsim.contact import touch, touch_shaped
 from tdbsim.friction import load_share
@@ -204,7 +204,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
         for j in range(int(columns[end, BALL_COUNT])):
             balls[end, 0, j], balls[end, 1, j] = m.ball_cosine[end, j], m.ball_sine[end, j]
             balls[end, 2, j] = m.ball_oversize[end, j] - columns[end, HALF_CLEARANCE]
-        free[end] = max(0.0, -np.max(balls[end, 2]))
+        free[end] = max(0.0, -np.max(balls[end, 2]) - columns[end, WAVES_REACH])
 
     for row in range(len(times)):
         span = times[row] - t
@@ -265,12 +265,15 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                     gap = columns[end, GAP]
                     ex, ey = place_x[end] - rings[RING + i], place_y[end] - rings[RING + i + 1]
                     depths[end], swings[end] = -1.0, 0.0
-                    if columns[end, HAS_SHAPE] > 0.0:
+                    near = max(0.0, gap - columns[end, SHAPE_REACH])
+                    if ex * ex + ey * ey <= near * near:
+                        pass
+                    elif columns[end, SHAPE_REACH] > 0.0:
                         turned = angle[1 + end] - columns[end, RING_ANGLE]
                         normal_x[end], normal_y[end], depths[end], swings[end] = touch_shaped(
                             ex, ey, gap, turned, work[HEAT + end], effect[end]
                         )
-                    elif ex * ex + ey * ey > gap * gap:
+                    else:
                         normal_x[end], normal_y[end], depths[end] = touch(ex, ey, gap)
                     if depths[end] > 0.0:
                         touched += 1 + end
@@ -278,19 +281,20 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         elastics[end] = stiffness * depths[end] * power(depths[end], powers, end)
                     ex, ey = rings[RING + i] - rings[OUTER + i], rings[RING + i + 1] - rings[OUTER + i + 1]
                     bx, by = 0.0, 0.0
-                    wavy = columns[end, HAS_WAVES] > 0.0
-                    if wavy or ex * ex + ey * ey > free[end] * free[end]:
+                    if ex * ex + ey * ey > free[end] * free[end]:
                         along = ex * cosines[1 + end] + ey * sines[1 + end]
                         across = ey * cosines[1 + end] - ex * sines[1 + end]
                         ball_stiffness = columns[end, BALL_STIFFNESS]
                         push_along, push_across = 0.0, 0.0
-                        if wavy:
+                        waves = columns[end, WAVES_REACH]
+                        if waves > 0.0:
                             in_use = int(columns[end, BALL_COUNT])
                             spacing, turned = 2.0 * math.pi / in_use, angle[1 + end]
                             cage = cage_angle(columns[end], turned)
                             for j in range(in_use):
                                 press = along * balls[end, 0, j] + across * balls[end, 1, j] + balls[end, 2, j]
-                                press += hooks.ball(cage + j * spacing, turned, effect[end])
+                                if press + waves > 0.0:
+                                    press += hooks.ball(cage + j * spacing, turned, effect[end])
                                 load = ball_load(press, ball_stiffness)
                                 push_along -= load * balls[end, 0, j]
                                 push_across -= load * balls[end, 1, j]

@@ -36,6 +36,10 @@ class OvalClearance(Effect):
     )
     law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
 
+    @property
+    def reach(self) -> float:
+        return abs(self.amplitude)
+
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.amplitude, self.angle, 1.0 if self.law == "normal" else 0.0
 

@@ -42,6 +42,10 @@ class RaceWaviness(Effect):
     )
     race: str = choice(("inner", "outer"), "the race that is wavy; the inner one turns with the ring")
 
+    @property
+    def reach(self) -> float:
+        return abs(self.amplitude)
+
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.amplitude, self.order, self.phase, 1.0 if self.race == "inner" else 0.0
 

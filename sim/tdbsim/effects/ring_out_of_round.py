@@ -32,6 +32,10 @@ class RingOutOfRound(Effect):
     )
     law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
 
+    @property
+    def reach(self) -> float:
+        return abs(self.amplitude)
+
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.amplitude, self.order, self.phase, 1.0 if self.law == "normal" else 0.0
 
