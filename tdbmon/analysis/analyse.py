@@ -189,7 +189,7 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         )
         for end in machine.ends
     }
-    seen, speed_hz = seen_ends(planes), rotation.before(None)
+    seen, speed_hz = seen_ends(planes), rotation.before(float(time[-1]))
     return Analysis(
         machine=machine,
         rotor=laid.rotor,

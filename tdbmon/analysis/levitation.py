@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.turning_speed import told_from_orders, turning_speed
 from tdbmon.analysis.vibration_zone import share_of_clearance
 from tdbmon.estimate import Estimate
 
@@ -16,6 +17,8 @@ _HEAD_S = 0.02  # of a record without a drop, that shows the orbit
 _STEADY = 4.0  # times as far from there: no levitated orbit grows so
 _FROM_ZERO = "from the probes' zero: without a drop no circle tells the clearance centre"
 _GUARD_S = 1e-3  # before the release: its instant is not exact
+# at the end of levitation, whose orbit is fitted: over longer the speed changes, and the phase of once per revolution with it
+_FITTED_S, _FITTED_TURNS = 0.2, 10.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Levitation:
         Mean position, as the probes count it.
     once : Estimate
         Once per revolution: root of the sum of both axes' squared amplitudes, which no turning of the axes changes.
-        Run-out of the probe tracks is part of it.
+        Run-out of the probe tracks is part of it, and hum where mains frequency is too near to once or twice per revolution.
     noise : Estimate
         Standard deviation of what mains, once and twice per revolution leave, mean of both axes.
     reach : Estimate
@@ -54,7 +57,7 @@ def levitation(
     gap: Gap | None,
     clearance: float,
 ) -> Levitation:
-    """Fit the levitated orbit of an end by least squares, and see how far it reaches.
+    """Fit the levitated orbit of an end by least squares over its last 0.2 s or ten turns, and see how far it ever reaches.
 
     Parameters
     ----------
@@ -64,7 +67,7 @@ def levitation(
     release : float
         Instant of the release, s.
     speed_hz : float or None
-        Rotor speed before it; None where it is not known.
+        Rotor speed before it, which the orbit makes exact; None where it is not known.
     mains_hz : float
     gap : Gap or None
         The clearance circle of the end; None where none is told.
@@ -75,6 +78,10 @@ def levitation(
     z, t = shaft.to_numpy(), shaft.time.to_numpy()
     good = np.isfinite(z).all(axis=0)
     z, t = z[:, good], t[good]
+    whole = z
+    if speed_hz is not None and len(t):
+        last = t > t[-1] - max(_FITTED_S, _FITTED_TURNS / speed_hz)
+        z, t = z[:, last], t[last]
     seconds = float(t[-1] - t[0]) if len(t) > 1 else 0.0
     if speed_hz is None or seconds * speed_hz < _LEAST_TURNS:
         why = (
@@ -83,7 +90,10 @@ def levitation(
             else "the levitated stretch is too short"
         )
         return unknown(why)
-    frequencies = [speed_hz, 2 * speed_hz] + ([mains_hz] if seconds * mains_hz >= _LEAST_TURNS else [])
+    periods = seconds * mains_hz
+    hums = periods >= _LEAST_TURNS and told_from_orders(periods, seconds * speed_hz, 2)
+    turning = turning_speed(t, z, speed_hz, mains_hz if hums else None) or speed_hz
+    frequencies = [turning, 2 * turning] + ([mains_hz] if hums else [])
     waves = [wave(2 * np.pi * f * t) for f in frequencies for wave in (np.cos, np.sin)]
     design = np.column_stack([np.ones_like(t), *waves])
     coefficients, *_ = np.linalg.lstsq(design, z.T, rcond=None)
@@ -91,8 +101,8 @@ def levitation(
     noise = float(np.sqrt(np.sum(left**2) / (left.size - coefficients.size)))
     sigma = np.sqrt(np.diag(np.linalg.pinv(design.T @ design))) * noise
     once = float(np.sqrt(np.sum(coefficients[1:3] ** 2)))
-    rule = "least squares over the levitated stretch, noise taken as white"
-    reach = _reach(z, gap)
+    reach = _reach(whole, gap)
+    rule = "least squares over the last of the levitated stretch, noise taken as white"
     return Levitation(
         x=Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
         y=Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),

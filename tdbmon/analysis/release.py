@@ -21,6 +21,7 @@ from tdbsim.rotor import RotorModel
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
+from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 from tdbmon.record import faults
@@ -29,9 +30,6 @@ from tdbmon.record.probe_checks import SHORT_GAP
 _CLEAR_S = 0.012  # before the orbit is left: surely levitated
 _LEVITATED_S = 0.2  # before the orbit is left: so much of it is fitted
 _LATEST_S = 0.004  # after the orbit is left: until then the release is sought
-_TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
-_TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
-_FASTEST_HZ = 500.0
 # surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
 # lies far beyond the gap, of the radial gap
 _FALL_SHARE, _FREE_SHARE = 0.6, 0.85
@@ -148,7 +146,7 @@ def find_release(
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
-    turning = _turning_speed(t[clear], data[:, clear], speed_hz, mains)
+    turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags)
     best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
@@ -323,36 +321,6 @@ def _misread(decay: float) -> str:
 
 def _where(planes: xr.Dataset, end: str) -> str:
     return ", at the probes" if str(planes.plane.sel(end=end).item()) == "probe" else ""
-
-
-def _turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains_hz: float | None) -> float | None:
-    """Return the speed that the levitated orbit itself turns with, where it tells (Hz); else the stated one.
-
-    A stated speed that is a per cent off would bend the orbit's phase at the release, as a soft start does.
-    """
-    from scipy.optimize import minimize_scalar
-
-    if t.size < 20:
-        return speed_hz
-
-    def left(hz: float) -> float:
-        waves = [np.exp(2j * np.pi * f * t) for f in (hz, 2 * hz, mains_hz) if f]
-        design = np.column_stack([np.ones_like(t), *(part for wave in waves for part in (wave.real, wave.imag))])
-        coefficients = np.linalg.lstsq(design, data.T, rcond=None)[0]
-        return float(np.sum((data.T - design @ coefficients) ** 2))
-
-    span = float(t[-1] - t[0])
-    if speed_hz:
-        guess, reach, without = speed_hz, min(0.02 * speed_hz, 0.5 / span), left(speed_hz)
-    else:
-        fastest = min(_FASTEST_HZ, 0.2 * t.size / span)
-        grid = np.arange(2 / span, fastest, 0.3 / span)
-        if not grid.size:
-            return None
-        guess, reach, without = float(min(grid, key=left)), 0.3 / span, left(0.0)
-    found = minimize_scalar(left, bounds=(guess - reach, guess + reach), method="bounded")
-    better = data.size * np.log(without / found.fun) if found.fun > 0 else 0.0  # as a chi-square
-    return float(found.x) if better > (_TELLS if speed_hz else _TELLS_ALONE) else speed_hz
 
 
 def _levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:

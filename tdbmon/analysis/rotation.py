@@ -16,11 +16,12 @@ from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 
 _HEAD_S = 0.02  # of a record, whose speed is that before a release that is not known
+_LEAD_S = 0.2  # before a release that is known
 
 
 @dataclass(frozen=True, eq=False)
 class Rotation:
-    """Speed on its own samples, from the speed channel or else revolution by revolution from the keyphasor.
+    """Speed on its own samples, from the speed channel, or revolution by revolution from the keyphasor where that tells more.
 
     Attributes
     ----------
@@ -41,15 +42,16 @@ class Rotation:
     def of(cls, record: xr.Dataset, machine: Machine) -> Rotation:
         """Return what a record laid over its machine tells."""
         key = pulses(record, machine) if "keyphasor" in record else None
+        time, hz = np.empty(0), np.empty(0)
         if "speed" in record:
             channel = record["speed"]
             hz = channel.to_numpy()
             finite = np.isfinite(hz)
-            return cls(record[channel.dims[0]].to_numpy()[finite], hz[finite], key)
-        if key is not None and len(key.times) > 3:
+            time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
+        if key is not None and len(key.times) > max(3, len(time)):  # a speed logged once a second, say, tells less
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
-        return cls(np.empty(0), np.empty(0), key)
+        return cls(time, hz, key)
 
     @property
     def known(self) -> bool:
@@ -57,12 +59,17 @@ class Rotation:
         return len(self.time) > 3
 
     def before(self, release: float | None) -> float | None:
-        """Median speed up to the release (of the first 20 ms where that is not known), Hz; None where it does not turn."""
+        """Median speed up to the release (of the first 20 ms where that is not known), Hz; None where it does not turn.
+
+        Where the speed was not read in that time, the last value before it counts, or else the first of all.
+        """
         if not self.known:
             return None
-        head = self.time < (self.time[0] + _HEAD_S if release is None else release)
-        head[:3] = True
-        value = float(np.nanmedian(self.hz[head]))
+        begin, end = (self.time[0], self.time[0] + _HEAD_S) if release is None else (release - _LEAD_S, release)
+        first, stop = np.searchsorted(self.time, [begin, end]).tolist()
+        if first == stop:
+            first = max(stop - 1, 0)
+        value = float(np.nanmedian(self.hz[first : max(stop, first + 1)]))
         return value if value > 1.0 else None
 
     def angle(self, time: np.ndarray, machine: Machine) -> np.ndarray | None:

@@ -19,6 +19,7 @@ from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
+from tdbmon.analysis.rotation import Rotation
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
@@ -165,7 +166,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
     bending = springing_back(build_rotor(machine))
-    found = release_of(seen, upright, to_planes(seen, upright, names), _speed_before(laid), bending)
+    found = release_of(seen, upright, to_planes(seen, upright, names), Rotation.of(laid, machine).before(None), bending)
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
     _check_unbroken(time, after_hole, release, name)
@@ -318,13 +319,6 @@ def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, 
             f"{name}: {said((float(time[at - 1]), float(time[at])))}, and the shaft is released at {release:.5f} s: from"
             f" {LEAD_S * 1e3:g} ms before to {_LEAST_S * 1e3:g} ms after that every sample is needed; record without pauses"
         )
-
-
-def _speed_before(laid: xr.Dataset) -> float | None:
-    if "speed" not in laid:
-        return None
-    values = laid["speed"].values[:200]
-    return float(np.nanmedian(values)) if np.isfinite(values).any() else None
 
 
 def _check_length(time: Array, release: float, name: str) -> None:

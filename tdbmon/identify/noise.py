@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.turning_speed import told_from_orders
+
 Array = NDArray[np.float64]
 
 HARMONICS = 3  # of the shaft's angle
-_APART = 0.5  # periods over the stretch, by which mains frequency must differ from every order
 _HIGHEST_ORDER = 8  # of the autoregressive model
 _ROUNDS = 3  # of fitting orbit and colour in turn
 
@@ -94,7 +95,8 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     columns = [np.ones_like(time)]
     for k in range(1, HARMONICS + 1):
         columns += [np.cos(k * angle), -np.sin(k * angle)]
-    hums = _apart_from_orders(time, angle, mains)
+    turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
+    hums = told_from_orders(mains * (time[-1] - time[0]), turns, HARMONICS)
     if hums:
         columns += [np.cos(2 * np.pi * mains * time), -np.sin(2 * np.pi * mains * time)]
     design = np.column_stack(columns)
@@ -127,13 +129,6 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
         order_sigma=float(np.hypot(spread[1], spread[2]) / np.sqrt(2)),
         hum=complex(solution[-2], solution[-1]) if hums else 0j,
     )
-
-
-def _apart_from_orders(time: Array, angle: Array, mains: float) -> bool:
-    """True where mains frequency is told from all orders of the shaft: half a period apart over the stretch."""
-    turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
-    periods = mains * (time[-1] - time[0])
-    return min(abs(periods - k * turns) for k in range(1, HARMONICS + 1)) > _APART
 
 
 def _colour(left: Array) -> Array:

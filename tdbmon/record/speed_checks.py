@@ -35,6 +35,7 @@ _CLOCK = "sampling rate and unit of time"
 _AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
 _LONGER, _TAIL = 10, 0.02  # times the longest hold before; of the record
 _HEAD_S = 0.04  # that shows the levitated shaft
+_START_S = 0.02  # at the start, of a speed signal
 _NOTHING = 1e-3  # of the keyphasor's speed: a signal that reads less is dead
 _SLOWED = 0.005  # of the keyphasor's speed from start to end: more is no controlled speed
 _KEYED = ". It is left out: the speed comes from the keyphasor"
@@ -59,7 +60,7 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         left_out = _KEYED if _sound(marks) else ""
         detail = f"reads {float(np.median(values[good])):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
         return Check("speed", "speed", False, detail)
-    floor = floor_from(values)
+    floor = floor_from(ds[ds["speed"].dims[0]].values, values)
     if floor is not None:
         at = float(ds[ds["speed"].dims[0]].values[floor])
         detail = f"stands at {values[floor]:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
@@ -142,7 +143,7 @@ def _backward(ds: xr.Dataset) -> bool:
     return bool(good.any()) and float(np.median(values[good])) < 0
 
 
-def floor_from(values: np.ndarray) -> int | None:
+def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
     """Return the sample from which a speed signal stands at the lowest value that its sensor reads; None where it does not.
 
     It holds one value, no small part of its first, to the record's end, for far longer than it holds any before.
@@ -153,8 +154,8 @@ def floor_from(values: np.ndarray) -> int | None:
         return None
     first, length = int(flat.first[-1]), int(flat.length[-1])
     held = max(flat.length[:-1].tolist(), default=1)
-    level, start = float(values[first]), float(np.nanmedian(values[:50]))
-    falls = np.isfinite(start) and _AT_REST * start < level < _FLOOR * start
+    level, start = float(values[first]), _starting(time, values)
+    falls = start is not None and _AT_REST * start < level < _FLOOR * start
     return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
 
@@ -284,7 +285,7 @@ def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
-    floor = floor_from(ds["speed"].values) if "speed" in ds else None
+    floor = floor_from(ds[ds["speed"].dims[0]].values, ds["speed"].values) if "speed" in ds else None
     if floor is None:
         return ds
     speed, marks = ds["speed"], _marks(ds, machine)
@@ -339,8 +340,17 @@ def _marks(ds: xr.Dataset, machine: Machine) -> Pulses | None:
 def _signal_at_start(ds: xr.Dataset) -> float | None:
     if "speed" not in ds:
         return None
-    start = ds["speed"].values[:50]
-    return float(np.nanmedian(start)) if np.isfinite(start).any() else None
+    speed = ds["speed"]
+    return _starting(ds[speed.dims[0]].values, speed.values)
+
+
+def _starting(time: np.ndarray, values: np.ndarray) -> float | None:
+    """Return the median of a speed signal's values while the shaft surely levitates, or the first where it is slow."""
+    there = np.isfinite(values)
+    if not there.any():
+        return None
+    time, values = time[there], values[there]
+    return float(np.median(values[: max(int(np.searchsorted(time, time[0] + _START_S)), 1)]))
 
 
 def _named(ratio: float, kinds: dict[float, str]) -> str:

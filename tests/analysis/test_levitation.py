@@ -71,3 +71,29 @@ def test_what_happens_after_the_release_is_no_levitation():
 
 def test_without_a_clearance_centre_no_reach_is_told():
     assert "centre" in levitation(levitated(), "DE", RELEASE, SPEED, 50.0, None, C_MIN).reach.why
+
+
+def rotating(seconds: float, speed: float, decay: float = 0.0, seed: int = 0):
+    """A round orbit whose speed falls by `decay` Hz/s until it is `speed` at the end."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(int(seconds * RATE)) / RATE
+    since = t - t[-1]
+    turn = 2 * np.pi * (speed * since - decay / 2 * since**2) + rng.uniform(0, 6)
+    xy = np.column_stack([PLACE[0] + ORBIT * np.cos(turn), PLACE[1] + ORBIT * np.sin(turn)])
+    return planes_of(t, {end: xy + NOISE * rng.standard_normal(xy.shape) for end in ("NDE", "DE")})
+
+
+@pytest.mark.parametrize(("stated", "decay"), [(SPEED, 0.0), (1.001 * SPEED, 0.0), (SPEED, 0.75), (0.99 * SPEED, 3.0)])
+def test_over_a_long_levitation_once_per_revolution_stays_whole(stated, decay):
+    """Against one frequency a tenth of a per cent off, a phasor of five seconds turns by half and more."""
+    found = levitation(rotating(5.0, SPEED, decay), "DE", 5.1, stated, 50.0, None, C_MIN)
+    assert found.once.value == pytest.approx(np.sqrt(2) * ORBIT, rel=0.01)
+    assert found.noise.value == pytest.approx(NOISE, rel=0.05)
+
+
+@pytest.mark.parametrize("speed", [50.0, 51.0, 25.0])
+def test_a_hum_that_no_stretch_tells_from_an_order_halves_nothing(speed):
+    found = levitation(rotating(0.3, speed), "DE", 0.4, speed, 50.0, None, C_MIN)
+    truth = np.sqrt(2) * ORBIT
+    assert found.once.value == pytest.approx(truth, rel=0.02)
+    assert found.once.low <= truth <= found.once.high

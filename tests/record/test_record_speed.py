@@ -12,6 +12,7 @@ from tdbsim.errors import InputError
 from tdbsim.sensors import keyphasor_pulses
 
 from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.rotation import Rotation
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import pulses
@@ -267,3 +268,32 @@ def test_a_speed_signal_that_ends_early_is_compared_while_it_goes() -> None:
     found = speed_check(ds, machine(), pulses(ds, machine()))
     assert found.passed and "agrees with the keyphasor" in found.detail
     require_one_speed(ds, machine(), "record")
+
+
+def _slowly_logged(path: Path, every_s: float, keyphasor: bool) -> xr.Dataset:
+    """A record whose speed another logger read so seldom."""
+    raw = _record(path, 1.0, keyphasor)
+    fast = raw["speed"]
+    step = round(every_s / float(fast["time"][1] - fast["time"][0]))
+    slow = fast.isel(time=slice(None, None, step)).rename({"time": "time_2"})
+    return raw.drop_vars("speed").assign(speed=slow)
+
+
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_speed_read_ten_times_a_second_is_that_of_the_start(path: Path, keyphasor: bool) -> None:
+    ds = assign(_slowly_logged(path, 0.1, keyphasor), machine())
+    truth = float(np.median(read(path)["speed"].values[:1000]))
+    assert _speed_check(ds).passed
+    assert refuted(ds, machine()) == ()
+    assert Rotation.of(ds, machine()).before(None) == pytest.approx(truth, rel=0.005)
+
+
+def test_a_keyphasor_tells_more_than_a_slow_speed_signal() -> None:
+    slow = _slowly_logged(SHORT[1], 0.1, keyphasor=True)
+    found, full = analyse(slow, machine()).rundown, analyse(read(SHORT[1]), machine()).rundown
+    assert found is not None and full is not None
+    assert found.source == "keyphasor pulses"
+    assert found.initial.value == pytest.approx(full.initial.value, rel=0.002)
+    omega = 2 * np.pi * machine().sense * full.initial.value
+    assert measured_drop(slow, machine()).omega == pytest.approx(omega, rel=0.002)
