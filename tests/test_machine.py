@@ -74,6 +74,8 @@ def test_a_number_is_already_si():
         ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "stands upright does not fall"),
+        ('rotation = "ccw"', 'rotation = "ccw"\nmains = 0', "mains 0 Hz is no mains frequency"),
+        ('rotation = "ccw"', 'rotation = "ccw"\nmains = "0.5 kHz"', "mains 500 Hz is no mains frequency"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
     ],
 )

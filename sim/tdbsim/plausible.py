@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 _STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
 # m/s^2 across the shaft: one that stands upright to some 6 deg does not fall onto its touchdown bearings
 _LEAST_GRAVITY = 1.0
+_MAINS = 16.0, 400.0  # Hz: railways to aircraft
 
 
 def check_plausible(machine: Machine) -> None:
@@ -30,6 +31,11 @@ def check_plausible(machine: Machine) -> None:
             f"gravity {machine.gravity:g} m/s^2: a shaft that stands upright does not fall onto its touchdown bearings, and what"
             " is told of a drop rests on that fall; only horizontal shafts are covered (inclined ones by 9.81 m/s^2 times the"
             " cosine of the inclination). For the run-down alone, which takes no fall, leave out gravity and all [[probe]] tables"
+        )
+    lowest, highest = _MAINS
+    if not lowest <= machine.mains <= highest:
+        raise InputError(
+            f"mains {machine.mains:g} Hz is no mains frequency ({lowest:g} to {highest:g} Hz); give 50 Hz or 60 Hz"
         )
     _check_rotor(machine.rotor)
     for bearing in machine.touchdown_bearings:
