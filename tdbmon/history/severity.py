@@ -25,6 +25,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
 WINDOW_S = 0.2  # after the release: what any record of a drop holds, and where the blows are
@@ -71,7 +72,8 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
     Raises
     ------
     InputError
-        If the record ends before `WINDOW_S` after the release has passed, or samples of this end are missing up to there.
+        If the record ends before `WINDOW_S` after the release has passed, or up to there samples of this end are missing or
+        the time axis has a hole.
     """
     time = planes.time.to_numpy()
     if time[-1] < release + WINDOW_S:
@@ -87,7 +89,14 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
     time, position = time[near], planes.displacement.sel(end=end).to_numpy()[:, near]
     if not np.isfinite(position).all():
         raise InputError(f"samples of {end} are missing before {WINDOW_S:g} s after the release: a velocity needs all")
-    sampling = 1 / float(np.median(np.diff(time)))
+    before, *after = pieces(time)
+    if after:
+        begin, stop = time[before.stop - 1], time[after[0].start]
+        raise InputError(
+            f"no samples for {stop - begin:.3g} s after {begin:.5g} s: a velocity of {end} up to {WINDOW_S:g} s after the"
+            " release needs all; record without a pause"
+        )
+    sampling = float(planes.attrs["sampling_hz"])
     inside = (time >= release) & (time < release + WINDOW_S)
     size = np.hypot(*centre_velocity(position, sampling)[:, inside])
     unit = 2 * np.pi * float(speed.value or 0) * float(clearance.value or 0)

@@ -9,15 +9,16 @@ from tdbsim.errors import InputError
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.severity import severity
+from tdbmon.record.timebase import usual_rate
 
 RATE, RELEASE, CLEARANCE, SPEED = 20000.0, 0.1, 250e-6, 50.0
 
 
-def planes(x: np.ndarray, y: np.ndarray, rate: float = RATE) -> xr.Dataset:
-    time = np.arange(len(x)) / rate
+def planes(x: np.ndarray, y: np.ndarray, time: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {"displacement": (("end", "axis", "time"), np.stack([x, y])[None])},
         coords={"end": ["NDE"], "axis": ["x", "y"], "time": time},
+        attrs={"sampling_hz": usual_rate(time)},
     )
 
 
@@ -27,7 +28,7 @@ def known(value: float, unit: str, sigma: float = 0.0) -> Estimate:
 
 def found(x, y, **changes):
     clearance = changes.get("clearance", known(CLEARANCE, "um"))
-    where = planes(x, y, changes.get("rate", RATE))
+    where = planes(x, y, changes.get("time", np.arange(len(x)) / changes.get("rate", RATE)))
     return severity(where, "NDE", changes.get("release", RELEASE), known(SPEED, "Hz"), clearance)
 
 
@@ -116,6 +117,25 @@ def test_missing_samples_are_told():
     x[3000] = np.nan
     with pytest.raises(InputError, match="missing"):
         found(x, y)
+
+
+@pytest.mark.parametrize("begins", [0.05, 0.2])
+def test_a_hole_in_the_time_axis_is_told(begins):
+    """Joined across it, the orbit jumps by 5 ms of its way within one sample."""
+    x, y = orbit(RATE, 0.5, 0.0, 0)
+    time = np.arange(len(x)) / RATE
+    there = (time < begins) | (time > begins + 5e-3)
+    with pytest.raises(InputError, match=r"no samples for 0.005\d* s after"):
+        found(x[there], y[there], time=time[there])
+
+
+def test_rounded_stamps_do_not_change_the_velocity():
+    """Of stamps in steps of 10 us at 12.8 kHz, 78.125 us apart, the median interval is 80 us."""
+    time = np.arange(int(0.31 * 12800)) / 12800
+    angle = 2 * np.pi * SPEED * time
+    result = found(CLEARANCE * np.cos(angle), CLEARANCE * np.sin(angle), time=np.round(time, 5))
+    assert result.peak.value == pytest.approx(1.0, rel=0.01)
+    assert result.rms.value == pytest.approx(1.0, rel=0.01)
 
 
 def test_a_record_that_ends_too_early_is_told():
