@@ -9,9 +9,12 @@ import numpy as np
 from tdbmon.analysis.contact_events import NOISE_S, Contact, contact_events, crossing
 from tdbmon.analysis.missing_stretches import MissingStretches, said
 from tdbmon.estimate import Estimate
+from tdbmon.record.timebase import usual_interval
 
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
 _LEVELS = 25  # tried over the interval of the touching radius
+_PASSING_S = 4e-4  # on either side of a crossing, for its velocity: a small part of a contact
+_SLOWEST = 1e-3  # m/s, of a passage: where the shaft turns round at the level its velocity is none
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,8 @@ def first_contact(
     depth = d @ n
     rule = "radial displacement through the touching radius"
     touched, lifted = lost.at(contact.start), lost.at(contact.end)
-    touch_sigma = _crossing_sigma(t, depth, contact.start, sigma)
+    step = usual_interval(t)
+    touch_sigma = _crossing_sigma(t, depth, contact.start, sigma, step)
     touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
     if touched:
         touch = Estimate(contact.start, *touched, "s", "within the missing samples")
@@ -90,7 +94,7 @@ def first_contact(
         unknown = f"{said(lifted)}, and there the shaft lifts off"
     else:
         unknown = _maybe(lost.within(contact.start, contact.end), "lifted off")
-    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma)
+    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma, step)
     restitution = _restitution(t, d, contact, following, n, gravity)
     if unknown:
         duration, restitution = (Estimate.missing(unit, unknown) for unit in ("s", "1"))
@@ -103,7 +107,7 @@ def first_contact(
     if hidden:
         t1 = t2 = Estimate.missing("s", hidden)
     else:
-        t1, t2 = _static(t, depth, contact, lost, static, sigma)
+        t1, t2 = _static(t, depth, contact, lost, static, sigma, step)
     return FirstContact(
         touch=touch,
         duration=duration,
@@ -134,7 +138,7 @@ def _restitution(
 
 
 def _duration_and_rebound(
-    t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float
+    t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float, step: float
 ) -> tuple[Estimate, Estimate]:
     """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch.
 
@@ -150,7 +154,7 @@ def _duration_and_rebound(
         flight = (t >= later[0].end) & (t <= (later[1].start if len(later) > 1 else t[-1]))
         lasted.append(later[0].end - later[0].start)
         risen.append(max(at - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
-    half = float(1.96 * np.sqrt(2) * (t[1] - t[0]) / 4)
+    half = float(1.96 * np.sqrt(2) * step / 4)
     among = "for all touching radii within the interval"
     return (
         Estimate(
@@ -160,11 +164,11 @@ def _duration_and_rebound(
     )
 
 
-def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float) -> float:
-    """Standard deviation of the instant of a crossing whose level is uncertain by sigma."""
-    near = np.abs(t - at) < 4e-4
+def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float, step: float) -> float:
+    """Standard deviation of the instant of a crossing whose level is uncertain by sigma, between samples a step apart."""
+    near = np.abs(t - at) < _PASSING_S
     slope = np.polyfit(t[near] - at, depth[near], 1)[0] if near.sum() > 2 else 0.0
-    return float(np.hypot(sigma / max(abs(slope), 1e-3), (t[1] - t[0]) / 4))
+    return float(np.hypot(sigma / max(abs(slope), _SLOWEST), step / 4))
 
 
 def _flight(
@@ -183,12 +187,18 @@ def _flight(
 
 
 def _static(
-    t: np.ndarray, depth: np.ndarray, contact: Contact, lost: MissingStretches, static: float, sigma: float
+    t: np.ndarray,
+    depth: np.ndarray,
+    contact: Contact,
+    lost: MissingStretches,
+    static: float,
+    sigma: float,
+    step: float,
 ) -> tuple[Estimate, Estimate]:
     """Instants at which the shaft passes its position at rest within the first contact."""
-    inside = np.flatnonzero((t >= contact.start - 5e-4) & (t <= contact.end + 5e-4))
+    inside = np.flatnonzero((t >= contact.start) & (t <= contact.end))
     beyond = inside[depth[inside] > static]
-    apart = np.flatnonzero(np.diff(beyond) > max(int(NOISE_S / (t[1] - t[0])), 1))
+    apart = np.flatnonzero(np.diff(beyond) > max(round(NOISE_S / step), 1))
     beyond = beyond[: apart[0] + 1] if apart.size else beyond  # the first half swing, where the shaft dips in again
     rule = "radial displacement through its value at rest"
     if not beyond.size:
@@ -198,7 +208,7 @@ def _static(
     made = [
         Estimate.missing("s", f"{said(gap)}, and there the shaft passes its position at rest")
         if (gap := lost.at(at))
-        else Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma), "s", rule)
+        else Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma, step), "s", rule)
         for at in instants
     ]
     return made[0], made[1]

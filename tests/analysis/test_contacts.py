@@ -204,6 +204,18 @@ def test_a_gap_too_short_for_the_way_to_the_ring_and_back_hides_no_contact():
     assert "where the shaft may have touched" in near.why
 
 
+@pytest.mark.parametrize("stop", [0.0104, 0.0131])
+def test_a_gap_right_after_the_release_does_not_widen_what_is_known_of_a_contact_far_from_it(stop):
+    """The first two samples that are there are as far apart as the gap is long."""
+    whole, gapped = (
+        find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first
+        for planes in (fall_on_a_spring()[0], without(fall_on_a_spring()[0], 0.01006, stop))
+    )
+    for name in ("touch", "duration", "static_in", "static_out", "rebound"):
+        expected, got = getattr(whole, name), getattr(gapped, name)
+        assert (got.low, got.value, got.high) == pytest.approx((expected.low, expected.value, expected.high))
+
+
 def test_missing_samples_do_not_spoil_the_contact():
     planes, touch, *_ = fall_on_a_spring()
     planes.displacement[:, :, ::50] = np.nan
