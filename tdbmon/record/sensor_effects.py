@@ -18,11 +18,14 @@ from tdbmon.record.finding import Check
 from tdbmon.record.timebase import usual_rate
 
 
-def sensor_chain(machine: Machine, sampling: float) -> tuple[SensorChain, tuple[str, ...]]:
-    """Return what a machine file's effects do to its sensors, and those (name at place) that readings can be freed of."""
+def sensor_chain(machine: Machine) -> tuple[SensorChain, tuple[str, ...]]:
+    """Return what a machine file's effects do to its sensors, and those (name at place) that readings can be freed of.
+
+    Lags count in s, as in samples at 1 Hz: channels may be of several rates.
+    """
     chain, names = SensorChain(), []
     for setting in machine.effects:
-        changed = from_setting(setting).sense(chain, machine, sampling)
+        changed = from_setting(setting).sense(chain, machine, 1.0)
         freed = replace(changed, probes={name: replace(link, runout=()) for name, link in changed.probes.items()})
         if freed != chain:
             names.append(f"{setting.name} at {setting.where}")
@@ -49,13 +52,14 @@ def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
     present = [probe.name for probe in machine.probes if probe.name in record]
     if not present:
         return record, machine
-    time = record[record[present[0]].dims[0]].to_numpy()
-    chain, names = sensor_chain(machine, usual_rate(time) if len(time) > 1 else 1.0)
+    chain, names = sensor_chain(machine)
     if not names:
         return record, machine
     out = record.copy()
     for name in present:
-        out[name] = (record[name].dims, _earlier(record[name].to_numpy(), chain.of(name).lag), record[name].attrs)
+        (dim,) = record[name].dims
+        readings = _earlier(record[name].to_numpy(), chain.of(name).lag, record[dim].to_numpy())
+        out[name] = (dim, readings, record[name].attrs)
     for name, readings in _without_leaks(out, chain, present).items():
         link = chain.of(name)
         out[name] = (out[name].dims, (readings - link.offset) / link.gain, out[name].attrs)
@@ -80,10 +84,11 @@ def _without_leaks(record: xr.Dataset, chain: SensorChain, present: list[str]) -
     }
 
 
-def _earlier(readings: np.ndarray, lag: float) -> np.ndarray:
-    """Return readings earlier by `lag` samples; NaN beyond the end, and where nothing was measured."""
-    if lag == 0:
+def _earlier(readings: np.ndarray, lag_s: float, time: np.ndarray) -> np.ndarray:
+    """Return readings of sampled times, both (n,), earlier by a lag; NaN beyond the end, and where nothing was measured."""
+    if lag_s == 0 or len(time) < 2:
         return readings
+    lag = lag_s * usual_rate(time)
     missing = ~np.isfinite(readings)
     at = np.arange(len(readings))
     if missing.all():
@@ -100,7 +105,7 @@ def check_effects(machine: Machine) -> list[Check]:
     """Say what becomes of the effects that the machine file carries."""
     if not machine.effects:
         return []
-    _, sensors = sensor_chain(machine, 1.0)
+    _, sensors = sensor_chain(machine)
     others = [told for each in machine.effects if (told := f"{each.name} at {each.where}") not in sensors]
     said = [f"{', '.join(sensors)}: readings are freed of it before anything is told from them"] if sensors else []
     if others:

@@ -68,6 +68,20 @@ def test_what_a_late_channel_has_not_yet_recorded_is_missing(machine: Machine) -
     assert np.isfinite(out["NDE_A"].values).all()
 
 
+def test_a_lag_is_taken_back_by_the_rate_of_its_own_channel(machine: Machine) -> None:
+    """The first probe of the machine is sampled at a quarter of the others' rate."""
+    late = EffectSetting(name="channel_lag", where="DE_A", delay="1 ms")
+
+    def slower(record: xr.Dataset) -> xr.Dataset:
+        first = record["NDE_A"][::4].rename(time="time_2")
+        return record.drop_vars("NDE_A").assign(NDE_A=first)
+
+    carrying = _carrying(machine, late)
+    truth, (found, _) = slower(_readings(machine)), freed(slower(_readings(carrying)), carrying)
+    assert np.abs(found["DE_A"] - truth["DE_A"])[20:-20].max() < 1e-9
+    xr.testing.assert_identical(found["NDE_A"], truth["NDE_A"])
+
+
 def test_runout_and_what_is_no_sensor_change_nothing(machine: Machine) -> None:
     others = (
         EffectSetting(name="probe_runout", where="NDE", first="8 um", first_phase="20 deg"),
