@@ -48,9 +48,10 @@ def unexplained(contender: Contender) -> Unexplained:
     loudest: tuple[float, int, int, Array, Array] | None = None
     for drop in range(len(contender.problem.drops)):
         found = contender.problem.simulated(contender.fit.point, drop, contender.horizon)
-        since, left = found.since[found.since >= 0], np.nan_to_num(found.left_after)
+        since, left = found.since[found.since >= 0], found.left_after
         for row, noise in enumerate(contender.problem.drops[drop].noise):
-            over = float(np.std(left[row])) / noise.sigma
+            there = _there(left[row])
+            over = float(np.std(there)) / noise.sigma if there.size else 0.0
             if loudest is None or over > loudest[0]:
                 loudest = (over, drop, row, since, left[row])
     if loudest is None:  # a problem has a drop, and a drop has probes
@@ -58,17 +59,25 @@ def unexplained(contender: Contender) -> Unexplained:
     _, drop, row, since, series = loudest
     measured = contender.problem.drops[drop]
     width = max(2, round(_SPAN_S / measured.interval))
-    power = np.convolve(series**2, np.ones(width), "valid")
+    there = _there(series)
+    # a missing sample is neither loud nor part of any frequency
+    power = np.convolve(np.nan_to_num(series**2), np.ones(width), "valid")
     begin = int(np.argmax(power))
-    spectrum = np.abs(np.fft.rfft((series - series.mean()) * np.hanning(len(series)), 8 * len(series)))
+    swing = np.nan_to_num(series - there.mean())
+    spectrum = np.abs(np.fft.rfft(swing * np.hanning(len(series)), 8 * len(series)))
     frequency = float(np.fft.rfftfreq(8 * len(series), measured.interval)[int(np.argmax(spectrum))])
     return Unexplained(
         drop=measured.name,
         probe=measured.probes[row].name,
-        rms=math.sqrt(float(np.mean(series**2))),
+        rms=math.sqrt(float(np.mean(there**2))),
         noise=measured.noise[row].sigma,
         since=float(since[begin]),
         until=float(since[min(begin + width, len(since) - 1)]),
         frequency=frequency,
         ratio=contender.ratio,
     )
+
+
+def _there(series: Array) -> Array:
+    """Return what is left where a sample was measured."""
+    return series[np.isfinite(series)]
