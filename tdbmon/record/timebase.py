@@ -129,14 +129,21 @@ def _stated(text: str, si: str, unit: str | None) -> float:
     """Return an interval or a rate in SI from a text, with the unit that its name has where it has none of its own."""
     in_name = unit or ""
     if si == "Hz":
-        text, in_name = (_PER_SECOND.sub(r"\1Hz", each.strip()) for each in (text, in_name))
+        text = _in_hz(text)
         if in_name.lower() in ("", "hz"):  # no drop is recorded at 20.000 Hz
             text = _THOUSANDS.sub(lambda found: re.sub("[.,]", "", found[0]), text)
     known = si_unit_of(in_name) if in_name and is_bare(text) else None
     return to_si(text, si) * (known[1] if known is not None and known[0] == si else 1.0)
 
 
+def _in_hz(text: str) -> str:
+    """Return a unit of rates, or a text that ends with one, in Hz: ``kS/s`` are kHz."""
+    return _PER_SECOND.sub(r"\1Hz", text.strip())
+
+
 def _number(entry: Any, si: str, unit: str | None) -> float | None:
+    if unit and si == "Hz":
+        unit = _in_hz(unit)
     try:
         if isinstance(entry, bytes):
             entry = entry.decode("utf-8", "replace")

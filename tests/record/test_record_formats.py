@@ -215,6 +215,16 @@ def test_hdf5_matrix_with_names_and_foreign_things(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.diff(record["time"].values), 2e-4)
 
 
+@pytest.mark.parametrize(
+    ("name", "rate"), [("fs [kS/s]", 5), ("fs [kS/s]", "5"), ("fs (S/s)", 5000.0), ("Sample rate [kHz]", 5)]
+)
+def test_a_rate_in_numbers_has_the_unit_of_its_name(name: str, rate: float | str, tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["A"] = np.arange(10.0)
+        file.attrs[name] = rate
+    np.testing.assert_allclose(read(tmp_path / "a.h5")["time"].values, np.arange(10) / 5000)
+
+
 def test_mat_struct_array_names_its_channels(tmp_path: Path) -> None:
     from scipy.io import savemat
 
