@@ -29,7 +29,7 @@ from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
-from tdbmon.identify.problem import Problem, build_problem, check_start
+from tdbmon.identify.problem import BENDING, Problem, build_problem, check_start
 from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
@@ -44,7 +44,6 @@ CANDIDATES = (
 
 _LEVITATED_S, _AFTER_S = 0.1, 0.03
 _OFF_CENTRE = 0.1  # of the gap
-_BENDING = 12  # as the fit's model has it
 _ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
 _METHOD = f"linear, {DETECTABLE:g} standard deviations of the stated noise"
 
@@ -193,7 +192,7 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
         shaft_angle=float(rng.uniform(0, 2 * np.pi)),
         sensors=SensorChain(probe=ProbeChain(noise=noise), speed_noise_hz=0.05),
         seed=number,
-        bending=_BENDING,
+        bending=BENDING,
     )
     record = simulate(machine, plan)
     record.attrs["source_file"] = f"nominal drop {number + 1} from {speed:g} Hz"

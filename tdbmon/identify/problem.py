@@ -35,7 +35,7 @@ from tdbmon.identify.variants import Variant, left_by, paths
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-_BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
+BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
 _EDGE = 1e-6  # of a value's scale: so near, it is at its bound
 
 
@@ -293,7 +293,7 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew)
     plain = machine.model_copy(update={"effects": ()})
     own = tuple(drop_parameters(machine, _set_point(machine, drop), drop.angle, drop.angle_sigma) for drop in drops)
     shared = (*machine_parameters(machine), *sensor_parameters(machine))
-    return Problem(build_model(plain, bending=_BENDING), drops, shared, own, crew, standing=all_effects(machine))
+    return Problem(build_model(plain, bending=BENDING), drops, shared, own, crew, standing=all_effects(machine))
 
 
 def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:
