@@ -35,6 +35,8 @@ class Contact:
 def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
     """Return the stretches beyond a level of the radius; gaps and stretches under 0.2 ms belong to their neighbours (noise).
 
+    They last from one crossing of the level to the next, not from sample to sample: a contact may have one sample only.
+
     Parameters
     ----------
     t : (n,) array
@@ -52,19 +54,19 @@ def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) ->
         edges = np.concatenate([[0], edges])
     if beyond[-1]:
         edges = np.concatenate([edges, [len(r)]])
-    spans: list[list[int]] = []
-    for start, stop in edges.reshape(-1, 2):
-        if spans and t[start] - t[spans[-1][1] - 1] < NOISE_S:
-            spans[-1][1] = int(stop)
-        else:
-            spans.append([int(start), int(stop)])
+    spans: list[tuple[int, int]] = []
+    for start, stop in edges.reshape(-1, 2).tolist():
+        if spans and crossing(t, r, start, level) - crossing(t, r, spans[-1][1], level) < NOISE_S:
+            start = spans.pop()[0]
+        spans.append((start, stop))
     out = []
     for start, stop in spans:
-        if t[stop - 1] - t[start] < NOISE_S:
+        touch, lift_off = crossing(t, r, start, level), crossing(t, r, stop, level)
+        if lift_off - touch < NOISE_S:
             continue
         deep = start + int(np.argmax(r[start:stop]))
         angle = float(np.arctan2(d[deep, 1], d[deep, 0]))
-        out.append(Contact(crossing(t, r, start, level), crossing(t, r, stop, level), angle, float(r[deep] - level)))
+        out.append(Contact(touch, lift_off, angle, float(r[deep] - level)))
     return tuple(out)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tdbmon.analysis.contact_events import contact_events
 from tdbmon.analysis.contacts import find_contacts
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.stiffness import single_mass_stiffness
@@ -135,6 +136,52 @@ def test_noise_about_the_level_does_not_multiply_contacts():
     planes, *_ = fall_on_a_spring(noise=0.5e-6, seed=4)
     planes = planes.isel(time=planes.time < 0.02)
     assert len(find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).events) == 1
+
+
+LEVEL, FLIGHT = 250e-6, 0.01037  # m; s between two contacts, of any part of an interval more each time
+BOUNCES = 200
+
+
+def bounces(lasting, rate):
+    """Bounces on a spring at 70 mm/s: half sines of so many s, and parabolas between; times and depth beyond LEVEL."""
+    period = lasting + FLIGHT
+    time = np.arange(int(BOUNCES * period * rate)) / rate
+    since = time % period - FLIGHT / 2  # the touch
+    aloft = np.where(since < 0, since + FLIGHT, since - lasting)  # since the lift-off
+    pressed = 0.07 * lasting / np.pi * np.sin(np.pi * since / lasting)
+    return time, np.where((since >= 0) & (since <= lasting), pressed, 0.07 * aloft * (aloft / FLIGHT - 1))
+
+
+def events_of(time, depth, noise=0.0, seed=0):
+    d = np.column_stack([np.zeros(len(time)), -(LEVEL + depth)])
+    d += noise * np.random.default_rng(seed).standard_normal(d.shape)
+    return contact_events(time, d, np.hypot(*d.T), LEVEL)
+
+
+@pytest.mark.parametrize(
+    ("lasting", "rate"), [(0.5e-3, 2e3), (1e-3, 2e3), (0.25e-3, 5e3), (0.3e-3, 10e3), (0.25e-3, 20e3), (0.25e-3, 100e3)]
+)
+def test_contacts_of_a_few_samples_are_found(lasting, rate):
+    """From its first sample to its last a contact lasts up to two intervals less than from touch to lift-off."""
+    found = events_of(*bounces(lasting, rate))
+    assert len(found) == BOUNCES
+    lasted = np.mean([each.end - each.start for each in found])
+    assert lasted == pytest.approx(lasting, abs=1 / 3 / rate)  # straight lines cut a half sine of few samples
+
+
+@pytest.mark.parametrize("rate", [5e3, 20e3, 100e3])
+def test_what_is_shorter_than_noise_may_be_is_no_contact(rate):
+    assert not events_of(*bounces(0.15e-3, rate))
+
+
+@pytest.mark.parametrize("rate", [2e3, 5e3, 10e3, 20e3, 50e3])
+def test_noise_neither_makes_nor_parts_contacts(rate):
+    """Four standard deviations from the level, and through it: noise of 1 um crosses it in either direction for a sample."""
+    for seed in range(5):
+        time, depth = bounces(2e-3, rate)
+        assert len(events_of(time, depth, 1e-6, seed)) == BOUNCES
+        assert not events_of(time, np.full(len(time), -4e-6), 1e-6, seed)
+        assert len(events_of(time, np.full(len(time), 4e-6), 1e-6, seed)) == 1
 
 
 def without(planes, start, stop):
