@@ -14,6 +14,11 @@ _STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
 # m/s^2 across the shaft: one that stands upright to some 6 deg does not fall onto its touchdown bearings
 _LEAST_GRAVITY = 1.0
 _MAINS = 16.0, 400.0  # Hz: railways to aircraft
+_SMALLEST_JOURNAL = 0.2  # of the pitch radius: thicker is no sleeve in the inner ring
+_LEAST_FILLED = 0.2  # of the pitch circle by balls
+_RING_WIDTH = (
+    2.0  # times; what turns with the ring may lie so far inside of the journal's radius or outside of the balls'
+)
 
 
 def check_plausible(machine: Machine) -> None:
@@ -41,6 +46,7 @@ def check_plausible(machine: Machine) -> None:
     for bearing in machine.touchdown_bearings:
         where = f"touchdown_bearing '{bearing.name}'"
         _check_gap(bearing, where)
+        _check_ring(bearing, where)
         _check_signs(bearing, where)
         _check_travel(machine, bearing, where)
         if bearing.heat is not None:
@@ -79,6 +85,30 @@ def _check_gap(bearing: TouchdownBearing, where: str) -> None:
         raise InputError(
             f"{where}: balls: diametral_clearance {clearance.nominal * 1e6:g} um is more than the diametral air gap"
             f" ({2 * gap.nominal * 1e6:g} um); check its unit"
+        )
+
+
+def _check_ring(bearing: TouchdownBearing, where: str) -> None:
+    """Refuse an inner ring that does not stand between journal and balls, or whose inertia is none of a ring there."""
+    balls, radius = bearing.balls, bearing.journal_radius
+    pitch_radius = balls.pitch_diameter / 2
+    if not _SMALLEST_JOURNAL * pitch_radius < radius < pitch_radius:
+        raise InputError(
+            f"{where}: journal_radius {radius * 1e3:g} mm does not go into a bearing whose balls run on a radius of"
+            f" {pitch_radius * 1e3:g} mm (half of pitch_diameter); check both units"
+        )
+    filled = balls.count * balls.diameter / (2 * math.pi * pitch_radius)
+    if filled < _LEAST_FILLED:
+        raise InputError(
+            f"{where}: balls: {balls.count} of {balls.diameter * 1e3:g} mm fill {filled:.2g} of their pitch circle, of which half"
+            f" and more is usual; check diameter and pitch_diameter ({balls.pitch_diameter * 1e3:g} mm)"
+        )
+    gyration = math.sqrt(bearing.inner_ring_inertia / bearing.inner_ring_mass)
+    if not radius / _RING_WIDTH < gyration < pitch_radius * _RING_WIDTH:
+        raise InputError(
+            f"{where}: inner_ring_inertia {bearing.inner_ring_inertia:g} kg m^2 and inner_ring_mass"
+            f" {bearing.inner_ring_mass:g} kg put the ring on a radius of {gyration * 1e3:.3g} mm, but it lies between journal"
+            f" ({radius * 1e3:g} mm) and balls ({pitch_radius * 1e3:g} mm); check both units"
         )
 
 
