@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from tdbsim.columns import ROTOR_ROW
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import EffectSetting, Machine
-from tdbsim.units import scale, to_si
+from tdbsim.units import is_bare, scale, to_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,9 +122,12 @@ class Parameter:
         if self.choices:
             return str(value).strip()
         try:
-            return to_si(value, self.si)
+            number = to_si(value, self.si)
         except InputError as error:
             raise InputError(f"{owner}: {self.name}: {error}") from None
+        if isinstance(value, str) and is_bare(value) and self.unit != "1" and 0 < abs(number) < math.inf:
+            raise InputError(f'{owner}: {self.name} {value} has no unit; write e.g. "{value} {self.unit}"')
+        return number
 
 
 def parameter(

@@ -17,6 +17,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim import hooks
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
@@ -58,7 +59,7 @@ LIMITS = (
 
 @dataclass(frozen=True, eq=False)
 class Detectable:
-    """How small an effect shows.
+    """How small an effect shows in the first contacts.
 
     Attributes
     ----------
@@ -80,6 +81,12 @@ class Detectable:
     size: Estimate
     unseen: float | None = None
     looks_like: tuple[Suspect, float] | None = None
+
+    @property
+    def may_show_later(self) -> bool:
+        """True of what goes on long after the first contacts, where `diagnose` seeks it too: drag, windage, rubbing."""
+        declared = self.suspect.declared
+        return declared.kind.builds_up or hooks.has_hook(declared, "windage")
 
 
 @dataclass(frozen=True, eq=False)
@@ -393,6 +400,9 @@ def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, fl
         )
     if value < limit if stiff else value > limit:
         told = about(limit, size.unit)
-        why = f"not to be seen in these drops {'down' if stiff else 'up'} to {told}, as far as a linear reckoning is believed"
+        why = (
+            f"not to be seen in the first {HORIZON * 1e3:g} ms of these drops {'down' if stiff else 'up'} to {told}, as far as a"
+            " linear reckoning is believed"
+        )
         return Estimate.missing(size.unit, why), limit
     return Estimate(value, unit=size.unit, method=_METHOD, why="a linear reckoning, without an interval"), None

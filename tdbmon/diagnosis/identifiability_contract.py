@@ -25,6 +25,7 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
                 **_suspect(each.suspect),
                 "parameter": each.parameter,
                 "smallest_detectable": each.size.to_json(),
+                "may_show_later": each.may_show_later,
                 "looks_like": {**_suspect(each.looks_like[0]), "similarity": each.looks_like[1]}
                 if each.looks_like
                 else None,
@@ -64,6 +65,11 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     if len(found.pairs) > _SHOWN:
         out.append(f"  and {len(found.pairs) - _SHOWN} more, in the JSON")
     out.append(f"next drop: {_advice(found)}")
+    if any(each.may_show_later for each in found.detectable):
+        out.append(
+            f"so early: in the first {HORIZON * 1e3:g} ms; such an effect may show in the rest of a record of 0.6 s, in how the"
+            " rotor slows and whirls, where `diagnose` seeks it too"
+        )
     out += [f"limit: {each}" for each in LIMITS]
     return out
 
@@ -76,9 +82,10 @@ def _size(found: Detectable) -> str:
     named = f"|{name} - {off:g}|" if off and not stiff else name
     if found.size.value is not None:
         return f"{named} {'up to' if stiff else 'from'} about {about(found.size.value, found.size.unit)}"
+    later = " so early" if found.may_show_later else ""
     if found.unseen is None:
-        return f"{named} not to be seen"
-    return f"{named} not to be seen {'down' if stiff else 'up'} to {about(found.unseen, found.size.unit)}"
+        return f"{named} not to be seen{later}"
+    return f"{named} not to be seen{later} {'down' if stiff else 'up'} to {about(found.unseen, found.size.unit)}"
 
 
 def _advice(found: Identifiability) -> str:

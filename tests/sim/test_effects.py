@@ -203,6 +203,7 @@ def test_parse_reads_what_a_person_writes():
         ("oval_clearance:amplitude=20 um", "no place given"),
         ("oval_clearance:end=NDE,where=DE", "place is given twice"),
         ("oval_clearance:end=NDE,amplitude=1 um,amplitude=2 um", "amplitude is given twice"),
+        ("oval_clearance:end=NDE,amplitude=20", 'amplitude 20 has no unit; write e.g. "20 um"'),
         ("oval_clearance:end=NDE,amplitude", "not of the form"),
         ("off_sized_ball:end=NDE,ball=2.5", "whole number"),
         ("race_waviness:end=NDE,race=middle", "not one of inner, outer"),
