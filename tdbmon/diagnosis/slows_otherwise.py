@@ -29,8 +29,7 @@ def slowing_remarks(contender: Contender) -> list[str]:
     slowings = slowings_of(contender)
     if slowings is None:
         return []
-    machine = contender.problem.model.machine
-    factor, sigma = _factor_beside_drag(slowings, _known_drag(machine))
+    factor, sigma = lag_beside_drag(slowings, contender.problem.model.machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return []
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
@@ -43,11 +42,12 @@ def slowing_remarks(contender: Contender) -> list[str]:
     ]
 
 
-def _factor_beside_drag(slowings: Sequence[Slowing], known: float) -> tuple[float, float]:
-    """Return the factor of the lag and its standard deviation, where the drag is known to a share of it only.
+def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float]:
+    """Return the factor of the lag and its standard deviation, where the machine's drag may be off by its tolerance.
 
     Some tens of milliseconds tell little of a decay of many seconds, and an error of it counts by the square of the time.
     """
+    known = _known_drag(machine)
     columns = ("lag", "drag", "left", "sigma")
     lag, drag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in columns)
     design = np.column_stack([lag, drag]) / sigma[:, None]

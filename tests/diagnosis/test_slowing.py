@@ -60,7 +60,7 @@ def test_the_rotor_loses_the_momentum_that_the_rings_gain(crew):
 
 
 def test_a_ring_that_is_hard_to_turn_is_found_with_its_place_and_size(crew):
-    field, slowed = judged(crew, f"ring_drag:end=DE,torque={TORQUE}")
+    field, slowed = judged(crew, f"ring_drag:end=DE,torque={TORQUE} N m")
     assert field[0].name == "ring_drag@DE"
     assert slowed is not None
     assert field[0].starts()[0].shared["torque"] == pytest.approx(TORQUE, rel=0.2)  # friction is hardly known so early
@@ -72,7 +72,7 @@ def test_a_ring_that_is_hard_to_turn_is_found_with_its_place_and_size(crew):
 
 def test_how_hard_a_ring_is_held_that_does_not_turn_is_known_as_a_least_value_only(crew):
     """Friction cannot drive a ring that is held as hard as this: any greater torque does the same."""
-    field, _ = judged(crew, f"ring_drag:end=DE,torque={HELD}")
+    field, _ = judged(crew, f"ring_drag:end=DE,torque={HELD} N m")
     assert field[0].name == "ring_drag@DE"
     (torque,) = (p for p in field[0].problem.shared if p.name == "ring_drag@DE.torque")
     found = field[0].starts()[0].shared["torque"]
@@ -122,7 +122,7 @@ def test_a_record_that_ends_early_tells_nothing(crew):
 
 
 def test_one_drop_alone_proves_no_cause(crew):
-    problem = problem_of(crew, f"ring_drag:end=DE,torque={TORQUE}")
+    problem = problem_of(crew, f"ring_drag:end=DE,torque={TORQUE} N m")
     alone = replace(problem, drops=problem.drops[:1], own=problem.own[:1])
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     field, slowed = with_slowing([settled_plain(alone)], everyone)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.slows_otherwise import lag_beside_drag
 from tdbmon.identify.slowing import lag_factor
 from tdbmon.report.document import Figure, Paragraph, Section
 
@@ -20,6 +21,8 @@ def section(evidence: Evidence) -> Section | None:
     if evidence.extended_slowing is not None:
         models["extended model"] = (lag_factor(evidence.extended_slowing), evidence.extended_slowing)
     counted = " and ".join(f"{factor:.2f} times ({name})" for name, (factor, _) in models.items())
+    machine = evidence.diagnosis.plain.problem.model.machine
+    beside, _ = lag_beside_drag(models[list(models)[-1]][1], machine)
     names = [drop.name for drop in evidence.diagnosis.plain.problem.drops]
     return Section(
         "How the rotor slows",
@@ -27,8 +30,9 @@ def section(evidence: Evidence) -> Section | None:
             Paragraph(
                 "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
                 " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
-                f" the shaft. The simulated lag behind a rotor that only coasts counts {counted}: polar inertia and friction at"
-                " small loads are known no better. What remains tells of rings that are hard to turn."
+                f" the shaft. The simulated lag behind a rotor that only coasts counts {counted}, and"
+                f" {beside:.2f} times where the drag may be off by its tolerance as well: polar inertia and friction at small"
+                " loads are known no better. What remains tells of rings that are hard to turn."
             ),
             Figure(
                 "slowing",
