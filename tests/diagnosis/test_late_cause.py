@@ -40,7 +40,7 @@ def unhidden(crew):
 def test_friction_that_shows_late_only_is_found_with_place_and_size(crew, monkeypatch):
     # one of the laws and of the speeds that are tried first: a sixth of the trials
     monkeypatch.setattr("tdbmon.diagnosis.late_cause._SHAPES", (2.0,))
-    hidden = f"stribeck_friction:end=both,static_excess={EXCESS},stribeck_speed={SPEED},law=gaussian"
+    hidden = f"stribeck_friction:end=both,static_excess={EXCESS},stribeck_speed={SPEED} m/s,law=gaussian"
     plain = plain_of(crew, hidden)
     assert not plain.fails
     late = late_records(plain)
