@@ -122,6 +122,7 @@ def test_analyse_writes_what_the_contract_promises(capsys, tmp_path):
         quantity(found["support"]["mass_kg"], "kg")
         quantity(found["stress_mpa"]["max"], "MPa")
         assert isinstance(found["contacts"], int)
+        assert found["contacts_low"] <= found["contacts"] <= found["contacts_high"] and found["contacts_why"] is None
     speed = result["speed"]
     for name, unit in (
         ("initial_hz", "Hz"),

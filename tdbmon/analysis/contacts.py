@@ -43,6 +43,16 @@ class Contacts:
     hidden: str = ""
     why: str = ""
 
+    @property
+    def count(self) -> Estimate:
+        """How many there were before the shaft settled; missing where some of them may not have been seen."""
+        if self.hidden:
+            return Estimate.missing("1", f"{self.hidden}, and there more contacts may lie")
+        if self.why or not self.events:
+            return Estimate.missing("1", self.why or "no contact was found")
+        rule = "contacts before settling; interval: those that the level's uncertainty makes or unmakes"
+        return Estimate(float(len(self.events)), float(self.count_low), float(self.count_high), "1", rule)
+
 
 def find_contacts(
     planes: xr.Dataset,

@@ -164,7 +164,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
         "first_contact_s": (first.touch if first else Estimate.missing("s", untouched)).to_json(),
         "first_contact_duration_s": (first.duration if first else Estimate.missing("s", untouched)).to_json(),
         "rebound_um": (first.rebound if first else Estimate.missing(um, untouched)).to_json(),
-        "contacts": len(end.contacts.events) if end.contacts else None,
+        **_contacts(end.contacts.count if end.contacts else Estimate.missing("1", untouched)),
         "restitution": (first.restitution if first else Estimate.missing("1", untouched)).to_json(),
         "stiffness_n_per_m": end.stiffness.to_json(),
         "support": {
@@ -182,11 +182,18 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
     }
 
 
+def _contacts(count: Estimate) -> dict[str, Any]:
+    """Return the number of contacts, which was a bare number from the first and stays one."""
+    bounds = {"contacts": count.value, "contacts_low": count.low, "contacts_high": count.high}
+    return {name: None if n is None else int(n) for name, n in bounds.items()} | {"contacts_why": count.why or None}
+
+
 def _whirl(analysis: Analysis) -> dict[str, Any]:
-    whirls = analysis.whirl
+    """Return whether the shaft whirled, null where the record shows no orbit."""
+    whirls, unseen = analysis.whirl, analysis.planes is None
     return {
-        "backward": any(w.backward for w in whirls.values()),
-        "full": any(w.full for w in whirls.values()),
+        "backward": None if unseen else any(w.backward for w in whirls.values()),
+        "full": None if unseen else any(w.full for w in whirls.values()),
         "ends": {
             end: {
                 "backward": w.backward,

@@ -66,13 +66,6 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
     unsettled, untouched = end.unsettled, end.no_contact
     release = analysis.release_time
     whirl = analysis.whirl.get(end.name)
-    count = Estimate.missing("1", untouched)
-    if contacts is not None and contacts.hidden:
-        count = Estimate.missing("1", f"{contacts.hidden}, and there more contacts may lie")
-    elif contacts is not None and contacts.events and not contacts.why:
-        rule = "contacts before settling; interval: those that the level's uncertainty makes or unmakes"
-        low, high = float(contacts.count_low), float(contacts.count_high)
-        count = Estimate(float(len(contacts.events)), min(low, high), max(low, high), "1", rule)
     values = {
         "gap_um": gap.radius if gap else Estimate.missing("um", unsettled),
         "gap_from_swing_um": end.gap_from_swing,
@@ -84,7 +77,7 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
         "first_contact_duration_ms": _in(first.duration, "ms") if first else Estimate.missing("ms", untouched),
         "rebound_um": first.rebound if first else Estimate.missing("um", untouched),
         "restitution": first.restitution if first else Estimate.missing("1", untouched),
-        "contacts": count,
+        "contacts": contacts.count if contacts else Estimate.missing("1", unsettled),
         "deepest_um": end.deepest,
         "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unsettled),
         "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unsettled),

@@ -263,6 +263,16 @@ def test_a_gap_right_after_the_release_does_not_widen_what_is_known_of_a_contact
         assert (got.low, got.value, got.high) == pytest.approx((expected.low, expected.value, expected.high))
 
 
+def test_contacts_are_counted_where_none_can_have_been_missed():
+    planes, _, lift, _ = fall_on_a_spring()  # it touches once before the record ends
+    assert find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).count.value == 1.0
+    hidden = find_contacts(without(planes, lift - 1.5e-3, lift + 1.5e-3), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert len(hidden.events) == 1 and not hidden.count.known and "more contacts may lie" in hidden.count.why
+    planes, *_ = fall_on_a_spring()
+    late = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G, "the record begins after the release")
+    assert len(late.events) == 1 and late.count.why == "the record begins after the release"
+
+
 def test_missing_samples_do_not_spoil_the_contact():
     planes, touch, *_ = fall_on_a_spring()
     planes.displacement[:, :, ::50] = np.nan

@@ -6,6 +6,7 @@ import pytest
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
+from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -47,3 +48,36 @@ def test_what_is_lacking_is_null_with_the_reason(which, machine):
     missing = [(at, q) for at, q in quantities(content) if q["value"] is None]
     assert len(missing) > len([q for _, q in quantities(whole) if q["value"] is None])
     assert all(q["why"] for _, q in missing)
+
+
+def without_30_ms(record):
+    lost = (record.time > 0.127) & (record.time < 0.157)
+    return record.map(lambda channel: channel.where(~lost) if channel.attrs.get("units") == "m" else channel)
+
+
+@pytest.mark.parametrize(
+    ("shown", "why"),
+    [
+        (lambda record: record, None),
+        (without_30_ms, "there more contacts may lie"),
+        (lambda record: record.sel(time=slice(0.115, None)), "the record begins"),
+    ],
+)
+def test_the_number_of_contacts_is_told_only_where_none_can_have_been_missed(shown, why, machine):
+    """The JSON tells what the archive has filed: 9 of the whole record, of which 5 and 8 were told of its parts."""
+    analysis = analyse(shown(read(shipped("short/drop_060.nc"))), machine)
+    filed = {f.end: f.estimate for f in features_of(analysis) if f.name == "contacts"}
+    for name, end in analysis_json(analysis)["ends"].items():
+        told = tuple(end[key] for key in ("contacts", "contacts_low", "contacts_high"))
+        assert told == (filed[name].value, filed[name].low, filed[name].high)
+        if why is None:
+            assert end["contacts"] == 9 and end["contacts_why"] is None
+        else:
+            assert end["contacts"] is None and why in end["contacts_why"]
+
+
+def test_a_record_without_orbits_tells_nothing_of_whirl(machine):
+    record = read(shipped("short/drop_100.nc"))
+    assert analysis_json(analyse(record, machine))["whirl"]["backward"] is False
+    alone = record.drop_vars([machine.channel_in_file(probe.name) for probe in machine.probes])
+    assert analysis_json(analyse(alone, machine))["whirl"] == {"backward": None, "full": None, "ends": {}}

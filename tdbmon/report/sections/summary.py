@@ -73,11 +73,10 @@ def _story(analysis: Analysis) -> str:
         if end.contacts is None or not end.contacts.events:
             untold.append(end.name)
             continue
-        low, high = end.contacts.count_low, end.contacts.count_high
-        count = f"{len(end.contacts.events)}" + (f" ({low} to {high})" if low != high else "")
-        counts.append(
-            f"{count} contacts{' that were seen' if end.contacts.hidden or end.contacts.why else ''} at {end.name}"
-        )
+        count = end.contacts.count
+        reach = "" if count.low == count.high else f" ({count.low:g} to {count.high:g})"
+        seen = "" if count.known else " that were seen"
+        counts.append(f"{len(end.contacts.events)}{reach} contacts{seen} at {end.name}")
     settle = analysis.settle_time
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
