@@ -69,7 +69,7 @@ def analyse_ends(
     start = float(planes.time[0]) if released is None else released
     seen = seen_ends(planes)
     settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen}
-    swing = _swing(planes, machine, rotor, settled)
+    swing, no_swing = _swing(planes, machine, rotor, settled)
     settled |= _no_circle(planes, machine, seen, settled, start, back, misread)
     settled |= {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends if end not in seen}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
@@ -103,7 +103,7 @@ def analyse_ends(
             travel=travel,
             gap=gap,
             air_gap=air_gap,
-            gap_from_swing=Estimate.missing("um", _NO_SWING) if swing is None else swing.gap[end],
+            gap_from_swing=Estimate.missing("um", no_swing) if swing is None else swing.gap[end],
             contacts=contacts,
             stiffness=_stiffness(contacts, air_gap.why, load / machine.gravity if machine.gravity else 0.0),
             deepest=_deepest(planes, end, circle, start, contacts),
@@ -126,12 +126,26 @@ def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whi
 
 def _swing(
     planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled: Mapping[str, float | NoCircle]
-) -> Swing | None:
-    """Return the swing from when both ends lie; along the rigid line only, as one end at its probes would reshape it."""
-    times = [since for since in settled.values() if not isinstance(since, NoCircle)]
-    if len(times) < len(machine.ends) or not (planes.plane == "bearing").all():
-        return None
-    return find_swing(planes, machine, rotor, max(times))
+) -> tuple[Swing | None, str]:
+    """Return the swing from when both ends lie, or why there is none.
+
+    Along the rigid line only, as one end at its probes would reshape it.
+    """
+    times = []
+    for end in machine.ends:
+        if end not in settled:
+            return None, f"the swing takes both ends, and {end} is not seen"
+        since = settled[end]
+        if isinstance(since, NoCircle):
+            return None, f"the swing takes both ends at rest, and at {end} {since.why}"
+        times.append(since)
+    if aside := [end for end in machine.ends if planes.plane.sel(end=end) != "bearing"]:
+        return (
+            None,
+            f"the swing takes the shaft in both bearings, and {' and '.join(aside)} is seen at its probes alone",
+        )
+    swing = find_swing(planes, machine, rotor, max(times))
+    return swing, "" if swing else _NO_SWING
 
 
 def _no_circle(

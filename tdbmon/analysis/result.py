@@ -187,6 +187,13 @@ class Analysis:
         return since(self.settled, self.release_time)
 
     @property
+    def no_swing(self) -> str:
+        """Why a swing in the clearance is not told, of those that are missing."""
+        if self.swing is not None:
+            return "only the other swing stands out of the noise"
+        return next((end.gap_from_swing.why for end in self.ends.values()), "the record holds no orbit")
+
+    @property
     def has_speed(self) -> bool:
         """True where the speed is known at enough times to be drawn and followed."""
         return len(self.speed_time) > 3

@@ -60,10 +60,9 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
         flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
         return Trend(flat, 1.0, None)
     found = theilslopes(values, order, alpha=0.95)
-    low, high = float(found.low_slope), float(found.high_slope)
     rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
-    if len(values) >= _LEAST_INTERVAL and np.isfinite([low, high]).all():
-        slope = Estimate(float(found.slope), low, high, unit, rule)
+    if len(values) >= _LEAST_INTERVAL:
+        slope = Estimate(float(found.slope), float(found.low_slope), float(found.high_slope), unit, rule)
     else:
         slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
     p = float(kendalltau(order, values).pvalue)

@@ -156,7 +156,7 @@ def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap
     outside = faults.runs_of((signal.values < low) | (signal.values > high))
     if not len(outside):
         return Check("range", name, True, f"within {what}, {um(low)} to {um(high)}")
-    extreme = max(np.nanmax(signal.values), -np.nanmin(signal.values), key=abs)
+    extreme = max(np.nanmax(signal.values), np.nanmin(signal.values), key=abs)
     return Check(
         "range", name, False,
         f"{outside.total} samples outside {what} ({um(low)} to {um(high)}), up to {um(extreme)}, {span(time, outside)}:"

@@ -235,6 +235,23 @@ def test_one_end_alone_is_analysed_at_its_probes(machine):
     assert not result.ends["DE"].air_gap.known
 
 
+def test_a_missing_swing_says_what_it_lacks(machine, coastdown_record):
+    """60 s hold a thousand cycles of it: what is missing is an end, or one end at rest."""
+    long = coastdown_record.sel(time=slice(0, 60))
+    assert analyse(long, machine).swing is not None
+    alone = analyse(long.drop_vars(["DE_A", "DE_B"]), machine)
+    assert alone.no_swing == alone.ends["NDE"].gap_from_swing.why == "the swing takes both ends, and DE is not seen"
+    features = {f.name: f.estimate for f in features_of(alone)}
+    assert features["swing_1_hz"].why == alone.no_swing
+    short = read(shipped("short/drop_150.nc"))
+    bouncing = analyse(short, machine)
+    assert "takes both ends at rest, and at NDE the shaft still lifts off" in bouncing.no_swing
+    offset = [machine.channel_in_file(name) for name in ("NDE_A", "NDE_B")]
+    shifted = long.assign({name: long[name] + 1.5e-3 for name in offset})
+    shifted = shifted.assign({name: shifted[name].assign_attrs(long[name].attrs) for name in offset})
+    assert analyse(shifted, machine).no_swing.endswith("DE is seen at its probes alone")
+
+
 def test_terminal_and_report_give_the_first_contact_from_the_release(coastdown):
     from tdbmon.report.sections.findings import FIRST_TOUCH, end_findings
 

@@ -229,6 +229,14 @@ def test_the_range_of_the_probe(sound: xr.Dataset) -> None:
     assert "3 radial gaps" in _failed(far)["range", "NDE_A"]
 
 
+@pytest.mark.parametrize("farthest", [900, -900])
+def test_the_farthest_reading_out_of_range_has_its_sign(farthest: int, sound: xr.Dataset) -> None:
+    values = sound["NDE_A"].values
+    values = farthest * 1e-6 * values / values[np.argmax(np.abs(values))]
+    where = with_probe("NDE_A", range=["-500 um", "500 um"])
+    assert f"up to {farthest} um" in _failed(_changed(sound, "NDE_A", values), where)["range", "NDE_A"]
+
+
 def test_a_record_of_levitation_alone_is_told_as_such(sound: xr.Dataset) -> None:
     before = sound.isel(time=slice(0, 1900))
     failed = _failed(before)

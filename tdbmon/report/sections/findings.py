@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tdbmon.analysis.result import NO_DROP, Analysis, EndResult
+from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 
 RESTITUTION = "Restitution (velocity after over before the contact)"
@@ -51,8 +51,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
     for i, name in enumerate(("parallel", "conical")):
         frequencies = () if analysis.swing is None else analysis.swing.frequencies
-        why = "no swing of enough cycles stands out after both ends have settled" if analysis.falls else NO_DROP
-        missing = Estimate.missing("Hz", why)
+        missing = Estimate.missing("Hz", analysis.no_swing)
         found.append(
             Finding(
                 f"Swing in the clearance, {name}, small amplitude",
