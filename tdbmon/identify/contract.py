@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tdbmon.analysis.contact_events import Contact
-from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.coast_down import CoastDown
@@ -31,12 +31,15 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
     Contacts are told from the release until the ensemble's members have parted.  The rest replaces the entries of the
     same names under ``ends`` in the JSON of `tdbmon analyse`.
     """
-    bearing = calibration.machine.bearing(forces.end)
+    end, bearing = forces.end, calibration.machine.bearing(forces.end)
+    mass = calibration.value(f"{end}.support_mass", bearing.support_mass, "kg")
+    stiffness = calibration.value(f"{end}.support_stiffness", bearing.support_stiffness.nominal, "N/m")
+    damping = calibration.value(f"{end}.support_damping", bearing.support_damping.nominal, "N s/m")
     return {
         "support": {
-            "mass_kg": calibration.value(f"{forces.end}.support_mass", bearing.support_mass, "kg").to_json(),
-            "stiffness_n_per_m": _value(calibration, f"{forces.end}.support_stiffness", "N/m").to_json(),
-            "damping_n_s_per_m": _value(calibration, f"{forces.end}.support_damping", "N s/m").to_json(),
+            "mass_kg": mass.to_json(),
+            "stiffness_n_per_m": stiffness.to_json(),
+            "damping_n_s_per_m": damping.to_json(),
         },
         "peak_force_n": forces.peak.to_json(),
         "stress_mpa": stress_json(forces.stress),
@@ -204,10 +207,6 @@ def _with_forces(calibration: Calibration, forces: tuple[DropForces, ...]) -> li
     if not forces:
         return [(fit, {}) for fit in calibration.drops]
     return [(fit, found.ends) for fit, found in zip(calibration.drops, forces, strict=True)]
-
-
-def _value(calibration: Calibration, name: str, unit: str) -> Estimate:
-    return calibration.values.get(name) or Estimate.missing(unit, "the machine file states it without a tolerance")
 
 
 def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:

@@ -136,7 +136,9 @@ def test_json_is_plain_and_complete(calibration, forces):
     back = json.loads(text)["drops"][0]["ends"]["NDE"]
     assert set(back) == {"support", "peak_force_n", "stress_mpa", "ring_at_speed_s", "contact_forces"}
     assert back["support"]["stiffness_n_per_m"]["unit"] == "N/m"
-    assert back["support"]["damping_n_s_per_m"]["value"] is None  # exact in this machine file
+    stated = calibration.machine.bearing("NDE").support_damping.nominal
+    damping = back["support"]["damping_n_s_per_m"]  # exact in this machine file
+    assert damping["value"] == stated and damping["low"] is None and damping["method"] == "machine file"
     assert end_json(calibration, forces[0].ends["NDE"]) == back
     first = back["contact_forces"][0]
     assert first["impulse_n_s"]["low"] <= first["impulse_n_s"]["value"] <= first["impulse_n_s"]["high"]
