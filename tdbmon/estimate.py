@@ -78,8 +78,21 @@ class Estimate:
 
     @property
     def sigma(self) -> float | None:
-        """Standard deviation that the interval implies, by its upper half: the lower may be cut; None without an interval."""
-        return None if self.value is None or self.high is None else (self.high - self.value) / 1.96
+        """Standard deviation that the interval implies, by both halves alike; None without an interval.
+
+        By the upper half where the interval begins at nought: the lower one may be cut at what is possible.
+        """
+        if self.value is None or self.low is None or self.high is None:
+            return None
+        half = self.high - self.value if self.low == 0.0 else (self.high - self.low) / 2
+        return half / 1.96
+
+    @property
+    def log_sigma(self) -> float | None:
+        """Standard deviation of the logarithm that the interval implies; None where not all of it is above nought."""
+        if self.value is None or self.low is None or self.high is None or self.low <= 0:
+            return None
+        return math.log(self.high / self.low) / 2 / 1.96
 
     @property
     def outside(self) -> tuple[float | None, float | None, float | None]:

@@ -42,6 +42,17 @@ def test_an_interval_ends_at_what_is_possible():
     assert Estimate.from_sigma(-1.0, 1.0, "1", "test", least=0.0).low == -1.0  # holds its own value
 
 
+def test_the_standard_deviation_is_that_of_the_interval():
+    """An interval that leans to one side has the mean of both halves, one cut at nought the half that is whole."""
+    assert Estimate.from_sigma(3e-6, 4e-6, "um", "test").sigma == pytest.approx(4e-6)
+    assert Estimate.from_sigma(3e-6, 4e-6, "um", "test", least=0.0).sigma == pytest.approx(4e-6)
+    assert Estimate(4.3e7, 3.6e7, 12e7, "N/m").sigma == pytest.approx(4.2e7 / 1.96)
+    assert Estimate(4.3e7, unit="N/m").sigma is None and Estimate.missing("N/m", "no contact").sigma is None
+    of_logarithm = Estimate(2.0, 2.0 * math.exp(-1.96 * 0.3), 2.0 * math.exp(1.96 * 0.3))
+    assert of_logarithm.log_sigma == pytest.approx(0.3)
+    assert Estimate(1.0, 0.0, 2.0).log_sigma is None
+
+
 def test_what_is_missing_says_why_and_nothing_is_infinite():
     assert Estimate.missing("um", "no probe").to_json()["why"] == "no probe"
     with pytest.raises(ValueError, match="say why"):

@@ -137,8 +137,8 @@ def _share(release: Release, name: str) -> Estimate | None:
 
 def _log(share: Estimate) -> tuple[float, float]:
     """Return the logarithm of a positive share and its standard deviation."""
-    value, low = share.value or 1.0, share.low or 1.0
-    return math.log(value), (value - low) / (1.96 * value)
+    value = share.value or 1.0
+    return math.log(value), (share.sigma or 0.0) / value
 
 
 def _wrong(one: str, other: str, small: float, large: float) -> str:

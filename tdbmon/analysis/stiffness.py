@@ -31,11 +31,11 @@ def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     if t1.value is None or t2.value is None:
         return Estimate.missing("N/m", t1.why or t2.why)
     half = t2.value - t1.value
-    if half <= 0 or t1.high is None or t2.high is None:
+    if half <= 0 or t1.sigma is None or t2.sigma is None:
         return Estimate.missing("N/m", "the shaft does not pass its position at rest twice")
     stiffness = mass * (np.pi / half) ** 2
     # both instants move apart with the level: their errors add
-    sigma = ((t1.high - t1.value) + (t2.high - t2.value)) / 1.96
+    sigma = t1.sigma + t2.sigma
     return Estimate(
         float(stiffness),
         float(mass * (np.pi / (half + 1.96 * sigma)) ** 2) / _MODEL[1],

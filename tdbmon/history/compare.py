@@ -335,11 +335,11 @@ def _compared(
         why = "no matching drop before has it"
     else:
         values = np.array([e.value for _, e in earlier], float)
-        sigmas = np.array([sigma_of(e) for _, e in earlier])
+        sigmas = np.array([e.sigma or 0.0 for _, e in earlier])
         least = kind.least * (abs(float(np.median(values))) if kind.relative else 1.0)
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
-        difference = compare_value(estimate.value, sigma_of(estimate), values[kept], sigmas[kept], least)
+        difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)
     return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
 
 
@@ -350,12 +350,3 @@ def _corrected(p: list[float], settings: Settings) -> list[float]:
     from statsmodels.stats.multitest import multipletests
 
     return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]
-
-
-def sigma_of(estimate: Estimate) -> float:
-    """Return the standard error that a 95 % interval implies; 0 where there is none."""
-    if estimate.low is None or estimate.high is None:
-        return 0.0
-    if estimate.low == 0.0 and estimate.value is not None:  # cut at what is possible: the upper half is whole
-        return (estimate.high - estimate.value) / 1.96
-    return (estimate.high - estimate.low) / 2 / 1.96

@@ -102,8 +102,8 @@ def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _We
     found = {}
     for feature in features:
         e = feature.estimate
-        if e.value is not None and e.low is not None and e.high is not None and e.low > 0:
-            found[feature.end] = _Wear(e.value**exponent, exponent * math.log(e.high / e.low) / (2 * 1.96))
+        if e.value is not None and e.log_sigma is not None:
+            found[feature.end] = _Wear(e.value**exponent, exponent * e.log_sigma)
     return found
 
 

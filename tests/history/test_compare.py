@@ -10,7 +10,7 @@ import pytest
 from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
-from tdbmon.history.compare import compare, filed_drop, sigma_of
+from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import result_name, satisfying_names
@@ -384,13 +384,6 @@ def test_without_forces_the_damage_is_not_guessed(empty, tmp_path):
     add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
     drop = add(empty, tmp_path, 1, dropped="2020-01-02")
     assert "1 of 2 drops were filed without forces" in compare(empty, filed_drop(empty, drop)).life.damage.why
-
-
-def test_an_interval_cut_at_nought_tells_its_error_by_the_upper_half():
-    whole = Estimate.from_sigma(3e-6, 4e-6, "um", "test")
-    cut = Estimate.from_sigma(3e-6, 4e-6, "um", "test", least=0.0)
-    assert sigma_of(whole) == pytest.approx(4e-6)
-    assert sigma_of(cut) == pytest.approx(4e-6)
 
 
 def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):

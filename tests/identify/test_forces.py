@@ -114,7 +114,7 @@ def test_force_stress_and_fatigue_share_one_error_of_the_model(calibration):
     peak = _peak(np.full(8, 4000.0))
     stress = stress_box([ball_stress(bearing, np.array([0.0, 4000.0]))] * 8, bearing).greatest
     cycles = fatigue_of([DropFatigue(np.array([3.0]), 2e9, False)] * 8, "NDE")
-    shares = [math.log(e.high / e.low) / (2 * 1.96) for e in (peak, stress, cycles)]
+    shares = [e.log_sigma for e in (peak, stress, cycles)]
     assert shares == pytest.approx([FORCE, FORCE / 3, 3 * FORCE], rel=1e-3)
 
 
