@@ -24,8 +24,8 @@ from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
-from tdbmon.record import faults
 from tdbmon.record.probe_checks import SHORT_GAP
+from tdbmon.runs import runs_of
 
 _CLEAR_S = 0.012  # before the orbit is left: surely levitated
 _LEVITATED_S = 0.2  # before the orbit is left: so much of it is fitted
@@ -303,7 +303,7 @@ def _holed(planes: xr.Dataset, machine: Machine, found: Release) -> bool:
 
 def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float] | None:
     """Return the longest stretch without samples, too long to be bridged, that ends after `since`."""
-    runs = faults.runs_of(~valid)
+    runs = runs_of(~valid)
     runs = runs.where((runs.length > SHORT_GAP) & (t[np.minimum(runs.first + runs.length, t.size) - 1] > since))
     if not len(runs):
         return None

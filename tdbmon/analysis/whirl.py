@@ -25,6 +25,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.runs import runs_of
 
 _FULL, _BACKWARD = 0.8, 0.5  # of the gap
 _TURN, _BACK = 2 * np.pi, np.pi / 2
@@ -180,16 +181,13 @@ def _polar(
 def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:
     """Advances of a turn or more while `outside` holds."""
     found = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], outside.astype(np.int8), [0]])))
-    for first, last in edges.reshape(-1, 2):
-        if last - first < 4:
-            continue
-        course = np.unwrap(angle[first:last])
-        if np.ptp(course) < _TURN:
+    for run in runs_of(outside):
+        when, course = time[run], np.unwrap(angle[run])
+        if len(course) < 4 or np.ptp(course) < _TURN:
             continue
         for a, b in _legs(course):
             if abs(course[b] - course[a]) >= _TURN:
-                found.append(_advance(time[first + a : first + b + 1], course[a : b + 1]))
+                found.append(_advance(when[a : b + 1], course[a : b + 1]))
     return found
 
 

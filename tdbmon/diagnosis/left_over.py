@@ -13,6 +13,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import Trajectory
 
+from tdbmon.analysis.contact_events import NOISE_S
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.drop import straight_shaft
 from tdbmon.identify.noise import Noise
@@ -22,7 +23,6 @@ Complex = NDArray[np.complex128]
 
 PHASES = ("levitated", "fall", "first contact", "after")
 DIRECTIONS = ("x", "y", "radial", "tangential")
-_APART_S = 2e-4  # s without force that part two contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,11 +171,11 @@ def _forces(motion: Trajectory) -> Complex:
 
 
 def _first(time: Array, pressed: NDArray[np.bool_]) -> tuple[float, float] | None:
-    """Return when the first stretch of contact begins and ends; shorter breaks than `_APART_S` are none."""
+    """Return when the first stretch of contact begins and ends; shorter breaks than `NOISE_S` are none."""
     at = time[pressed & (time > 0)]
     if not at.size:
         return None
-    breaks = np.flatnonzero(np.diff(at) > _APART_S)
+    breaks = np.flatnonzero(np.diff(at) > NOISE_S)
     return float(at[0]), float(at[breaks[0]] if breaks.size else at[-1])
 
 

@@ -21,6 +21,7 @@ from tdbmon.analysis.contact_events import Contact, contact_events
 from tdbmon.identify.calibration import Calibration, Residual
 from tdbmon.identify.drop import MeasuredDrop, bridged
 from tdbmon.identify.prediction import centre
+from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
@@ -176,8 +177,7 @@ def _contacts(time: Array, paths: Sequence[Array], touching: float, force: Array
     after = time > 0
     t = time[after]
     seen = [contact_events(t, path[:, after].T, np.hypot(*path[:, after]), touching) for path in paths]
-    pressed = np.flatnonzero(np.diff(np.concatenate([[False], force[after] > 0, [False]]).astype(np.int8)))
-    spans = [(float(t[a]), float(t[b - 1])) for a, b in pressed.reshape(-1, 2)]
+    spans = [(float(t[run][0]), float(t[run][-1])) for run in runs_of(force[after] > 0)]
     pairs: list[tuple[Contact | None, Contact | None]] = []
     taken = set()
     for contact in seen[0]:

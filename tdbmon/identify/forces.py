@@ -23,6 +23,7 @@ from tdbsim.observe import FORCES, observed
 from tdbsim.simulate import DropPlan, Trajectory, run
 from tdbsim.usual_step import usual_step
 
+from tdbmon.analysis.contact_events import NOISE_S
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.crew import Crew
@@ -34,6 +35,7 @@ from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, stress_box
 from tdbmon.quantity import percent
 from tdbmon.record.finding import um
+from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
@@ -44,7 +46,6 @@ _FINER = 0.5  # times the usual step, which makes peaks 0.7 % too great
 _FARTHER = 0.15  # of the gap: a shaft that goes so much farther out presses harder
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
-_APART_S = 2e-4  # s without force that part two contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -333,14 +334,12 @@ def _peak(peaks: Array) -> Estimate:
 
 def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, ...]:
     """Return the fitted drop's contacts, each with the force of all members within it and half its length around."""
-    pressed = normal[0] > 0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], pressed, [False]]).astype(np.int8))).reshape(-1, 2)
     spans: list[list[int]] = []
-    for begin, stop in edges.tolist():
-        if spans and time[begin] - time[spans[-1][1] - 1] < _APART_S:
-            spans[-1][1] = stop
+    for pressed in runs_of(normal[0] > 0):
+        if spans and time[pressed.start] - time[spans[-1][1] - 1] < NOISE_S:
+            spans[-1][1] = pressed.stop
         else:
-            spans.append([begin, stop])
+            spans.append([pressed.start, pressed.stop])
     found = []
     for k, (begin, stop) in enumerate(spans):
         if stop >= len(time) or time[stop - 1] >= parted:

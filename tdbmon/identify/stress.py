@@ -10,6 +10,7 @@ from tdbsim.machine import TouchdownBearing
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.model_share import STRESS, of_members
+from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,4 @@ def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
 
 def _peaks(values: Array, level: float) -> tuple[float, ...]:
     """Return the greatest value of each stretch beyond a level."""
-    beyond = np.concatenate([[False], values > level, [False]])
-    edges = np.flatnonzero(np.diff(beyond.astype(np.int8))).reshape(-1, 2)
-    return tuple(float(values[begin:stop].max()) for begin, stop in edges)
+    return tuple(float(values[run].max()) for run in runs_of(values > level))

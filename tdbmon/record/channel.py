@@ -14,6 +14,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
+from tdbmon.record.timebase import LONG
 from tdbmon.sha256 import sha256_of
 
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
@@ -282,7 +283,7 @@ def _clock(time: np.ndarray) -> dict[str, Any]:
     if time.size > 2:
         intervals = np.diff(time)
         typical = float(np.median(intervals))
-        usual = intervals[intervals <= 1.5 * typical] / typical
+        usual = intervals[intervals <= LONG * typical] / typical
         jitter = float(np.std(usual)) * typical if usual.size else 0.0
         resolution = np.spacing(np.abs(time[[0, -1]]).max())
         if jitter > max(_ROUNDING * typical, 4 * resolution):

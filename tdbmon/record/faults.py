@@ -9,53 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tdbmon.runs import Runs, runs_of
+
 _FLAT = 10  # samples of one value in a moving signal that are no coincidence
 _TOP = 3  # samples of one value at an extreme that are no turning point
 _CLIPPED = 5  # equal samples at the extreme below full scale: fewer are a rounded peak
 _SPIKE = 5  # samples at most
 _ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
 _AROUND = 50  # samples on either side of a run that tell whether the signal moves
-
-
-@dataclass(frozen=True)
-class Runs:
-    """Stretches of samples: `first` and `length` of each, both of shape (n,)."""
-
-    first: np.ndarray
-    length: np.ndarray
-
-    def __len__(self) -> int:
-        """Return the number of runs."""
-        return int(self.first.size)
-
-    @property
-    def longest(self) -> int:
-        """Length of the longest run, 0 without any."""
-        return int(self.length.max()) if self.length.size else 0
-
-    @property
-    def total(self) -> int:
-        """Samples in all runs."""
-        return int(self.length.sum())
-
-    def where(self, mask: np.ndarray) -> Runs:
-        """Return the runs that a mask selects."""
-        return Runs(self.first[mask], self.length[mask])
-
-    def mask(self, size: int) -> np.ndarray:
-        """Return a mask of `size` samples that is True in the runs."""
-        out = np.zeros(size, dtype=bool)
-        for first, length in zip(self.first, self.length, strict=True):
-            out[first : first + length] = True
-        return out
-
-
-def runs_of(mask: np.ndarray) -> Runs:
-    """Return the runs of True in a mask of shape (n,)."""
-    if not mask.any():
-        return Runs(np.empty(0, dtype=int), np.empty(0, dtype=int))
-    edges = np.flatnonzero(np.diff(mask.view(np.int8), prepend=0, append=0))
-    return Runs(edges[::2], edges[1::2] - edges[::2])
 
 
 @dataclass(frozen=True)

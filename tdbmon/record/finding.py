@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tdbmon.record import faults
+from tdbmon.runs import Runs
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ def um(length: float) -> str:
     return f"{length * 1e6:.4g} um"
 
 
-def span(time: np.ndarray, runs: faults.Runs) -> str:
+def span(time: np.ndarray, runs: Runs) -> str:
     """Return from when to when runs of samples reach, as text."""
     first, last = time[runs.first[0]], time[runs.first[-1] + runs.length[-1] - 1]
     return f"between {first:.5g} s and {last:.5g} s"

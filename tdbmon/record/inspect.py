@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.record.read import read
-from tdbmon.record.timebase import usual_interval
+from tdbmon.record.timebase import LONG, usual_interval
 
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
@@ -125,7 +125,7 @@ def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
         samples=int(values.size),
         start_s=float(time[0]),
         duration_s=float(time[-1] - time[0]),
-        gaps=0 if typical is None else int(np.sum(intervals > 1.5 * typical)),
+        gaps=0 if typical is None else int(np.sum(intervals > LONG * typical)),
         minimum=float(finite.min()) if has else None,
         mean=float(finite.mean()) if has else None,
         maximum=float(finite.max()) if has else None,

@@ -11,33 +11,34 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span
+from tdbmon.runs import Runs
 
 JUMP = 0.1  # of the radial gap from one sample to the next
 
 
-def dropouts(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
+def dropouts(signal: faults.Signal, clipped: Runs) -> Runs:
     """Return the frozen stretches of a signal that are no peaks cut off; a channel that falls to its stop jumps there."""
     runs = faults.frozen_runs(signal)
     return runs.where(~np.isin(runs.first, clipped.first) | faults.jumped_runs(signal, runs))
 
 
-def spikes(signal: faults.Signal, machine: Machine, probe: Probe) -> faults.Runs:
+def spikes(signal: faults.Signal, machine: Machine, probe: Probe) -> Runs:
     """Return the spikes of a probe: samples that stand out of their neighbours as no rotor moves."""
     return faults.spikes(signal, JUMP * machine.bearing(probe.end).radial_gap.nominal)
 
 
-def flat_tops(signal: faults.Signal, clipped: faults.Runs) -> faults.Runs:
+def flat_tops(signal: faults.Signal, clipped: Runs) -> Runs:
     """Return the peaks cut off, of which none is a dropout."""
     return clipped.where(~np.isin(clipped.first, dropouts(signal, clipped).first))
 
 
-def clipped_of(array: xr.DataArray, signal: faults.Signal) -> faults.Runs:
+def clipped_of(array: xr.DataArray, signal: faults.Signal) -> Runs:
     """Return the runs of a channel that stand at its limits, by its full scale where that is known."""
     limits = array.attrs.get("full_scale")
     return faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
 
 
-def dropout_check(name: str, time: np.ndarray, runs: faults.Runs) -> Check:
+def dropout_check(name: str, time: np.ndarray, runs: Runs) -> Check:
     """Return the check of a channel's dropouts."""
     if not len(runs):
         return Check("dropout", name, True, "no frozen stretch")
@@ -52,7 +53,7 @@ def dropout_check(name: str, time: np.ndarray, runs: faults.Runs) -> Check:
 def without_lost_samples(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record laid over its machine with dropouts and spikes of its probes as NaN; the record given keeps them."""
 
-    def lost(probe: Probe, signal: faults.Signal, clipped: faults.Runs) -> NDArray[np.bool_]:
+    def lost(probe: Probe, signal: faults.Signal, clipped: Runs) -> NDArray[np.bool_]:
         size = signal.values.size
         return dropouts(signal, clipped).mask(size) | spikes(signal, machine, probe).mask(size)
 
@@ -67,7 +68,7 @@ def without_flat_tops(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 def _without(
     ds: xr.Dataset,
     machine: Machine,
-    lost: Callable[[Probe, faults.Signal, faults.Runs], NDArray[np.bool_]],
+    lost: Callable[[Probe, faults.Signal, Runs], NDArray[np.bool_]],
 ) -> xr.Dataset:
     out = ds.copy()
     for probe in machine.probes:

@@ -14,7 +14,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check
-from tdbmon.record.timebase import usual_interval
+from tdbmon.record.timebase import LONG, usual_interval
 
 _ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
 _EXACT = 1e-3  # of an interval: so near, a sample stands for the wanted time
@@ -132,7 +132,7 @@ def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[
     between = (share > _EXACT) & (share < 1 - _EXACT)
     line = values[after - 1] + share * (values[after] - values[after - 1])
     out = np.where(share < 0.5, values[after - 1], values[after])
-    out = np.where(between, np.where(step > 1.5 * usual, np.nan, line), out)
+    out = np.where(between, np.where(step > LONG * usual, np.nan, line), out)
     return out, bool(between.any())
 
 

@@ -13,7 +13,8 @@ from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
 from tdbmon.record.misread import limits
-from tdbmon.record.timebase import usual_interval
+from tdbmon.record.timebase import LONG, usual_interval
+from tdbmon.runs import Runs, runs_of
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
@@ -60,7 +61,7 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
         measured = faults.prepare(np.where(lost.mask(array.size) | apart, np.nan, signal.values))
         steps = faults.level_steps(measured, JUMP * gap)
-        paused = np.diff(time) > 1.5 * np.median(np.diff(time))  # over a hole in time a rotor moves as far as it likes
+        paused = np.diff(time) > LONG * np.median(np.diff(time))  # over a hole in time a rotor moves as far as it likes
         steps = steps[~paused[steps - 1]]
         found += [_range(name, time, measured, probe, gap), _jumps(name, time, signal, peaks, steps, gap)]
     return found
@@ -100,7 +101,7 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
         if levitated.size < last.sum() or np.ptp(levitated) > _LEVITATES * gap:
             return None
         beyond = np.maximum(values - levitated.max(), levitated.min() - values)
-        lasting = faults.runs_of(last & (beyond > _FALLS * gap))
+        lasting = runs_of(last & (beyond > _FALLS * gap))
         lasting = lasting.where(lasting.length * usual_interval(time) > _LASTS_S)
         begun += [float(time[lasting.first[0]])] if len(lasting) else []
     if not begun:
@@ -139,7 +140,7 @@ def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check
     )  # fmt: skip
 
 
-def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.Runs) -> Check:
+def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: Runs) -> Check:
     if not len(runs):
         return Check("clipping", name, True, "no flat tops")
     level = signal.values[runs.first[0]]
@@ -153,7 +154,7 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: faults.R
 def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap: float) -> Check:
     low, high = limits(probe, gap)
     what = "the probe's range" if probe.range is not None else f"{high / gap:g} radial gaps"
-    outside = faults.runs_of((signal.values < low) | (signal.values > high))
+    outside = runs_of((signal.values < low) | (signal.values > high))
     if not len(outside):
         return Check("range", name, True, f"within {what}, {um(low)} to {um(high)}")
     extreme = max(np.nanmax(signal.values), np.nanmin(signal.values), key=abs)
@@ -164,9 +165,7 @@ def _range(name: str, time: np.ndarray, signal: faults.Signal, probe: Probe, gap
     )  # fmt: skip
 
 
-def _jumps(
-    name: str, time: np.ndarray, signal: faults.Signal, peaks: faults.Runs, steps: np.ndarray, gap: float
-) -> Check:
+def _jumps(name: str, time: np.ndarray, signal: faults.Signal, peaks: Runs, steps: np.ndarray, gap: float) -> Check:
     if not len(peaks) and not steps.size:
         return Check("jumps", name, True, f"no spike and no step above {um(JUMP * gap)}")
     words = []

@@ -15,7 +15,8 @@ from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
-from tdbmon.record.timebase import usual_interval
+from tdbmon.record.timebase import LONG, usual_interval
+from tdbmon.runs import runs_of
 
 _SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
 _ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
@@ -131,7 +132,7 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
         bad = ~np.isfinite(values)
         if not bad.any() or bad.all():
             continue
-        runs = faults.runs_of(bad)
+        runs = runs_of(bad)
         inside = (runs.first > 0) & (runs.first + runs.length < values.size)
         short = runs.where(inside & (runs.length <= SHORT_GAP))
         fill = short.mask(values.size)
@@ -238,9 +239,9 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
         return Check("sampling", base, False, f"{time.size} sample; export the whole record")
     intervals = np.diff(time)
     interval = float(np.median(intervals))
-    gaps = faults.runs_of(intervals > 1.5 * interval)
-    lost = intervals[intervals > 1.5 * interval]
-    jitter = float(np.std(intervals[intervals <= 1.5 * interval]))
+    long = intervals > LONG * interval
+    gaps, lost = runs_of(long), intervals[long]
+    jitter = float(np.std(intervals[~long]))
     rate = 1 / usual_interval(time)
     faulty = []
     if len(gaps):

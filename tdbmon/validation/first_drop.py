@@ -12,6 +12,7 @@ from tdbsim.effect import Effect, parse
 from tdbsim.machine import Machine, Tolerant, load_machine
 from tdbsim.simulate import DropPlan, simulate
 
+from tdbmon.runs import runs_of
 from tdbmon.shipped import shipped
 from tdbmon.validation.comparison import Comparison, grid, table
 from tdbmon.validation.publication_one import ARRANGEMENTS, check
@@ -57,13 +58,13 @@ def sequence(
     plan = replace(plan or DropPlan(speed=SPEED), seconds=seconds, sampling=SAMPLING)
     drop = simulate(of or machine(), plan, effects).isel(end=0)
     time, force = drop["time"].values, drop["normal_force"].values
-    edge = np.flatnonzero(np.diff(np.concatenate([[0], (force > 0).astype(int), [0]])))
     spans: list[list[float]] = []
-    for start, end in zip(time[edge[::2]], time[edge[1::2] - 1], strict=True):
+    for run in runs_of(force > 0):
+        start, end = float(time[run][0]), float(time[run][-1])
         if spans and start - spans[-1][1] < _JOIN:
-            spans[-1][1] = float(end)
+            spans[-1][1] = end
         else:
-            spans.append([float(start), float(end)])
+            spans.append([start, end])
     first = (time >= spans[0][0]) & (time <= spans[0][1])
     return Contacts(
         tuple(span[0] for span in spans),
