@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
@@ -30,12 +30,12 @@ class Rest:
     ----------
     found : bool
         True where the record reaches standstill.
+    turning_until, lost_from : float
+        Last time at which the rotor surely turns, and first at which its speed is lost in the noise, s.
     level, level_sigma : float
         Reading of the signal at rest and its standard deviation, Hz.
     creep : float
         The same where the rotor may still creep: what the level may have fallen unseen, Hz.
-    turning_until, lost_from : float
-        Last time at which the rotor surely turns, and first at which its speed is lost in the noise, s.
     resolution : float
         Smallest speed that is told from rest, Hz.
     """
@@ -43,6 +43,7 @@ class Rest:
     found: bool
     turning_until: float
     lost_from: float
+    _: KW_ONLY
     level: float = 0.0
     level_sigma: float = 0.0
     creep: float = 0.0
@@ -90,7 +91,7 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     if last - lost_from < _QUIET * fading:
         return none
     creep = float(np.hypot(sigma, _CREEP * max(fall, 0.0)))
-    return Rest(True, until, lost_from, level, sigma, creep, _TURNING * one)
+    return Rest(True, until, lost_from, level=level, level_sigma=sigma, creep=creep, resolution=_TURNING * one)
 
 
 def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: float) -> Estimate:

@@ -17,7 +17,7 @@ from tdbmon.identify.slowing import Slowing
 _SHOWN = 3  # drops in a figure
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
     """A diagnosis with what its models leave.
 
@@ -76,14 +76,14 @@ def evidence_of(diagnosis: Diagnosis) -> Evidence:
     plain_left = left_over(plain, best.horizon)
     extended_left = left_over(extended, best.horizon) if extended is not None else ()
     return Evidence(
-        diagnosis,
-        extended,
-        plain_left,
-        extended_left,
-        tuple(residual_force(left) for left in plain_left),
-        tuple(residual_force(left) for left in extended_left),
-        slowings_of(plain),
-        slowings_of(extended) if extended is not None else None,
+        diagnosis=diagnosis,
+        extended=extended,
+        plain_left=plain_left,
+        extended_left=extended_left,
+        plain_force=tuple(residual_force(left) for left in plain_left),
+        extended_force=tuple(residual_force(left) for left in extended_left),
+        plain_slowing=slowings_of(plain),
+        extended_slowing=slowings_of(extended) if extended is not None else None,
     )
 
 

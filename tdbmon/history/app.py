@@ -37,7 +37,18 @@ def archive_add(
 
     check_outputs([json_file], [machine, *records])
     with on_terminal() as tell:
-        code = command.add(archive, machine, records, forces, assembly, dropped, workers, scheduler, json_file, tell)
+        code = command.add(
+            archive,
+            machine,
+            records,
+            forces=forces,
+            assembly=assembly,
+            dropped=dropped,
+            workers=workers,
+            scheduler=scheduler,
+            json_file=json_file,
+            tell=tell,
+        )
     raise typer.Exit(code)
 
 
@@ -138,7 +149,16 @@ def compare(
 
     check_outputs([json_file, *(report or [])], [machine, Path(drop) if drop else None])
     with on_terminal() as tell:
-        code = command.compare(archive, drop, machine, forces, fail_on, json_file, writers, tell)
+        code = command.compare(
+            archive,
+            drop,
+            machine=machine,
+            forces=forces,
+            fail_on=fail_on,
+            json_file=json_file,
+            writers=writers,
+            tell=tell,
+        )
     for path in report or []:
         typer.echo(f"report: {path}")
     raise typer.Exit(code)

@@ -22,6 +22,7 @@ def add(
     folder: Path,
     machine: Path,
     records: list[Path],
+    *,
     forces: bool,
     assembly: str,
     dropped: str,
@@ -40,7 +41,7 @@ def add(
         _check_time(dropped, len(records))
     load_machine(machine)
     archive = open_archive(folder, create=True)
-    orders = [Order(machine, record, forces, assembly, dropped) for record in records]
+    orders = [Order(machine, record, forces=forces, assembly=assembly, dropped=dropped) for record in records]
     outcomes = []
     for outcome in add_all(archive, orders, workers, scheduler, tell):
         outcomes.append(outcome)
@@ -235,6 +236,7 @@ def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
 def compare(
     folder: Path,
     drop: str,
+    *,
     machine: Path | None,
     forces: bool,
     fail_on: str,

@@ -83,10 +83,28 @@ class FreeEffect:
         of = self.declared.parameter(name)
         full, moves = f"{self.name}.{name}", not acts_on_sensors(self.declared)
         if goes_round(of):
-            return Parameter(full, of.unit, value, value - math.pi, value + math.pi, math.inf, moves, span=_ANGLE_SPAN)
+            return Parameter(
+                full,
+                of.unit,
+                nominal=value,
+                low=value - math.pi,
+                high=value + math.pi,
+                sigma=math.inf,
+                moves=moves,
+                span=_ANGLE_SPAN,
+            )
         size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
         sigma = self.known.get(name, math.inf)
-        return Parameter(full, of.unit, value, of.low, of.high, sigma, moves, span=size or abs(of.typical))
+        return Parameter(
+            full,
+            of.unit,
+            nominal=value,
+            low=of.low,
+            high=of.high,
+            sigma=sigma,
+            moves=moves,
+            span=size or abs(of.typical),
+        )
 
     def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
         """Return the effect with its parameters as a point of the fit has them.

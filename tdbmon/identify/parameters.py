@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -109,6 +109,7 @@ class Parameter:
 
     name: str
     unit: str
+    _: KW_ONLY
     nominal: float
     low: float
     high: float
@@ -158,10 +159,11 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
             found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), share))
         exponent, reach = bearing.contact_exponent, _WIDTH * _EXPONENT_SIGMA
         low, high = min(max(1.0, exponent - reach), exponent), exponent + reach
-        found.append(Parameter(f"{bearing.name}.contact_exponent", "1", exponent, low, high, _EXPONENT_SIGMA))
+        name = f"{bearing.name}.contact_exponent"
+        found.append(Parameter(name, "1", nominal=exponent, low=low, high=high, sigma=_EXPONENT_SIGMA))
         falls, reach = bearing.friction_load_exponent, _WIDTH * _LOAD_SIGMA
         name = f"{bearing.name}.friction_load_exponent"
-        found.append(Parameter(name, "1", falls, falls - reach, falls + reach, _LOAD_SIGMA))
+        found.append(Parameter(name, "1", nominal=falls, low=falls - reach, high=falls + reach, sigma=_LOAD_SIGMA))
     found.append(_about("rotor.elastic_modulus", "GPa", machine.rotor.elastic_modulus, _MODULUS_SHARE))
     return tuple(found)
 
@@ -189,8 +191,9 @@ def entries(machine: Machine) -> tuple[Parameter, ...]:
 
 def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
+    reach = 5 * CENTRE_SIGMA
     return tuple(
-        Parameter(f"{end}.centre_{axis}", "um", 0.0, -5 * CENTRE_SIGMA, 5 * CENTRE_SIGMA, CENTRE_SIGMA, moves=False)
+        Parameter(f"{end}.centre_{axis}", "um", nominal=0.0, low=-reach, high=reach, sigma=CENTRE_SIGMA, moves=False)
         for end in machine.ends
         for axis in "xy"
     )
@@ -211,38 +214,52 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
     for end, bearing in enumerate(machine.touchdown_bearings):
         reach = bearing.radial_gap.nominal
         for axis, start in zip("xy", set_point[end], strict=True):
-            found.append(
-                Parameter(f"set_point_{axis}_{end}", "um", float(start), -reach, reach, math.inf, nudge=0.00025)
-            )
+            name, first = f"set_point_{axis}_{end}", float(start)
+            found.append(Parameter(name, "um", nominal=first, low=-reach, high=reach, sigma=math.inf, nudge=0.00025))
+    fastest = 10 * VELOCITY_SIGMA
     for end in range(2):
         for axis in "xy":
             found.append(
                 Parameter(
                     f"velocity_{axis}_{end}",
                     "mm/s",
-                    0.0,
-                    -10 * VELOCITY_SIGMA,
-                    10 * VELOCITY_SIGMA,
-                    VELOCITY_SIGMA,
+                    nominal=0.0,
+                    low=-fastest,
+                    high=fastest,
+                    sigma=VELOCITY_SIGMA,
                     nudge=0.008,
                 )
             )
-    found.append(Parameter("release", "s", 0.0, -3 * RELEASE_SIGMA, 3 * RELEASE_SIGMA, RELEASE_SIGMA, nudge=0.0002))
+    late = 3 * RELEASE_SIGMA
+    found.append(Parameter("release", "s", nominal=0.0, low=-late, high=late, sigma=RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
-    found.append(Parameter("shaft_angle", "deg", angle, angle - width, angle + width, angle_sigma))
+    found.append(
+        Parameter("shaft_angle", "deg", nominal=angle, low=angle - width, high=angle + width, sigma=angle_sigma)
+    )
     for end, bearing in enumerate(machine.touchdown_bearings):
         # turned by one ball, which is two of its spans, the bearing is the same again
         half = math.pi / bearing.balls.count
-        found.append(Parameter(f"cage_{end}", "deg", 0.0, -math.inf, math.inf, math.inf, span=half))
+        found.append(
+            Parameter(f"cage_{end}", "deg", nominal=0.0, low=-math.inf, high=math.inf, sigma=math.inf, span=half)
+        )
     # from drop to drop the rotor may stand elsewhere along its axis, where its probes see another track
     found += [
-        Parameter(f"{end}.runout_{part}_{k}", "um", 0.0, -RUNOUT_LIMIT, RUNOUT_LIMIT, sigma, moves=False)
+        Parameter(
+            f"{end}.runout_{part}_{k}",
+            "um",
+            nominal=0.0,
+            low=-RUNOUT_LIMIT,
+            high=RUNOUT_LIMIT,
+            sigma=sigma,
+            moves=False,
+        )
         for end in machine.ends
         for k, sigma in enumerate(RUNOUT_SIGMA, start=1)
         for part in ("cosine", "sine")
     ]
+    farthest = 10 * ZERO_SIGMA
     found += [
-        Parameter(f"zero_{probe.name}", "um", 0.0, -10 * ZERO_SIGMA, 10 * ZERO_SIGMA, ZERO_SIGMA, moves=False)
+        Parameter(f"zero_{probe.name}", "um", nominal=0.0, low=-farthest, high=farthest, sigma=ZERO_SIGMA, moves=False)
         for probe in machine.probes
     ]
     return tuple(found)
@@ -342,7 +359,8 @@ def _stated_value(bearing: TouchdownBearing, field: str) -> float:
 
 
 def _about(name: str, unit: str, value: float, share: float) -> Parameter:
-    return Parameter(name, unit, value, value * (1 - _WIDTH * share), value * (1 + _WIDTH * share), value * share)
+    low, high = value * (1 - _WIDTH * share), value * (1 + _WIDTH * share)
+    return Parameter(name, unit, nominal=value, low=low, high=high, sigma=value * share)
 
 
 def _tolerated(name: str, unit: str, value: Tolerant) -> list[Parameter]:
@@ -352,7 +370,8 @@ def _tolerated(name: str, unit: str, value: Tolerant) -> list[Parameter]:
 
 
 def _within(name: str, unit: str, value: Tolerant) -> Parameter:
-    return Parameter(name, unit, value.nominal, value.low, value.high, (value.high - value.low) / 4)
+    sigma = (value.high - value.low) / 4
+    return Parameter(name, unit, nominal=value.nominal, low=value.low, high=value.high, sigma=sigma)
 
 
 def _unbalance(plane: Unbalance) -> list[Parameter]:
@@ -364,8 +383,8 @@ def _unbalance(plane: Unbalance) -> list[Parameter]:
     across = max(amount.high * math.sin(width), 1e-3 * amount.high)
     spread = max((amount.high - amount.low) / 4, amount.nominal * (1 - math.cos(width / 2)), 1e-6 * amount.high)
     return [
-        Parameter(f"{plane.name}.along", "g mm", amount.nominal, lowest, amount.high, spread),
-        Parameter(f"{plane.name}.across", "g mm", 0.0, -across, across, across / 2),
+        Parameter(f"{plane.name}.along", "g mm", nominal=amount.nominal, low=lowest, high=amount.high, sigma=spread),
+        Parameter(f"{plane.name}.across", "g mm", nominal=0.0, low=-across, high=across, sigma=across / 2),
     ]
 
 

@@ -33,7 +33,7 @@ _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Slowing:
     """How a drop's shaft turned after the horizon; w windows.
 
@@ -98,7 +98,7 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
         rows.append([(begin + end) / 2, *(each[inside].mean() for each in (left, lag, drag)), noise])
     middle, apart, behind, dragged, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
-    return Slowing(middle, apart, behind, dragged, sigma)
+    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, sigma=sigma)
 
 
 def _coasted(model: DropModel, speed: float, since: Array) -> Array:

@@ -42,7 +42,7 @@ def settled_plain(problem):
 def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
     lag = np.array(lags)
     one = np.ones(len(lag))
-    each = Slowing(one, (factor - 1) * lag, lag, 0 * one, 0.02 * one)
+    each = Slowing(time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, sigma=0.02 * one)
     assert lag_factor([each]) == pytest.approx(factor)
     assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
 
