@@ -22,6 +22,7 @@ _RULE = "least squares of simulated against measured drops"
 # another program 28 intervals held the truth without it, 32 with it
 _LAW = 0.005
 _BEYOND = "at the end of what the catalogue allows; the truth may lie beyond"
+_UNTOLD = "the drops do not tell it: other values of the catalogue's range do as well"
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,8 @@ def sizes_of(
             known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE)
             if p.name in ends - periods.keys():
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_BEYOND)
+            elif 2 * 1.96 * sigmas[p.name] > p.high - p.low:  # a ball so small that it carries nothing, say
+                known = Estimate(value, unit=p.unit, method=_RULE, why=_UNTOLD)
             each[p.name.rpartition(".")[2]] = known
         out[free.name] = each
     own = machine_parameters(problem.model.machine)

@@ -52,6 +52,17 @@ def test_a_size_at_the_end_of_what_the_catalogue_allows_has_no_interval(named):
     assert value_and_interval(stuck.to_json()) == f"5 ({stuck.why})"
 
 
+def test_a_size_that_is_known_less_than_the_catalogue_knows_it_has_no_interval(named):
+    of = next(p for p in named.problem.parameters if p.name == NAME)
+    told, untold = (
+        sizes_of(named, rest={NAME: share * (of.high - of.low) / 1.96}).causes["probe_gain@DE_A"]["gain"]
+        for share in (0.49, 0.51)
+    )
+    assert told.low is not None and untold.low is None
+    assert untold.value == told.value
+    assert "do not tell it" in untold.why
+
+
 def test_the_law_of_what_acts_on_the_rotor_is_never_exact_and_that_of_a_sensor_is(named):
     machine = named.problem.model.machine
     everyone = {each.name: each for each in suspects(machine, machine.probes, ())}
