@@ -125,8 +125,8 @@ def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[s
     line = np.column_stack([cos, sin, cos * (position - middle), sin * (position - middle)])
     weights = np.zeros((len(machine.ends), 2, len(probes)))
     planes = []
-    scale = np.array([1, 1, max(np.ptp(position), 1e-3), max(np.ptp(position), 1e-3)])
-    resolved = np.linalg.matrix_rank(line / np.array([1, 1, *scale[2:]]), tol=0.05) == 4
+    apart = max(np.ptp(position), 1e-3)
+    resolved = np.linalg.matrix_rank(line / [1, 1, apart, apart], tol=0.05) == 4
     inverse = np.linalg.pinv(line) if resolved else None
     for i, end in enumerate(machine.ends):
         if inverse is not None:

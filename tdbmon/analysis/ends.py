@@ -137,7 +137,7 @@ def _swing(
             return None, f"the swing takes both ends, and {end} is not seen"
         since = settled[end]
         if isinstance(since, NoCircle):
-            return None, f"the swing takes both ends at rest, and at {end} {since.why}"
+            return None, f"the swing takes both ends at rest, and {end} is not (see its radius at rest)"
         times.append(since)
     if aside := [end for end in machine.ends if planes.plane.sel(end=end) != "bearing"]:
         return (

@@ -26,8 +26,6 @@ class Verdict:
     word : str
     reasons : tuple of str
         Plain sentences.
-    alarm : bool
-        `--fail-on alarm` fails on it: anything but "as before" and "too few drops".
     """
 
     word: Word
@@ -35,6 +33,7 @@ class Verdict:
 
     @property
     def alarm(self) -> bool:
+        """True for anything but "as before" and "too few drops": `--fail-on alarm` fails on it."""
         return self.word in ("changed", "inspect")
 
 

@@ -26,6 +26,7 @@ _LASTS_S = 1e-3  # a spike is no fall
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
+    """Check a probe by itself: missing samples, motion, unit, clipping, dropouts, range and jumps, as far as it shows them."""
     name, array = probe.name, ds[probe.name]
     time, signal = ds[array.dims[0]].values, faults.prepare(array.values)
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
@@ -187,6 +188,7 @@ def _jumps(name: str, time: np.ndarray, signal: faults.Signal, peaks: Runs, step
 
 
 def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
+    """Check that no two probes are one channel: equal sample by sample, though they move."""
     same: dict[str, list[str]] = {}
     for one, other in combinations(probes, 2):
         if ds[one.name].dims != ds[other.name].dims:
@@ -205,6 +207,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
 
 
 def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check:
+    """Check that every sample of a channel at times (n,), s, has a value."""
     runs = faults.missing_runs(signal)
     if not len(runs):
         return Check("nan", name, True, "every sample has a value")
