@@ -31,6 +31,7 @@ _SHOWN = 24
 _EDGE = {
     "inspect": (VERMILION, 2.0),
     "changed": (VERMILION, 1.2),
+    "no drop": (VERMILION, 1.2),
     "too few drops": (GREY, 0.6),
     "as before": (LIGHT, 0.8),
 }

@@ -11,7 +11,7 @@ import typer
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
-from tdbmon.history.matching import assembly_remarks, doubts
+from tdbmon.history.matching import assembly_remarks, counts, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import counted, moment
@@ -51,9 +51,13 @@ def add(
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
     remarks = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
     for outcome in outcomes:
-        failed_checks = () if outcome.failed else archive.entry(outcome.drop).failed_checks
-        if outcome.state != "already filed" and failed_checks:
+        if outcome.failed or outcome.state == "already filed":
+            continue
+        entry = archive.entry(outcome.drop)
+        failed_checks = entry.failed_checks
+        if failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
+            effect += "" if counts(entry) else ", nor does it count as a drop of the machine"
             _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
     if not assembly:
         for outcome in (o for o in outcomes if o.state == "filed"):
@@ -92,14 +96,14 @@ def _warn(line: str) -> None:
 
 
 def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
-    """Return what to tell of the drops that name another machine or look like drops of one, by identifier."""
+    """Return what to tell of records without a drop, and of those of another machine by name or looks, by identifier."""
     from tdbmon.history.another_machine import likeness
 
     told = {}
     for drop in drops:
         filing = archive.filing(drop)
         found = likeness(archive, archive.entry(drop), filing.features)
-        sentences = [filing.foreign] if filing.foreign else []
+        sentences = [said for said in (filing.no_drop, filing.foreign) if said]
         sentences += [found.sentence] if found.strange else []
         if sentences:
             cure = f"to take it out: tdbmon archive remove --archive {archive.folder} {drop}"

@@ -18,7 +18,7 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, doubts, foreign
+from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, counts, doubts
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, trend_of
 
@@ -127,6 +127,8 @@ class Comparison:
         Whether it looks like a drop of this machine at all.
     foreign : str
         What to tell where its record names another machine; "" where it does not.
+    no_drop : str
+        What to tell where the shaft does not fall in its record; "" where it does.
     remarks : tuple of str
         What to know when reading it.
     settings : Settings
@@ -141,6 +143,7 @@ class Comparison:
     life: Life
     likeness: Likeness
     foreign: str
+    no_drop: str
     remarks: tuple[str, ...]
     settings: Settings
 
@@ -178,8 +181,10 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
         found = catalogue.features(base, [entry.result])[entry.result]
         boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
         version, machine = catalogue.maker(base, entry.result)
-    said = archive.filing(entry.id).foreign if foreign(entry) else ""
-    return Drop(entry, found, boxes, version, machine, said)
+    if counts(entry):
+        return Drop(entry, found, boxes, version, machine)
+    filing = archive.filing(entry.id)
+    return Drop(entry, found, boxes, version, machine, filing.foreign, filing.no_drop)
 
 
 def compare(archive: Archive, drop: Drop) -> Comparison:
@@ -227,6 +232,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
+        no_drop=drop.no_drop,
         remarks=(*_remarks(drop.entry, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
         settings=settings,
     )
@@ -235,9 +241,16 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
 def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
     """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
     remarks = [*clock_remarks(entry, of_machine), *assembly_remarks(entry, of_machine)]
-    if doubted:
-        names = ", ".join(f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in doubted)
-        remarks.append(f"not compared with, since checks of their records failed: {names}")
+    earlier = [e for e in of_machine if e.assembly == entry.assembly and e.order < entry.order]
+    for left_out, why in (
+        ([e for e in doubted if counts(e)], "not compared with, since checks of their records failed"),
+        (
+            [e for e in earlier if e.id != entry.id and not counts(e)],
+            "neither compared with nor counted, since their records hold no drop or name another machine",
+        ),
+    ):
+        names = ", ".join(f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in left_out)
+        remarks += [f"{why}: {names}"] if names else []
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"

@@ -19,3 +19,4 @@ class Drop:
     version: str
     machine_sha256: str
     foreign: str = ""  # what to tell where the record names another machine
+    no_drop: str = ""  # and where the shaft does not fall in it

@@ -81,8 +81,16 @@ class Filing:
     @property
     def foreign(self) -> str:
         """What to tell where the record names another machine; "" where it does not."""
+        return self._failed("machine")
+
+    @property
+    def no_drop(self) -> str:
+        """What to tell where the shaft does not fall in the record; "" where it does."""
+        return self._failed("drop")
+
+    def _failed(self, check: str) -> str:
         checks = self.analysis.get("quality", ())
-        return next((str(c["detail"]) for c in checks if c["check"] == "machine" and not c["passed"]), "")
+        return next((str(c["detail"]) for c in checks if c["check"] == check and not c["passed"]), "")
 
     @property
     def name(self) -> str:

@@ -12,7 +12,7 @@ from tdbmon.history.standing import Judged, judge, standing
 from tdbmon.history.verdict import Verdict
 from tdbmon.progress import Progress, silent
 
-_WORST = ("inspect", "changed", "too few drops", "as before")
+_WORST = ("inspect", "changed", "no drop", "too few drops", "as before")
 
 
 @dataclass(frozen=True)

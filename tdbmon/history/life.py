@@ -24,14 +24,14 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.drop import Drop
 from tdbmon.history.fatigue import indented
 from tdbmon.history.feature import Feature
-from tdbmon.history.matching import foreign
+from tdbmon.history.matching import counts
 
 _FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
 
 
 @dataclass(frozen=True)
 class Life:
-    """What a machine's present assembly went through, the drop that is compared included unless it names another machine.
+    """What a machine's present assembly went through, the drop that is compared included where it counts (`counts`).
 
     Attributes
     ----------
@@ -81,15 +81,15 @@ def life_of(
     earlier = [
         e
         for e in of_machine
-        if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.order < drop.entry.order and not foreign(e)
+        if e.assembly == drop.entry.assembly and e.id != drop.entry.id and e.order < drop.entry.order and counts(e)
     ]
-    counts = not foreign(drop.entry)
-    speeds = [e.speed for e in earlier] + [drop.entry.speed] * counts
+    included = counts(drop.entry)
+    speeds = [e.speed for e in earlier] + [drop.entry.speed] * included
     limit = None if agreed.full_speed is None else _FULL_SHARE * agreed.full_speed
     full = sum(limit is None or speed is None or speed >= limit for speed in speeds)
     results = [e.result for e in earlier]
     cycles, stresses = [fatigue.get(each, ()) for each in results], [greatest.get(each, ()) for each in results]
-    if counts:
+    if included:
         cycles.append(tuple(f for f in drop.features if f.name == "fatigue_cycles"))
         stresses.append(tuple(f for f in drop.features if f.name == "stress_max_mpa"))
     damage = _damage([_wear(found) for found in cycles], [_wear(found, EXPONENT) for found in stresses])

@@ -9,7 +9,9 @@ from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
 from tdbmon.quantity import moment
 
-_FOREIGN = "machine"  # whole: of the record, without a channel; "machine and record NDE" is another check
+# whole: of the record, without a channel; "machine and record NDE" is another check
+_FOREIGN = "machine"
+_STILL = "drop"
 # inverted, swapped, doubled, exchanged probes and those of a wrong scale, each followed by its channel
 _OF_PROBES = ("fall ", "whirl ", "identical ", "cabling ", "probe scales ")
 
@@ -46,14 +48,19 @@ class Conditions:
         return abs(entry.speed - self.speed) <= self.tolerance * self.speed
 
 
-def foreign(entry: Entry) -> bool:
-    """Return whether a drop's record names another machine: then it tells nothing of this one, nor of what it went through."""
-    return _FOREIGN in entry.failed_checks
+def counts(entry: Entry) -> bool:
+    """Return whether a record counts as a drop of its machine: one that names another machine or holds no drop does not."""
+    return not {_FOREIGN, _STILL} & set(entry.failed_checks)
 
 
 def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
     """Return those of a record's failed checks (name and channel) by which its displacements are not those of its machine."""
-    return tuple(each for each in failed_checks if each == _FOREIGN or each.startswith(_OF_PROBES))
+    return tuple(each for each in failed_checks if each in (_FOREIGN, _STILL) or each.startswith(_OF_PROBES))
+
+
+def doubted_probes(failed_checks: Iterable[str]) -> tuple[str, ...]:
+    """Return those of the doubts that are on probes, not on the record as a whole."""
+    return tuple(each for each in doubts(failed_checks) if each.startswith(_OF_PROBES))
 
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:

@@ -18,6 +18,8 @@ def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
 
 def not_compared_sentences(comparison: Comparison) -> list[str]:
     """Return a sentence for each end: its quantities that bear no comparison, with the reasons."""
+    if comparison.no_drop:
+        return []  # the verdict says it of all
     return [
         f"not compared {_place(end)}: {'; '.join(_with_reasons(changes))}"
         for end, changes in not_compared(comparison).items()

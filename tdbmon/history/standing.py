@@ -11,6 +11,8 @@ from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
 from tdbmon.history.verdict import Verdict, verdict_of
 
+_WORST = ("inspect", "changed", "no drop")
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -33,7 +35,7 @@ def judge(archive: Archive, drop: str) -> Judged:
 
 
 def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:
-    """Return the alarms of a machine that stand: "inspect" before "changed", the latest first.
+    """Return the alarms of a machine that stand: "inspect" before "changed" before "no drop", the latest first.
 
     An alarm stands until a later drop of the same assembly at about the same speed has a verdict, which counts instead.  "Too few
     drops" is no verdict and clears nothing, nor does a drop whose record does not show its machine: that one is told while it
@@ -57,7 +59,7 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
             clearing.append(found)
         if found.verdict.alarm:
             alarms.append(found)
-    return tuple(sorted(alarms, key=lambda each: each.verdict.word != "inspect"))
+    return tuple(sorted(alarms, key=lambda each: _WORST.index(each.verdict.word)))
 
 
 def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:

@@ -128,4 +128,6 @@ def as_drop(filing: Filing) -> Drop:
         failed_checks=filing.failed_checks,
         result=0,
     )
-    return Drop(entry, filing.features, filing.stress, filing.version, filing.machine_sha256, filing.foreign)
+    return Drop(
+        entry, filing.features, filing.stress, filing.version, filing.machine_sha256, filing.foreign, filing.no_drop
+    )

@@ -1,4 +1,4 @@
-"""The verdict on a drop, with its reasons: as before, changed, inspect before the next start, or too few drops."""
+"""The verdict on a drop, with its reasons: as before, changed, inspect before the next start, too few drops, or no drop."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Literal
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
-from tdbmon.history.matching import doubts
+from tdbmon.history.matching import doubted_probes
 from tdbmon.quantity import counted, percent, words
 
-Word = Literal["as before", "changed", "inspect", "too few drops"]
+Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
 _SUSPICIOUS = 0.4  # of all quantities: wear changes a few
 _BLIND = 0.5  # of the quantities of earlier drops: who tells less is not known to be as before
@@ -34,11 +34,13 @@ class Verdict:
     @property
     def alarm(self) -> bool:
         """True for anything but "as before" and "too few drops": `--fail-on alarm` fails on it."""
-        return self.word in ("changed", "inspect")
+        return self.word in ("changed", "inspect", "no drop")
 
 
 def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
+    if comparison.no_drop:
+        return Verdict("no drop", (*_no_drop(comparison), *comparison.remarks))
     inspect = [*_limits(comparison), *_life(comparison), *_blind(comparison), *_doubted(comparison)]
     changed = [_sentence(change, comparison) for change in comparison.flagged]
     if comparison.likeness.strange:
@@ -75,6 +77,12 @@ def verdict_of(comparison: Comparison) -> Verdict:
 def beside(comparison: Comparison) -> list[str]:
     """Say what differs by more than chance and is no matter of the fall: levitation, speed."""
     return [f"beside the verdict: {_sentence(change, comparison)}" for change in comparison.noted]
+
+
+def _no_drop(comparison: Comparison) -> list[str]:
+    """Say that the record tells nothing of the bearings, and why."""
+    said = f"no drop in this record, so that it does not count: {comparison.no_drop}"
+    return [said, comparison.foreign] if comparison.foreign else [said]
 
 
 def _limits(comparison: Comparison) -> list[str]:
@@ -127,7 +135,7 @@ def _blind(comparison: Comparison) -> list[str]:
 
 def _doubted(comparison: Comparison) -> list[str]:
     """Say that the record or its probes do not show this machine: what differs may be theirs."""
-    failed = [each for each in doubts(comparison.entry.failed_checks) if each != "machine"]
+    failed = doubted_probes(comparison.entry.failed_checks)
     found = [f"{comparison.foreign}; what differs may be that machine's"] if comparison.foreign else []
     if failed:
         found.append(

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
@@ -16,7 +17,12 @@ from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import result_name, satisfying_names
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.matching import clock_remarks
+from tdbmon.history.study import study_record
+from tdbmon.history.summary import comparison_lines
+from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
+from tdbmon.record.read import read
+from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, newer
 
@@ -284,6 +290,32 @@ def test_the_agreed_number_is_counted_down(empty, tmp_path):
     assert (last.life.full_drops, last.life.partial_drops, last.life.margin.value) == (4, 1, 0.0)
     assert verdict.word == "inspect"
     assert "4 full drops of 4 agreed" in verdict.reasons[0]
+
+
+def test_a_record_without_a_drop_uses_up_no_agreed_drop(empty, tmp_path):
+    """Levitation alone, and displacements in mm that are stated as um; told before the drops, after them and without any."""
+    machine, record = load_machine(shipped("short/machine.toml")), read(shipped("short/drop_100.nc"))
+    probes = {probe.name: record[probe.name] / 1000 for probe in machine.probes}
+    for made in (record.isel(time=slice(0, 1900)), record.assign(probes)):
+        drop = as_drop(study_record(made, machine, "0" * 64, dropped="2020-01-20"))
+        assert drop.entry.failed_checks == ("drop",)
+        comparison = compare(empty, drop)
+        verdict = verdict_of(comparison)
+        assert (comparison.life.full_drops, verdict.word, verdict.alarm) == (0, "no drop", True)
+        assert verdict.reasons[0].startswith("no drop in this record")
+        assert "the shaft does not fall" in verdict.reasons[0]
+        assert not any("not compared" in line for line in comparison_lines(comparison, verdict))
+    (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 3\n")
+    add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
+    for i in range(1, 4):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", failed_checks=("drop",))
+    second = add(empty, tmp_path, 4, dropped="2020-01-05", stress=2e9)
+    comparison, verdict = judged(empty, second)
+    assert [entry.id for entry in comparison.matched] == [empty.entries()[0].id]
+    assert (comparison.life.full_drops, comparison.life.margin.value) == (2, 1.0)
+    assert comparison.life.damage.value == pytest.approx(2.0)
+    assert verdict.word == "too few drops"
+    assert any("nor counted" in remark and "drop_3.nc (drop)" in remark for remark in verdict.reasons)
 
 
 def test_settings_of_a_name_that_no_drop_bears_are_told(empty, tmp_path):

@@ -119,6 +119,17 @@ def test_a_drop_whose_probes_saw_another_thing_clears_nothing_and_is_over_with_t
     assert alarms(worn) == [("drop_6.nc", "changed")]
 
 
+def test_a_record_without_a_drop_is_told_while_it_is_the_latest_and_hides_no_alarm(worn, tmp_path):
+    add(worn, tmp_path, 7, failed_checks=("drop",))
+    assert alarms(worn) == [("drop_6.nc", "changed"), ("drop_7.nc", "no drop")]
+    (member,) = fleet(worn)
+    assert (member.verdict.word, member.latest.verdict.word) == ("changed", "no drop")
+    html = render_html(build_machine_report(machine_history(worn, worn.machines()[0])))
+    assert "The latest drop: there is no drop in this record." in html
+    add(worn, tmp_path, 8, speed=160.0)
+    assert alarms(worn) == [("drop_6.nc", "changed")]
+
+
 def test_a_fleet_of_which_too_little_is_known_is_not_called_well(empty, tmp_path):
     fill(empty, tmp_path / "a", 6, name="steady")
     raw, machine = files(tmp_path / "b", 200)

@@ -21,6 +21,7 @@ WORDS: dict[str, tuple[str, Tone]] = {
     "as before": ("As before.", "good"),
     "changed": ("Changed against the drops before.", "attention"),
     "inspect": ("Inspect the touchdown bearings before the next start.", "attention"),
+    "no drop": ("There is no drop in this record.", "attention"),
     "too few drops": ("Too few matching drops for a verdict.", "plain"),
 }
 
@@ -68,7 +69,9 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
 
 
 def included(comparison: Comparison) -> str:
-    """Return whether a drop is among those that are counted: one that names another machine is not."""
+    """Return whether a drop is among those that are counted, and why not."""
+    if comparison.no_drop:
+        return "without this record, which holds no drop"
     return "without this one, which names another machine" if comparison.foreign else "this one included"
 
 
