@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -79,6 +80,11 @@ class Change:
         return self.kind.title_at(self.end)
 
     @property
+    def p(self) -> float | None:
+        """Probability of so large a difference by chance, not corrected; None where it is not known."""
+        return None if self.difference is None else self.difference.p
+
+    @property
     def since(self) -> str:
         """Identifier of the first of the drops just before this one that were off in the same way; "" where none was."""
         first = ""
@@ -153,13 +159,13 @@ class Comparison:
 
     @property
     def flagged(self) -> tuple[Change, ...]:
-        """The features that changed."""
-        return tuple(change for change in self.changes if change.flag)
+        """The features that changed, the least probable first."""
+        return _least_probable_first(change for change in self.changes if change.flag)
 
     @property
     def noted(self) -> tuple[Change, ...]:
-        """The features that differ by more than chance and do not count towards the verdict."""
-        return tuple(change for change in self.changes if change.noted)
+        """The features that differ by more than chance and do not count towards the verdict, the least probable first."""
+        return _least_probable_first(change for change in self.changes if change.noted)
 
     @property
     def tested(self) -> int:
@@ -312,10 +318,12 @@ def _changes(
 
 def _probabilities(changes: list[Change], settings: Settings) -> dict[tuple[str, str], float]:
     """Return the corrected probability of each feature that has one, by its name and end."""
-    known = {
-        (c.kind.name, c.end): c.difference.p for c in changes if c.difference is not None and c.difference.p is not None
-    }
+    known = {(c.kind.name, c.end): c.p for c in changes if c.p is not None}
     return dict(zip(known, _corrected(list(known.values()), settings), strict=True))
+
+
+def _least_probable_first(changes: Iterable[Change]) -> tuple[Change, ...]:
+    return tuple(sorted(changes, key=lambda change: 1.0 if change.p is None else change.p))
 
 
 def _untold(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Change, ...]:

@@ -97,7 +97,7 @@ _KINDS = (
         "Single-mass stiffness",
         "N/m",
         0.016,
-        "a support that became looser or stiffer",
+        "a support that became looser or stiffer, or a worn or opened gap, from which the impact is harder",
         relative=True,
     ),
     FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1.2e-5, "gap or set-point changed"),
@@ -106,7 +106,7 @@ _KINDS = (
         "First contact, duration",
         "ms",
         2.7e-5,
-        "stiffness of bearing and support",
+        "stiffness of bearing and support, a worn or opened gap",
         both_ends=True,
     ),
     FeatureKind(

@@ -152,6 +152,20 @@ def test_a_gross_change_is_flagged_with_its_size_and_only_it(empty, tmp_path):
     assert any("Radius at rest, NDE" in reason and "wear" in reason for reason in verdict.reasons)
 
 
+def test_the_least_probable_change_is_told_first(years, empty, tmp_path):
+    """Of the second worn drop the fall and the rebound tell the wear, and the stiffness the least."""
+    _, verdict = judged(years, years.entries()[8].id)
+    told = [reason for reason in verdict.reasons if "(p = " in reason]
+    p = [float(reason.partition("(p = ")[2].partition(",")[0]) for reason in told]
+    assert len(p) > 2 and p == sorted(p)
+    (stiffness,) = [reason for reason in told if reason.startswith("Single-mass stiffness")]
+    assert "a worn or opened gap" in stiffness
+    fill(empty, tmp_path, 6)
+    values = {("levitated_x_um", "NDE"): 1.3, ("levitated_1x_um", "NDE"): 6.0}
+    found, _ = judged(empty, add(empty, tmp_path, 7, dropped="2020-02-01", values=values))
+    assert [change.kind.name for change in found.noted] == ["levitated_1x_um", "levitated_x_um"]
+
+
 def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tmp_path):
     fill(empty, tmp_path, 6)
     for i in (6, 7, 8):
