@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
+from decimal import Decimal
 
 from tdbmon.estimate import OUTSIDE, Estimate
 
@@ -78,14 +79,46 @@ def short(estimate: Estimate, width: float | None = None) -> str:
     return f"{number(estimate.value * factor, width * factor)} {name}{kind}".strip()
 
 
+def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple[str, str, str]:
+    """Return an estimate, what was before it and their difference (SI) as text, in one unit.
+
+    They have the digits of the difference's interval (the estimate's where it has none), and another where they do not subtract
+    as they are written; where that is not enough, what was before is rounded the other way.
+    """
+    if estimate.value is None or difference.value is None:
+        return short(estimate), "–", words(difference)
+    numbers = [estimate.value, before, difference.value]
+    factor, name = _unit(Estimate(max(map(abs, numbers)), unit=estimate.unit), None)
+    width = max(_width(estimate), abs(estimate.value) * 1e-2)
+    if difference.low is not None and difference.high is not None:
+        numbers += [difference.low, difference.high]
+        width = _told_apart(difference.value, difference.low, difference.high)
+    decimals = _decimals(width * factor)
+    for more in range(2):
+        texts = [_fixed(x * factor, decimals + more) for x in numbers]
+        this, old, apart = (Decimal(text.replace("−", "-")) for text in texts[:3])
+        if this - old == apart:
+            break
+    texts[1] = f"{this - apart:f}".replace("-", "−")
+    unit, kind = (f" {word}" if word else "" for word in (name, estimate.kind))
+    interval = f" ({texts[3]} to {texts[4]})" if len(texts) > 3 else ""
+    return f"{texts[0]}{unit}{kind}", f"{texts[1]}{unit}{kind}", f"{texts[2]}{unit}{interval}"
+
+
 def number(value: float, width: float) -> str:
     """Return a number with the decimals that show `width` with two figures (one where its first is large)."""
+    return _fixed(value, _decimals(width)) if width > 0 else f"{value:.6g}"
+
+
+def _decimals(width: float) -> int:
     if not width > 0:
-        return f"{value:.6g}"
-    decimals = min(9, 1 - math.floor(math.log10(width)))
-    if width / 10.0 ** math.floor(math.log10(width)) >= 4:
-        decimals -= 1  # a width of 6.1 needs no tenth
-    text = f"{value:.{max(0, decimals)}f}"
+        return 0
+    power = math.floor(math.log10(width))
+    return max(0, min(9, 1 - power) - (width / 10.0**power >= 4))  # a width of 6.1 needs no tenth
+
+
+def _fixed(value: float, decimals: int) -> str:
+    text = f"{value:.{decimals}f}"
     if float(text) == 0:
         text = text.removeprefix("-")
     return text.replace("-", "−")

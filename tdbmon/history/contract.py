@@ -84,10 +84,11 @@ def _box(drop: str, box: StressBox) -> dict[str, Any]:
 def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
     kind, found = change.kind, change.difference
     factor = OUTSIDE[kind.unit]
-    before: dict[str, Any] = {"n": len(change.earlier), "median": None, "low": None, "high": None}
+    before: dict[str, Any] = {"n": len(change.earlier), "centre": None, "median": None, "low": None, "high": None}
     difference = Estimate.missing(kind.unit, change.why or "not compared")
     detectable = None
     if found is not None:
+        before["centre"] = factor * found.before.centre
         before["median"] = factor * found.before.median
         values = [e.value for _, e in change.earlier if e.value is not None]
         before["low"], before["high"] = factor * min(values), factor * max(values)

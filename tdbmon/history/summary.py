@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import counted, percent, short, words
+from tdbmon.quantity import counted, percent, subtracted, words
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
@@ -45,14 +45,10 @@ def difference_of(change: Change) -> Estimate:
     return Estimate(found.value, found.low, found.high, change.kind.unit, why=why)
 
 
-def values_of(change: Change) -> tuple[str, str]:
-    """Return this drop's value and that of those before, with digits that subtract to the difference."""
-    found = change.difference
-    if found is None:
-        return short(change.estimate), "–"
-    width = None if found.low is None or found.high is None else found.high - found.low
-    before = replace(change.estimate, value=found.before.centre, low=None, high=None)
-    return short(change.estimate, width=width), short(before, width=width)
+def values_of(change: Change) -> tuple[str, str, str]:
+    """Return this drop's value, that of those before and the difference, which subtract as they are written."""
+    before = math.nan if change.difference is None else change.difference.before.centre
+    return subtracted(change.estimate, before, difference_of(change))
 
 
 def _standing_lines(alarm: Judged) -> list[str]:
@@ -62,11 +58,10 @@ def _standing_lines(alarm: Judged) -> list[str]:
 
 def _table(compared: Sequence[Change]) -> list[str]:
     """Return a line for each change, a star before those that are flagged, under a head; columns as wide as their words."""
-    rows = [("", "this drop", "before"), *((change.title, *values_of(change)) for change in compared)]
-    title, this, before = (max(len(cell) for cell in column) + 2 for column in zip(*rows, strict=True))
+    rows = [("", "this drop", "before", "difference (95 %)"), *((each.title, *values_of(each)) for each in compared)]
+    title, this, before, _ = (max(len(cell) for cell in column) + 2 for column in zip(*rows, strict=True))
     marks = [" ", *("*" if change.flag else " " for change in compared)]
-    last = ["difference (95 %)", *(words(difference_of(change)) for change in compared)]
     return [
-        f"{mark} {row[0]:<{title}}{row[1]:>{this}}{row[2]:>{before}}   {end}"
-        for mark, row, end in zip(marks, rows, last, strict=True)
+        f"{mark} {row[0]:<{title}}{row[1]:>{this}}{row[2]:>{before}}   {row[3]}"
+        for mark, row in zip(marks, rows, strict=True)
     ]

@@ -6,6 +6,7 @@ import io
 import itertools
 import re
 from dataclasses import replace
+from decimal import Decimal
 
 import pypdf
 import pytest
@@ -17,13 +18,13 @@ from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
-from tdbmon.history.summary import comparison_lines, difference_of, values_of
+from tdbmon.history.summary import comparison_lines, values_of
 from tdbmon.history.verdict import verdict_of
-from tdbmon.quantity import words
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Figure, Table
 from tdbmon.report.fleet_report import build_fleet_report
@@ -110,7 +111,7 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     lines = comparison_lines(found, verdict_of(found))
     for change in (c for c in found.changes if c.difference is not None):
-        this, before = values_of(change)
+        this, before, _ = values_of(change)
         (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
         assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
 
@@ -221,13 +222,17 @@ def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp
 
 
 def test_before_and_difference_subtract_as_they_are_written(comparison):
-    told = [c for c in comparison.changes if c.difference is not None and c.kind.unit == "um"]
-    assert len(told) > 6
+    told = [c for c in comparison.changes if c.difference is not None]
+    assert len(told) > 30
+    features = {(f["name"], f["end"]): f for f in comparison_json(comparison, verdict_of(comparison))["features"]}
     for change in told:
-        this, before = (float(text.split()[0].replace("−", "-")) for text in values_of(change))
-        difference = words(difference_of(change)).split()[0].replace("−", "-")
-        step = 10.0 ** -len(difference.partition(".")[2])
-        assert abs(this - before - float(difference)) < 1.6 * step, change.title
+        texts = values_of(change)
+        this, before, difference = (Decimal(text.split()[0].replace("−", "-")) for text in texts)
+        assert this - before == difference, change.title
+        assert len({text.split(" (")[0].partition(" ")[2].split(" ")[0] for text in texts}) == 1, "one unit"
+        feature = features[change.kind.name, change.end]
+        apart = feature["value"]["value"] - feature["before"]["centre"]
+        assert apart == pytest.approx(feature["difference"]["value"], rel=1e-9, abs=1e-9), change.title
 
 
 def test_a_machine_report_draws_what_it_flags(years):

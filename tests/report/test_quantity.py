@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 
 import tdbmon
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import moment, number, off_by, percent, rpm, short, words
+from tdbmon.quantity import moment, number, off_by, percent, rpm, short, subtracted, words
 
 
 def test_a_value_has_the_digits_that_its_interval_bears() -> None:
@@ -54,6 +55,21 @@ def test_no_negative_zero_and_a_true_minus() -> None:
 def test_rounding_moves_a_number_by_at_most_an_eighth_of_its_interval(value: float, width: float) -> None:
     shown = float(number(value, width).replace("−", "-"))
     assert abs(shown - value) <= 0.1251 * width + 1e-9 * abs(value)
+
+
+@given(st.floats(1e-6, 1e-3), st.floats(1e-6, 1e-3), st.floats(1e-7, 1e-3))
+def test_a_difference_is_that_of_the_numbers_beside_it(value: float, before: float, half: float) -> None:
+    """Told with the digits of the interval alone, a drop of 3 µm after 5 µm differed by -1 µm."""
+    apart = value - before
+    for difference in (Estimate(apart, apart - half, apart + half, "um"), Estimate(apart, unit="um")):
+        texts = subtracted(Estimate(value, unit="um", kind="0-pk"), before, difference)
+        this, old, told = (Decimal(text.split()[0].replace("−", "-")) for text in texts)
+        assert this - old == told
+        assert abs(float(old) * 1e-6 - before) <= 10.0 ** (told.as_tuple().exponent - 6)
+    assert subtracted(Estimate(3.4e-6, unit="um"), 4.6e-6, Estimate(-1.2e-6, -12e-6, 9.6e-6, "um")) == (
+        "3.4 µm", "4.6 µm", "−1.2 µm (−12.0 to 9.6)",
+    )  # fmt: skip
+    assert subtracted(Estimate(31e6, unit="N/m"), 30.7e6, Estimate(0.3e6, unit="N/m"))[2] == "0.30 MN/m"
 
 
 def test_a_time_since_the_release_carries_both_errors() -> None:

@@ -6,8 +6,8 @@ from functools import partial
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
-from tdbmon.history.summary import difference_of, values_of
-from tdbmon.quantity import short, words
+from tdbmon.history.summary import values_of
+from tdbmon.quantity import short
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
@@ -74,6 +74,5 @@ def _cells(change: Change, level: float) -> tuple[str, ...]:
     smallest = found.detectable(level)
     seen = "–" if smallest is None else short(Estimate(smallest, unit=unit), width=0.1 * smallest)
     p = "–" if change.p_adjusted is None else f"{change.p_adjusted:.2g}"
-    difference = difference_of(change)
-    this, before = values_of(change)
-    return change.title, this, before, f"{found.before.n}", words(difference), seen, p
+    this, before, difference = values_of(change)
+    return change.title, this, before, f"{found.before.n}", difference, seen, p
