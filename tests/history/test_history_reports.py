@@ -12,7 +12,7 @@ import pypdf
 import pytest
 
 from tdbmon.estimate import Estimate
-from tdbmon.figures.differences import REACH, differences
+from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
@@ -26,7 +26,7 @@ from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, values_of
 from tdbmon.history.verdict import verdict_of
 from tdbmon.report.compare_report import build_compare_report
-from tdbmon.report.document import Figure, Table
+from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
@@ -172,22 +172,21 @@ def test_what_differs_beside_the_verdict_stands_in_every_report(empty, tmp_path)
         assert render_html(document).count("eside the verdict: Once per revolution in levitation, NDE") == 1
 
 
-def test_the_caption_tells_of_arrows_where_any_is_drawn(comparison):
-    def caption(of):
-        return next(b.caption for b in changes.section(of).blocks if isinstance(b, Figure))
-
-    def limited(most):
-        far = [
-            replace(c, difference=replace(c.difference, value=most * c.difference.error))
-            if c.kind.judged and c.difference is not None and c.difference.error
-            else c
-            for c in comparison.changes
+def test_what_changed_is_drawn_on_top_with_its_point_and_interval(comparison):
+    """The scale is that of the data: the only changes had been arrows at its edge."""
+    (ax,) = differences(comparison).axes
+    labels = [label.get_text() for label in ax.get_yticklabels()]
+    flagged = comparison.flagged
+    assert len(flagged) == 2
+    assert [label.partition(" (n")[0] for label in labels[:2]] == [change.title for change in flagged]
+    low, high = ax.get_xlim()
+    for row, change in enumerate(flagged):
+        found = change.difference
+        drawn = [
+            x for line in ax.lines if list(line.get_ydata()) == [row] * len(line.get_xdata()) for x in line.get_xdata()
         ]
-        return replace(comparison, changes=tuple(far))
-
-    for most in (2.0, 11.0):
-        arrows = [line for ax in differences(limited(most)).axes for line in ax.lines if line.get_marker() in "<>"]
-        assert bool(arrows) == ("arrow" in caption(limited(most))) == (most > REACH)
+        assert sorted(drawn) == pytest.approx([x / found.error for x in (found.low, found.value, found.high)])
+        assert low < min(drawn) and max(drawn) < high
 
 
 def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp_path):

@@ -28,8 +28,8 @@ def section(comparison: Comparison) -> Section | None:
             Figure(
                 "differences",
                 "Difference of this drop from those before, in standard errors of a new drop like those before, with its"
-                " 95 % interval. Filled: changed after correction for the number of quantities. A wide interval means few"
-                f" drops before, not a large change.{_arrows(compared)}",
+                " 95 % interval. Filled, and on top: changed after correction for the number of quantities. A wide interval"
+                " means few drops before, not a large change.",
                 "A forest plot: a line for each quantity, the interval of its difference against zero.",
                 partial(differences, comparison),
             )
@@ -55,15 +55,6 @@ def section(comparison: Comparison) -> Section | None:
         rows_ = tuple(Row(("; ".join(titles), why)) for why, titles in reasons.items())
         blocks.append(Table("Not compared", ("Quantities", "Why"), rows_))
     return Section("What differs", tuple(blocks))
-
-
-def _arrows(changes: list[Change]) -> str:
-    """Say what an arrow of the figure is; nothing where none is drawn."""
-    from tdbmon.figures.differences import REACH
-
-    of = [c.difference for c in changes if c.kind.judged and c.difference is not None]
-    beyond = any(d.error and abs(d.value) > REACH * d.error for d in of)
-    return " An arrow with a number: beyond the scale, so many standard errors." if beyond else ""
 
 
 def _cells(change: Change, level: float) -> tuple[str, ...]:
