@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -98,6 +99,14 @@ class Archive:
         if row is None:
             raise InputError(f"{self.folder}: no drop '{drop}'")
         return self.folder / "machines" / f"{row[0]}.toml"
+
+    def ends(self, drop: str) -> tuple[str, ...]:
+        """Return the names of the touchdown bearings as in a drop's machine file; none where that is lost or damaged."""
+        try:
+            content = tomllib.loads(self.machine_file(drop).read_text(encoding="utf-8-sig"))
+            return tuple(bearing["name"] for bearing in content["touchdown_bearing"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return ()
 
     def filing(self, drop: str) -> Filing:
         """Return a drop's current result from its file."""

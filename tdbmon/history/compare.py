@@ -16,7 +16,7 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
-from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order
+from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order, place_of
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
 from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, counts, doubts
@@ -126,6 +126,8 @@ class Comparison:
         Every feature that the drop or those before have.
     untold : tuple of Change
         The judged features that neither the drop nor any before has, those of the fitted simulation aside.
+    ends : tuple of str
+        As in the machine file.
     stress : dict
         By end: (drop, box) of all matching drops with forces, this one last.
     life : Life
@@ -145,6 +147,7 @@ class Comparison:
     matched: tuple[Entry, ...]
     changes: tuple[Change, ...]
     untold: tuple[Change, ...]
+    ends: tuple[str, ...]
     stress: dict[str, tuple[tuple[str, StressBox], ...]]
     life: Life
     likeness: Likeness
@@ -187,10 +190,11 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
         found = catalogue.features(base, [entry.result])[entry.result]
         boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
         version, machine = catalogue.maker(base, entry.result)
+    filed = Drop(entry, found, boxes, version, machine, archive.ends(entry.id))
     if counts(entry):
-        return Drop(entry, found, boxes, version, machine)
+        return filed
     filing = archive.filing(entry.id)
-    return Drop(entry, found, boxes, version, machine, filing.foreign, filing.no_drop)
+    return replace(filed, foreign=filing.foreign, no_drop=filing.no_drop)
 
 
 def compare(archive: Archive, drop: Drop) -> Comparison:
@@ -234,7 +238,8 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         matched=tuple(matched),
         changes=changes,
         untold=_untold(drop, changes, len(matched)),
-        stress={end: tuple(rows) for end, rows in ends.items()},
+        ends=drop.ends,
+        stress={end: tuple(ends[end]) for end in sorted(ends, key=lambda end: place_of(end, drop.ends))},
         life=life_of(drop, of_machine, fatigue, greatest, settings.life),
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
@@ -293,7 +298,7 @@ def _changes(
                 theirs.setdefault((feature.name, feature.end), []).append((entry.id, feature.estimate))
     keys = [key for key in mine if key[0] in KINDS and (mine[key].known or key in theirs)]
     keys += [key for key in theirs if key not in mine and key[0] in KINDS]
-    keys = in_order(keys)
+    keys = in_order(keys, drop.ends)
     judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
     place = {entry.id: number for number, entry in enumerate(matched)}
@@ -332,7 +337,7 @@ def _untold(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Chang
     lacking = {(f.name, f.end): f.estimate for f in drop.features if f.name in KINDS and (f.name, f.end) not in told}
     return tuple(
         _compared(key, lacking[key], [], (number,), 0.0)
-        for key in in_order(lacking)
+        for key in in_order(lacking, drop.ends)
         if KINDS[key[0]].judged and not KINDS[key[0]].forces
     )
 

@@ -18,5 +18,6 @@ class Drop:
     stress: tuple[StressBox, ...]
     version: str
     machine_sha256: str
+    ends: tuple[str, ...]  # as in its machine file
     foreign: str = ""  # what to tell where the record names another machine
     no_drop: str = ""  # and where the shaft does not fall in it

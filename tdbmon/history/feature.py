@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from tdbmon.estimate import Estimate
@@ -288,6 +288,11 @@ KINDS = {kind.name: kind for kind in _KINDS}
 _RANKS = {name: rank for rank, name in enumerate(KINDS)}
 
 
-def in_order(features: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return features (name and end) in the order of `KINDS`, then by end."""
-    return sorted(features, key=lambda feature: (_RANKS[feature[0]], feature[1]))
+def in_order(features: Iterable[tuple[str, str]], ends: Sequence[str]) -> list[tuple[str, str]]:
+    """Return features (name and end) in the order of `KINDS`, then in that of the ends."""
+    return sorted(features, key=lambda feature: (_RANKS[feature[0]], place_of(feature[1], ends)))
+
+
+def place_of(end: str, ends: Sequence[str]) -> tuple[int, str]:
+    """Return what ends are sorted by: their places in the machine file, and those that it does not name by their names."""
+    return (ends.index(end) if end in ends else len(ends)), end

@@ -101,18 +101,20 @@ def machine_history(archive: Archive, machine: str, progress: Progress = silent)
         judged.append(of_drop(entry.id))
     stand = standing(entries, of_drop)
     classes = speed_classes([e.speed for e in entries], settings.matching.speed)
-    courses = _courses(entries, classes, [features[e.result] for e in entries])
+    courses = _courses(entries, classes, [features[e.result] for e in entries], archive.ends(entries[-1].id))
     return MachineHistory(machine, tuple(entries), tuple(classes), tuple(judged), stand, tuple(courses))
 
 
-def _courses(entries: list[Entry], classes: list[int], features: list[tuple[Feature, ...]]) -> list[Course]:
+def _courses(
+    entries: list[Entry], classes: list[int], features: list[tuple[Feature, ...]], ends: tuple[str, ...]
+) -> list[Course]:
     levels = [(number, entry.assembly) for number, entry in zip(classes, entries, strict=True)]
     drops: list[dict[tuple[str, str], Estimate]] = [
         {} if doubts(entry.failed_checks) else {(f.name, f.end): f.estimate for f in found if f.estimate.known}
         for entry, found in zip(entries, features, strict=True)
     ]
     courses = []
-    for name, end in in_order({key for drop in drops for key in drop if key[0] in KINDS}):
+    for name, end in in_order({key for drop in drops for key in drop if key[0] in KINDS}, ends):
         kind = KINDS[name]
         if not kind.judged:
             continue

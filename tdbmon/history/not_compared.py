@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.feature import place_of
 
 _NAMED = 4  # quantities with one reason
 
 
 def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
-    """Return the judged quantities that the drop, all drops before, or both lack, by end ("" for the rotor)."""
+    """Return the judged quantities that the drop, all drops before, or both lack, by end ("" for the rotor, the last)."""
     missing: dict[str, tuple[Change, ...]] = {}
     for change in (*comparison.changes, *comparison.untold):
         if comparison.matched and change.kind.judged and change.difference is None:
             missing[change.end] = (*missing.get(change.end, ()), change)
-    return dict(sorted(missing.items(), key=lambda each: (not each[0], each[0])))  # the rotor last
+    return {end: missing[end] for end in sorted(missing, key=lambda end: (not end, place_of(end, comparison.ends)))}
 
 
 def not_compared_sentences(comparison: Comparison) -> list[str]:

@@ -129,5 +129,12 @@ def as_drop(filing: Filing) -> Drop:
         result=0,
     )
     return Drop(
-        entry, filing.features, filing.stress, filing.version, filing.machine_sha256, filing.foreign, filing.no_drop
+        entry=entry,
+        features=filing.features,
+        stress=filing.stress,
+        version=filing.version,
+        machine_sha256=filing.machine_sha256,
+        ends=tuple(dict.fromkeys(f.end for f in filing.features if f.end)),
+        foreign=filing.foreign,
+        no_drop=filing.no_drop,
     )

@@ -10,6 +10,7 @@ from decimal import Decimal
 
 import pypdf
 import pytest
+from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.figures.differences import differences
@@ -24,6 +25,7 @@ from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, values_of
+from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
@@ -33,6 +35,7 @@ from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import changes
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
+from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
@@ -111,9 +114,22 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     lines = comparison_lines(found, verdict_of(found))
     for change in (c for c in found.changes if c.difference is not None):
-        this, before, _ = values_of(change)
+        this, before = (text.replace("µ", "u") for text in values_of(change)[:2])
         (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
         assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
+
+
+def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(years, comparison):
+    assert load_machine(YEARS / "machine.toml").ends == ("NDE", "DE")
+    lines = comparison_lines(comparison, verdict_of(comparison))
+    places = [next(i for i, line in enumerate(lines) if f"Radius at rest, {end}  " in line) for end in ("NDE", "DE")]
+    places += [next(i for i, line in enumerate(lines) if f"not compared at {end}:" in line) for end in ("NDE", "DE")]
+    assert places[0] + 1 == places[1] and places[2] + 1 == places[3]
+    assert any(" um " in line for line in lines) and not any("µ" in line for line in lines)
+    titles = [course.title for course in machine_history(years, years.machines()[0]).courses]
+    assert titles[:2] == ["Radius at rest, NDE", "Radius at rest, DE"]
+    unfiled = as_drop(years.filing(comparison.entry.id))
+    assert [c.title for c in compare(years, unfiled).changes] == [c.title for c in comparison.changes]
 
 
 def test_the_first_page_says_what_could_not_be_compared(comparison):
