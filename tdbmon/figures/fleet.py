@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 _COLUMNS = 4
 _ROW_MM = 37
 _SHOWN = 24
+_LETTERS = 30  # of a line above a panel
 _EDGE = {
     "inspect": (VERMILION, 2.0),
     "changed": (VERMILION, 1.2),
@@ -44,14 +46,14 @@ def fleet(members: list[Member]) -> Figure:
     shown = members[:_SHOWN]
     rows = math.ceil(len(shown) / _COLUMNS)
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
-    figure = new_figure(26 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
-    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 14, 18, across=4, down=14), sharey=False)
+    figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
+    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5), sharey=False)
     reach = _reach(shown)
     for i, (ax, member) in enumerate(zip(axes.flat, shown, strict=False)):
         colour, width = _EDGE[member.verdict.word]
         for spine in ax.spines.values():
             spine.set(color=colour, linewidth=width)
-        ax.set_title(f"{_short(member.machine)}\n{member.verdict.word}", fontsize=6)
+        ax.set_title(f"{_wrapped(member.machine)}\n{member.verdict.word}", fontsize=6)
         gaps = {end: series for end, series in member.gaps().items() if series}
         if not gaps:
             say(ax, "no radius at rest")
@@ -88,6 +90,7 @@ def _reach(members: list[Member]) -> float:
     return 1.2 * max(found)
 
 
-def _short(name: str) -> str:
-    """A name that fits above a panel; machines of one kind differ in how their names end."""
-    return name if len(name) <= 27 else f"{name[:10]}…{name[-16:]}"
+def _wrapped(name: str) -> str:
+    """A name in two lines above a panel; of a longer one its beginning and its end, in which machines of one kind differ."""
+    lines = textwrap.wrap(name, _LETTERS)
+    return "\n".join(lines) if len(lines) <= 2 else f"{lines[0]}\n…{name[1 - _LETTERS :]}"

@@ -96,7 +96,7 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
     html = render_html(document)
     assert "archive add --forces" in html
     assert "How hard the bearings were hit" not in html  # a table of nothing but the count of drops
-    assert "Full drops of this assembly, this one included" in html.split("What was compared", 1)[1]
+    assert f"Full drops of this assembly, {comparison.entry.raw_name} included" in html.split("What was compared", 1)[1]
     assert "stress-boxes" not in html
     assert "Changed against the drops before" in html
     assert "synthetic" in html
@@ -327,6 +327,30 @@ def test_the_drops_of_a_fleet_are_whole_numbers_clear_of_the_neighbours(empty, t
     assert all(label.get_text().isdigit() for label in labels)
     boxes = [label.get_window_extent() for label in labels]
     assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_a_name_above_a_panel_of_a_fleet_is_whole_in_two_lines(empty, tmp_path):
+    names = (
+        "Generator rotor on two radial magnetic bearings",
+        "Compressor",
+        f"{'Pump train of the second line ' * 3}no. 4",
+    )
+    for seed, name in enumerate(names):
+        raw, machine = files(tmp_path / str(seed), seed)
+        empty.add(filing(raw, machine, name=name, seed=seed), raw, machine)
+    drawing = fleet_figure(fleet(empty))
+    titles = [ax.get_title(loc="left").split("\n") for ax in drawing.axes if ax.get_visible()]
+    assert {" ".join(title[:-1]) for title in titles} >= set(names[:2])
+    (cut,) = [title for title in titles if "…" in title[1]]
+    assert cut[0].startswith("Pump train") and cut[1].endswith("second line no. 4")
+    assert not faults(drawing)
+
+
+def test_a_machine_report_speaks_of_no_drop_that_it_does_not_name(stressed):
+    html = render_html(build_machine_report(machine_history(stressed, stressed.machines()[0])))
+    last = stressed.entries()[-1].raw_name
+    assert f"In orange: {last}." in html and f"Full drops of this assembly, {last} included" in html
+    assert "This drop in orange" not in html and "this one" not in html
 
 
 def test_a_fleet_lists_the_worst_first(empty, tmp_path):

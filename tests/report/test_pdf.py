@@ -107,6 +107,19 @@ def test_words_behind_a_figure_for_the_next_page_fill_this_one() -> None:
     assert _page_of("Afterwards", *_HALF, other, _drawn(100), Paragraph("Afterwards.")) == 2
 
 
+def test_a_short_table_is_not_parted_and_a_long_one_fills_the_page() -> None:
+    def pages(lines: int, rows: int) -> list[int]:
+        cells = [Row((word, "1")) for word in ("FirstRow", *["between"] * (rows - 2), "LastRow")]
+        table = Table("ItsCaption", ("What", "Value"), tuple(cells))
+        above = [Paragraph("line")] * lines
+        return [_page_of(text, *above, table) for text in ("ItsCaption", "FirstRow", "LastRow")]
+
+    found = [pages(lines, 5) for lines in range(36, 48, 2)]
+    assert all(len(set(each)) == 1 for each in found)
+    assert {each[0] for each in found} == {1, 2}  # it comes to the end of the page, and goes over it
+    assert pages(36, 30) == [1, 1, 2]
+
+
 def test_a_figure_taller_than_a_page_ends_on_it() -> None:
     heights = []
 

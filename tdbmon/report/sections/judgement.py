@@ -69,10 +69,11 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
 
 
 def included(comparison: Comparison) -> str:
-    """Return whether a drop is among those that are counted, and why not."""
+    """Return whether the drop, by its record's name, is among those that are counted, and why not."""
+    record = comparison.entry.raw_name
     if comparison.no_drop:
-        return "without this record, which holds no drop"
-    return "without this one, which names another machine" if comparison.foreign else "this one included"
+        return f"without {record}, which holds no drop"
+    return f"without {record}, which names another machine" if comparison.foreign else f"{record} included"
 
 
 def _full_drops(life: Life) -> str:

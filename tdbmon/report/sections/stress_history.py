@@ -12,8 +12,8 @@ def section(comparison: Comparison) -> Section:
     """Return the stresses, or say that no drop has any."""
     if not comparison.stress:
         words = (
-            "No drop of this comparison was filed with forces. A stress needs the simulation fitted to the drop:"
-            " tdbmon archive add --forces."
+            f"Neither {comparison.entry.raw_name} nor a drop that matches it was filed with forces. A stress needs the"
+            " simulation fitted to the drop: tdbmon archive add --forces."
         )
         return Section("Hertz stress", (Paragraph(words),))
     from tdbmon.figures.stress_boxes import stress_boxes
@@ -34,7 +34,8 @@ def section(comparison: Comparison) -> Section:
             "stress-boxes",
             "Greatest Hertz stress among the balls while any is loaded, within 0.2 s of the release, from the simulation"
             " fitted to each drop. Box: quartiles with median; cross: mean; bar above: greatest (the least is"
-            " not filed); dots: peaks beyond three standard deviations from the mean. This drop in orange.",
+            " not filed); dots: peaks beyond three standard deviations from the mean. In orange:"
+            f" {comparison.entry.raw_name}.",
             "Box plots of the stress, a panel for each end and a box for each drop.",
             partial(stress_boxes, comparison),
         ),
