@@ -84,7 +84,10 @@ def first_contact(
     touch_sigma = _crossing_sigma(t, depth, contact.start, sigma, step)
     touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
     if touched:
+        # one as long as a contact says only that the shaft touched in it, once or more often
         touch = Estimate(contact.start, *touched, "s", "within the missing samples")
+        if touched in lost.hiding:
+            touch = Estimate.missing("s", f"{said(touched)}, and there the shaft touches")
     following = events[1].start if len(events) > 1 else float(t[-1])
     if lifted is None and contact.end >= t[-1]:
         unknown = "the shaft does not leave the ring again before it settles"

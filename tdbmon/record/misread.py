@@ -1,4 +1,4 @@
-"""Probes that misread for much of a drop: their peaks are cut off, or they read where no rotor gets to."""
+"""Probes that misread in a drop: their peaks are cut off, they read where no rotor gets to, or nothing at the contacts."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from tdbmon.record.lost_samples import without_flat_tops
 
 FEW = 0.005  # of the samples: more move the circle that is fitted to the rest
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
+_CONTACTS_S = 0.05  # from the release: the first contacts, of which no value is told where samples are missing
+_CHECKS = ("dropout", "nan", "clipping", "range")
 
 
 def limits(probe: Probe, gap: float) -> tuple[float, float]:
@@ -21,18 +23,23 @@ def limits(probe: Probe, gap: float) -> tuple[float, float]:
 
 
 def misread(ds: xr.Dataset, machine: Machine, start: float, checks: Iterable[Check]) -> dict[str, str]:
-    """Return the probes that misread in more than a few samples from an instant on (s), and the failed check that says how."""
+    """Return the probes that misread in more than a few samples from an instant on (s), and the failed check that says how.
+
+    Missing samples count where they hide the first contacts: those that come later blank a little of the record only.
+    """
     found: dict[str, str] = {}
-    suspected = {entry.channel for entry in checks if not entry.passed and entry.check in ("clipping", "range")}
-    probes = [probe for probe in machine.probes if probe.name in ds and probe.name in suspected]
+    failed = {(entry.channel, entry.check) for entry in checks if not entry.passed}
+    probes = [p for p in machine.probes if p.name in ds and any((p.name, check) in failed for check in _CHECKS)]
     uncut = without_flat_tops(ds, machine) if probes else ds
     for probe in probes:
-        after = ds[ds[probe.name].dims[0]].values >= start
+        time = ds[ds[probe.name].dims[0]].values
+        after = time >= start
         values = ds[probe.name].values[after]
         low, high = limits(probe, machine.bearing(probe.end).radial_gap.nominal)
         outside = (values < low) | (values > high)
         cut = np.isfinite(values) & ~np.isfinite(uncut[probe.name].values[after])
-        for mask, check in ((cut, "clipping"), (outside, "range")):
-            if mask.size and mask.mean() > FEW:
+        hidden = np.isnan(values) & (time[after] < start + _CONTACTS_S)
+        for mask, check in zip((hidden, hidden, cut, outside), _CHECKS, strict=True):
+            if (probe.name, check) in failed and mask.size and mask.mean() > FEW:
                 found[probe.name] = check
     return found

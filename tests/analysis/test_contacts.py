@@ -217,6 +217,14 @@ def test_a_touch_that_no_sample_shows_is_known_to_the_gap():
     assert first.rebound.value == pytest.approx(HEIGHT, rel=0.01)
 
 
+def test_a_gap_as_long_as_a_contact_dates_no_touch():
+    planes, touch, lift, _ = fall_on_a_spring()
+    found = find_contacts(without(planes, touch - 3e-3, lift - 1e-3), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert found.events[0].end == pytest.approx(lift, abs=1e-4)  # its lift-off was seen
+    assert found.first.touch.value is None
+    assert "there the shaft touches" in found.first.touch.why
+
+
 def test_a_stiffness_needs_both_passages_of_rest():
     planes, touch, *_ = fall_on_a_spring()
     first = find_contacts(without(planes, touch + 4e-4, touch + 8e-4), "NDE", circle(), TRAVEL, 0.0, 0.01, G).first

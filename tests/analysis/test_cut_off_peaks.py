@@ -46,6 +46,20 @@ def test_a_cut_probe_leaves_the_other_end(machine):
     assert any(c.check == "orbit" and c.channel == "DE" and "NDE_B (see clipping)" in c.detail for c in found.checks)
 
 
+def test_samples_missing_over_the_first_contact_leave_the_other_end(machine):
+    """Along the rigid line the other end's first contact was told 7 ms late."""
+    sound, record = cut(machine, 0.0)
+    values = record["NDE_A"].copy()
+    values[2100:2300] = np.nan  # 5 to 15 ms after the release
+    record["NDE_A"] = values
+    whole, found = analyse(sound, machine).ends["DE"].contacts, analyse(record, machine)
+    first = found.ends["DE"].contacts.first
+    assert first.touch.value == pytest.approx(whole.first.touch.value, abs=1e-4)
+    assert first.touch.low <= whole.first.touch.value <= first.touch.high
+    assert "no sample has a value" in found.ends["NDE"].contacts.why
+    assert any(c.check == "orbit" and c.channel == "DE" and "NDE_A (see nan)" in c.detail for c in found.checks)
+
+
 def test_probes_without_their_offset_leave_the_other_end(machine):
     """As where the machine file lacks the set-point voltage of one end's probes."""
     sound = read(shipped("short/drop_100.nc"))
