@@ -12,6 +12,7 @@ _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m",
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
 _LONG = 1e6  # from which on a number is written with a power of ten
 _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PLAIN = str.maketrans("µ−", "u-")
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
@@ -55,6 +56,13 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     low, high = estimate.low * factor, estimate.high * factor
     width = _told_apart(value, low, high)
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
+
+
+def printed(estimate: Estimate, unit: str | None = None) -> str:
+    """Return an estimate as `words` does, in letters that every terminal has: ``282.1 um (279.0 to 285.2)``."""
+    if estimate.value is None:
+        return f"not estimated ({estimate.why})"
+    return words(estimate, unit).translate(_PLAIN)
 
 
 def _told_apart(value: float, low: float, high: float) -> float:

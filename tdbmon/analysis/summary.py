@@ -8,9 +8,11 @@ from tdbsim.rotor import static_loads
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
+from tdbmon.quantity import printed
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
 _DRAG = "constant drag"
+_SHOWN_IN = {"  duration": "ms"}
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
@@ -39,7 +41,7 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         )
     lines += _whirls(analysis)
     lines.append(f"{'rotor':<26}{weight(analysis)}")
-    lines += [f"{name:<26}{value}{_beside(name, value)}" for name, value in rows]
+    lines += [f"{name:<26}{printed(value)}{_beside(name, value)}" for name, value in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
@@ -75,9 +77,9 @@ def _whirls(analysis: Analysis) -> list[str]:
         name, onset = ("backward whirl", whirl.backward_onset) if whirl.backward else ("full whirl", whirl.full_onset)
         begin = f"{onset.value:.4f} s"
         if (after := since(onset, analysis.release_time)).known:
-            begin = f"{after} after the release [{begin}]"
+            begin = f"{printed(after)} after the release [{begin}]"
         about = ", about the drawing's gap" if whirl.drawn else ""
-        told = f"from {begin}; the longest lasts {longest.duration_s:.3g} s at {longest.frequency}{about}"
+        told = f"from {begin}; the longest lasts {longest.duration_s:.3g} s at {printed(longest.frequency)}{about}"
         lines.append(f"{f'{name}, {end}':<26}{told}")
     return lines
 
@@ -91,7 +93,7 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
     if not analysis.falls:
         beside += f" ({found.reach.why})"
-    return [f"  {name:<24}{found.reach}{beside}"]
+    return [f"  {name:<24}{printed(found.reach)}{beside}"]
 
 
 def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
@@ -100,7 +102,7 @@ def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
     if found is None:
         return []
     rows = (("  x", found.x), ("  y", found.y), ("  once per revolution", found.once), ("  noise", found.noise))
-    return [f"  {label:<24}{estimate}" for label, estimate in rows]
+    return [f"  {label:<24}{printed(estimate)}" for label, estimate in rows]
 
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:
@@ -125,7 +127,9 @@ def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> li
         beside = _beside_the_drawing(estimate, drawn) if label == "air gap" else ""
         if label == "first contact" and estimate.known and released is not None and released.known:
             estimate, beside = since(estimate, released), f" after the release [{estimate.value:.5f} s]"
-        lines.append(f"  {label:<24}{f'not estimated (as {above})' if same else estimate}{beside}")
+        lines.append(
+            f"  {label:<24}{f'not estimated (as {above})' if same else printed(estimate, _SHOWN_IN.get(label))}{beside}"
+        )
     return lines
 
 

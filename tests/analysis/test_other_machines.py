@@ -19,6 +19,7 @@ from tdbmon.analysis.summary import summary_lines
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.forces import later_remarks
+from tdbmon.quantity import printed
 from tdbmon.report.sections import whirl as whirl_section
 
 MACHINES = Path(__file__).parent.parent / "machines"
@@ -89,7 +90,7 @@ def test_the_terminal_tells_backward_whirl_before_all_numbers(whirling):
     assert first.startswith("quality") and all("backward whirl" in line for line in lines[:2])
     for line, (end, found) in zip(lines, whirling.whirl.items(), strict=False):
         assert line.startswith(f"backward whirl, {end}") and f"[{found.backward_onset.value:.4f} s]" in line
-        assert f"{found.backward_longest_s:.3g} s at {found.longest_backward.frequency}" in line
+        assert f"{found.backward_longest_s:.3g} s at {printed(found.longest_backward.frequency)}" in line
         assert "about the drawing's gap" in line
 
 
