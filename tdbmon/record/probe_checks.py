@@ -23,6 +23,14 @@ _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has 
 _SOON = 3.0  # times the fall through the gap: within it the record ends, and a shaft may have moved straight down alone
 _LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
 _LASTS_S = 1e-3  # a spike is no fall
+_LIKE_A_DROP = (0.5, 3.0)  # of the radial gap, pk-pk
+_STAYS_AWAY = (
+    0.3  # of what a probe moves, between where it stands at first and at last: a levitated shaft stays about one place
+)
+_FACTORS = {
+    1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",
+    1e-3: "mm written as um", 1 / 25.4: "mil written as um", 1e-6: "m written as um",
+}  # fmt: skip
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
@@ -70,19 +78,31 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
 
 def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
     """A failed check where no probe moves as in a drop; None where one does, or where no probe holds a value."""
-    travel = []
+    travel, leaves = [], False
     for probe in probes:
         values = ds[probe.name].values
         values = values[np.isfinite(values)]
         if values.size > 1:
-            travel.append((float(np.ptp(values)), machine.bearing(probe.end).radial_gap.nominal))
+            moved = float(np.ptp(values))
+            travel.append((moved, machine.bearing(probe.end).radial_gap.nominal))
+            first, last = max(min(values.size // 10, 400), 1), max(values.size // 10, 1)
+            leaves |= abs(float(np.median(values[:first]) - np.median(values[-last:]))) > _STAYS_AWAY * moved
     if len(travel) < 2 or any(moved > _FALLS * gap for moved, gap in travel):
         return None
     most, gap = max(travel, key=lambda each: each[0] / each[1])
-    detail = (
-        f"no probe moves by more than {um(most)} pk-pk, in a gap of {um(gap)}: the shaft does not fall in this record. Was it"
-        " cut before the release, or did the magnets hold? Otherwise check the unit of all displacements and their cables"
-    )
+    low, high = _LIKE_A_DROP
+    factor = next((f for f in _FACTORS if leaves and all(low < moved / f / gap < high for moved, gap in travel)), None)
+    detail = f"no probe moves by more than {um(most)} pk-pk, in a gap of {um(gap)}: "
+    if factor is None:
+        detail += (
+            "the shaft does not fall in this record. Was it cut before the release, or did the magnets hold? Otherwise check"
+            " the unit of all displacements and their cables"
+        )
+    else:
+        detail += (
+            f"times {1 / factor:g} it would be {um(most / factor)}, as in a drop: {_FACTORS[factor]}? Check the unit of all"
+            " displacements in the file or the machine file"
+        )
     return Check("drop", "", False, detail)
 
 
@@ -129,14 +149,12 @@ def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check
     detail = f"moves by {um(moved)} pk-pk in a radial gap of {um(gap)}"
     if 0.1 <= ratio <= 10 or swing == 0:
         return Check("unit", name, True, detail)
-    factors = {1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",
-               1e-3: "mm written as um", 1 / 25.4: "mil written as um", 1e-6: "m written as um"}  # fmt: skip
-    nearest = min(factors, key=lambda factor: abs(np.log(ratio / 1.5 / factor)))
+    nearest = min(_FACTORS, key=lambda factor: abs(np.log(ratio / 1.5 / factor)))
     way = "large" if ratio > 1 else "small"
     times = ratio if ratio > 1 else 1 / ratio
     return Check(
         "unit", name, False,
-        f"{detail}: {times:.0f} times too {way} for a drop; most likely a factor {nearest:g} ({factors[nearest]}):"
+        f"{detail}: {times:.0f} times too {way} for a drop; most likely a factor {nearest:g} ({_FACTORS[nearest]}):"
         f" check {stated} in the file or the machine file",
     )  # fmt: skip
 
