@@ -297,6 +297,9 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
     # a member's release may be earlier or later than that of the fitted drop: all are laid on its samples after release
     time = fitted.time[fitted.time >= 0]
     normal = np.stack([np.interp(time, m.time, m.normal[end]) for m in members])
+    for force, member in zip(normal, members, strict=True):  # its greatest lies between samples
+        at = int(force.argmax())
+        force[at] = max(force[at], member.peak[end]) if force[at] > 0 else 0.0
     place = np.stack(
         [np.interp(time, m.time, m.place[end].real) + 1j * np.interp(time, m.time, m.place[end].imag) for m in members]
     )
@@ -327,9 +330,11 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
     )
 
 
-def _peak(peaks: Array) -> Estimate:
-    """Return the greatest force of the members (n,), N."""
-    return of_members(peaks, FORCE, "N", f"greatest of {len(peaks)} simulations drawn from the calibration")
+def _peak(peaks: Array, sampled: bool = False) -> Estimate:
+    """Return the greatest force of the members (n,), N; `sampled`: of a contact that is not the hardest of all of them."""
+    rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
+    beside = f"; but for the greatest of each, at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
+    return of_members(peaks, FORCE, "N", rule + beside)
 
 
 def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, ...]:
@@ -356,7 +361,7 @@ def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, 
             ContactForce(
                 start=float(time[begin]),
                 seconds=float(time[stop - 1] - time[begin]),
-                peak=_peak(peaks),
+                peak=_peak(peaks, sampled=bool(np.any(peaks < normal.max(axis=1)))),
                 impulse=float(impulses[0]),
                 impulse_low=float(np.quantile(impulses, BAND[0])),
                 impulse_high=float(np.quantile(impulses, BAND[1])),

@@ -52,6 +52,17 @@ def test_history_follows_the_force_that_was(forces, same_model):
             assert np.all(history.low <= history.force) and np.all(history.force <= history.high)
 
 
+def test_the_hardest_contact_has_the_greatest_force(forces):
+    """The one was of all steps, the other of samples: two numbers for one thing, by one method."""
+    for found in forces:
+        for each in found.ends.values():
+            hardest = max(each.contacts, key=lambda contact: contact.peak.value)
+            assert hardest.peak == each.peak
+            others = [contact.peak.method for contact in each.contacts if contact is not hardest]
+            assert others and all("at its samples" in method for method in others)
+            assert each.history.force.max() == pytest.approx(each.peak.value, rel=0.01)
+
+
 def impulse(record, end, start, stop):
     """Integral of the force of the drop, N s, between two times after the release, s."""
     since = record.time.values - record.attrs["release_time_s"]
