@@ -10,8 +10,8 @@ from tdbmon.estimate import OUTSIDE, Estimate
 
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
-_LONG = 1e6  # from which on a number is written with a power of ten
-_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LONG, _TINY = 1e6, 1e-3  # beyond which a number is written with a power of ten; below, one without a unit
+_RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _PLAIN = str.maketrans("µ−", "u-")
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
@@ -142,7 +142,7 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
             if size >= scale:
                 return factor / scale, prefix + _UNIT_WORD.get(chosen, chosen)
     size = max(abs(x) for x in (estimate.value or 0.0, estimate.low or 0.0, estimate.high or 0.0)) * factor
-    if size >= _LONG:  # 1302123761 N/m^(10/9) is 1.302 ×10⁹ N/m^(10/9)
+    if size >= _LONG or (chosen == "1" and 0 < size < _TINY):  # 1302123761 N/m^(10/9) is 1.302 ×10⁹ N/m^(10/9)
         power = 3 * int(math.log10(size) // 3)
         return factor / 10.0**power, f"×10{str(power).translate(_RAISED)} {_UNIT_WORD.get(chosen, chosen)}".rstrip()
     return factor, _UNIT_WORD.get(chosen, chosen)

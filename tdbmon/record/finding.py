@@ -20,8 +20,9 @@ class Check:
 
 
 def um(length: float) -> str:
-    """Return a length in m as text in um."""
-    return f"{length * 1e6:.4g} um"
+    """Return a length in m as text in um: to a tenth, which is about what probes resolve, with two figures below one."""
+    value = length * 1e6
+    return f"{round(value, 1):.4g} um" if abs(value) >= 1 else f"{value:.2g} um"
 
 
 def span(time: np.ndarray, runs: Runs) -> str:

@@ -175,6 +175,16 @@ def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> No
     assert not any(cell in ("worse", "chosen") for row in table.rows for cell in row.cells)
 
 
+def test_laws_that_are_not_chosen_state_no_interval(short: Analysis) -> None:
+    """Of a law that does not hold, an interval of the noise alone was 11.60089 to 11.60098 s."""
+    table = next(
+        b for b in rundown.section(short).blocks if isinstance(b, Table) and b.caption.startswith("Laws tried")
+    )
+    for row in table.rows:
+        assert (" to " in row.cells[1]) == (row.cells[-1] == "chosen")
+        assert not re.search(r"\d\.\d{5}", row.cells[1])
+
+
 def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:
     end = short.ends["NDE"]
     assert end.gap is not None

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import tdbmon
 from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import moment, number, off_by, percent, rpm, short, subtracted, words
+from tdbmon.record.finding import um
 
 
 def test_a_value_has_the_digits_that_its_interval_bears() -> None:
@@ -38,12 +39,18 @@ def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
 def test_a_long_number_of_a_unit_without_prefixes_has_a_power_of_ten() -> None:
     assert words(Estimate(1302123761.0, 1.2e9, 1.4e9, "N/m^(10/9)")) == "1.30 ×10⁹ N/m^(10/9) (1.20 to 1.40)"
     assert words(Estimate(2.5e6, 2e6, 3e6)) == "2.5 ×10⁶ (2.0 to 3.0)"
+    assert words(Estimate(1e-8, 0.0, 1.44e-6)) == "0.01 ×10⁻⁶ (0.00 to 1.44)"
     assert words(Estimate(2500.0, 2400.0, 2600.0, "MPa")) == "0.00250 MPa (0.00240 to 0.00260)"
 
 
 def test_a_missing_value_says_why() -> None:
     assert words(Estimate.missing("um", "no swing")) == "not estimated: no swing"
     assert short(Estimate.missing("um", "no swing")) == "–"
+
+
+def test_a_check_tells_no_length_finer_than_a_probe_does() -> None:
+    lengths = (5.543e-9, 0.4734e-6, 1.246e-6, 30.56e-6, 473.4e-6, 250e-6)
+    assert [um(length) for length in lengths] == ["0.0055 um", "0.47 um", "1.2 um", "30.6 um", "473.4 um", "250 um"]
 
 
 def test_no_negative_zero_and_a_true_minus() -> None:

@@ -6,8 +6,7 @@ from functools import partial
 
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.estimate import Estimate
-from tdbmon.quantity import number, rpm, words
+from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
 _NAMES = {
@@ -74,7 +73,11 @@ def _laws(rundown: RunDown) -> Table:
     header = ("Law", "Parameters", "Rms misfit / on stretches left out", "BIC", "Verdict")
     rows, chosen = [], any(model.chosen for model in rundown.models)
     for model in rundown.models:
-        parameters = "; ".join(f"{_NAMES.get(key, key)} {_parameter(value)}" for key, value in model.parameters.items())
+        written = words if model.chosen else short  # a law that does not hold says nothing as sure as its noise
+        parameters = "; ".join(
+            f"{_NAMES.get(key, key)} {written(value) if value.known else 'negative'}"
+            for key, value in model.parameters.items()
+        )
         verdict = "chosen" if model.chosen else (model.refused or ("worse" if chosen else "not used"))
         cells = (
             model.name,
@@ -84,12 +87,12 @@ def _laws(rundown: RunDown) -> Table:
             verdict,
         )
         rows.append(Row(cells, "good" if model.chosen else "plain"))
-    caption = "Laws tried" if chosen else f"Laws tried; none is used: {rundown.decay_time.why}"
+    caption = (
+        "Laws tried; the chosen one with 95 % intervals of the speed's noise alone"
+        if chosen
+        else f"Laws tried; none is used: {rundown.decay_time.why}"
+    )
     return Table(caption, header, tuple(rows))
-
-
-def _parameter(value: Estimate) -> str:
-    return words(value) if value.known else "negative"
 
 
 def _millihertz(value: float) -> str:
