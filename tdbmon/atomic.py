@@ -33,11 +33,7 @@ def replacing(path: Path) -> Iterator[Path]:
                     stream.write(part.read_bytes())
             return
         path = path.resolve()
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
-        os.close(handle)
-        temporary = Path(name)
+        temporary = _begun(path)
         yield temporary
         # a temporary file is private; the result gets the permissions that any new file would
         umask = os.umask(0)
@@ -45,10 +41,39 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.chmod(0o666 & ~umask)
         os.replace(temporary, path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
+        raise _refused(path, error) from None
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: Path) -> None:
+    """Begin a file at a place and remove it; what is no file (a pipe, a terminal) is left alone.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written.
+    """
+    if path.exists() and not path.is_file():
+        return
+    try:
+        _begun(path.resolve()).unlink()
+    except OSError as error:
+        raise _refused(path, error) from None
+
+
+def _begun(path: Path) -> Path:
+    """Return a temporary file beside the one that is to be written."""
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
+    os.close(handle)
+    return Path(name)
+
+
+def _refused(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place")
 
 
 def write_bytes(path: Path, data: bytes) -> None:

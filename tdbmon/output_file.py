@@ -7,6 +7,8 @@ from pathlib import Path
 
 from tdbsim.errors import InputError
 
+from tdbmon.atomic import check_writable
+
 
 def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:
     """Check where results are to go.
@@ -21,8 +23,8 @@ def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None])
     Raises
     ------
     InputError
-        If a folder does not exist, a file is a folder, two outputs are one file, or one is a file that is read: a record
-        that was written over cannot be measured again.
+        If a folder does not exist, a file is a folder or cannot be written, two outputs are one file, or one is a file that
+        is read: a record that was written over cannot be measured again.
     """
     read = [each for each in inputs if each is not None and each.exists()]
     seen: set[Path] = set()
@@ -38,3 +40,4 @@ def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None])
         if path.resolve() in seen:
             raise InputError(f"{path}: is named for two results; name two files")
         seen.add(path.resolve())
+        check_writable(path)

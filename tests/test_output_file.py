@@ -48,6 +48,17 @@ def test_one_file_for_two_results_is_refused(tmp_path):
     check_outputs([tmp_path / "a.html", tmp_path / "b.html", None], [tmp_path / "c.nc", None])
 
 
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_read(capsys, folder):
+    (folder / "drop_100.nc").write_bytes(b"no record")
+    record = str(folder / "drop_100.nc")
+    code, out, err = run(capsys, "analyse", str(folder / "machine.toml"), record, "--json", "/proc/x.json")
+    assert (code, out) == (2, "")
+    assert err.startswith("tdbmon: /proc/x.json: cannot be written") and "another place" in err
+    there = sorted(folder.iterdir())
+    check_outputs([folder / "r.json"], [])
+    assert sorted(folder.iterdir()) == there
+
+
 def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

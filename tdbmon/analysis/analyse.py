@@ -34,6 +34,7 @@ from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
 from tdbmon.progress import Progress, silent
+from tdbmon.quantity import counted
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.finding import Check
@@ -43,6 +44,8 @@ from tdbmon.record.quality import check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.speed_checks import without_refuted
+
+_FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
 
 
 def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
@@ -65,10 +68,11 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     Raises
     ------
     InputError
-        If the record holds neither an orbit nor a speed of this machine.
+        If the record holds neither an orbit nor a speed of this machine, or is too short to tell anything.
     """
     progress("checking the channels")
     record = assign(record, machine)
+    _long_enough(record, machine)
     checks = [*check(record, machine), *check_effects(machine)]
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
     checks += jumps
@@ -81,6 +85,16 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     if not falls(checks):
         return _levitated_only(laid, planes, checks)
     return _drop(laid, planes, unused, checks, progress)
+
+
+def _long_enough(record: xr.Dataset, machine: Machine) -> None:
+    """Raise InputError for a record of which not even a spectrum can be made; one without probes may tell of its speed."""
+    longest = max((record[probe.name].size for probe in machine.probes if probe.name in record), default=_FEWEST)
+    if longest < _FEWEST:
+        raise InputError(
+            f"{record.attrs.get('source_file', 'record')}: the record is too short: {counted(longest, 'sample')} of the probes;"
+            f" export all of it, {_FEWEST} samples at least"
+        )
 
 
 @dataclass(frozen=True, eq=False)

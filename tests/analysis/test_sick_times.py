@@ -7,6 +7,7 @@ import re
 import pytest
 import xarray as xr
 from scipy.signal import butter, lfilter
+from tdbsim.errors import InputError
 from tdbsim.machine import Machine, load_machine
 
 from tdbmon.analysis.analyse import analyse
@@ -93,3 +94,10 @@ def test_a_probe_that_fails_for_good_says_where_to_cut_the_record(record: xr.Dat
 def test_an_end_without_an_orbit_names_the_probe_that_it_lacks(record: xr.Dataset, machine: Machine) -> None:
     why = analyse(record.drop_vars("DE_A"), machine).ends["DE"].air_gap.why
     assert "DE_A is not in the record" in why
+
+
+@pytest.mark.parametrize("samples", [1, 10, 100])
+def test_a_record_of_a_few_samples_is_refused_by_name(samples: int, record: xr.Dataset, machine: Machine) -> None:
+    name = record.attrs["source_file"]
+    with pytest.raises(InputError, match=f"{name}: the record is too short: {samples} sample"):
+        analyse(record.isel(time=slice(0, samples)), machine)
