@@ -112,7 +112,8 @@ def draw_lines(
     for line in constants:
         if not any(sign in line.name for sign in (" + ", " - ", " x ")):
             hz = line.frequency.value or 0.0
-            places = [Place(hz, high - share * (high - low), (1.5, 0.0), va="top") for share in _SHARES]
+            # on its line: beside it a name would stand on that of a neighbour, as those of swing and mains are 6 Hz apart
+            places = [Place(hz, high - share * (high - low), (0.0, 0.0), ha="center", va="top") for share in _SHARES]
             labels.write(line.name, places, rotation=90)
     for order, (frequency, level) in curves.items():
         labels.write(f"{order:g}X", _along(frequency, level, low, high))

@@ -131,6 +131,20 @@ def test_the_waterfall_reaches_as_far_as_there_is_something_in_it(tone: float, s
     assert tone + 16 < right < 1.5 * tone
 
 
+def test_names_in_a_waterfall_stand_on_their_own_lines(coastdown: Analysis) -> None:
+    """Beside them, "swing 2" covered the line of the mains 6 Hz away, and "mains" stood on the one after it."""
+    figure = waterfall(coastdown)
+    figure.canvas.draw()
+    ax = figure.axes[0]
+    at = {line.name: line.frequency.value for line in coastdown.lines if line.kind != "order"}
+    shown = [text for text in ax.texts if text.get_text() in at]
+    assert {"swing 1", "swing 2", "mains", "bounce"} <= {text.get_text() for text in shown}
+    for text in shown:
+        box = text.get_window_extent().transformed(ax.transData.inverted())
+        covered = [name for name, hz in at.items() if box.x0 <= hz <= box.x1]
+        assert covered == [text.get_text()]
+
+
 def test_spectra_of_a_speed_that_hardly_changes_are_not_drawn_against_it(short: Analysis, coastdown: Analysis) -> None:
     """Orders move by less than a line is wide: within 0.4 s there are no other speeds to compare with."""
     for draw, slow, name in ((cascade, spectra.section(short), "cascade"), (bode, tracking.section(short), "bode")):
