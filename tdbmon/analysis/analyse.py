@@ -43,7 +43,7 @@ from tdbmon.record.misread import misread
 from tdbmon.record.quality import check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
-from tdbmon.record.speed_checks import without_refuted
+from tdbmon.record.speed_checks import signal_over_pulses, without_refuted
 
 _FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
 
@@ -74,10 +74,11 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     record = assign(record, machine)
     _long_enough(record, machine)
     checks = [*check(record, machine), *check_effects(machine)]
+    over_pulses = signal_over_pulses(record, machine)
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
     checks += jumps
     record = _bridged(without_lost_samples(with_skipped_samples(record), machine), machine)
-    laid = _Laid(record, machine, build_rotor(machine), Rotation.of(record, machine))
+    laid = _Laid(record, machine, build_rotor(machine), Rotation.of(record, machine), over_pulses)
     unused = left_out(record, machine, tuple(checks))
     planes = _planes(laid, unused, checks)
     if planes is None:
@@ -99,12 +100,13 @@ def _long_enough(record: xr.Dataset, machine: Machine) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Laid:
-    """A record laid over its machine, and how the shaft turns in it."""
+    """A record laid over its machine, how the shaft turns in it, and what `signal_over_pulses` said of its channels."""
 
     record: xr.Dataset
     machine: Machine
     rotor: RotorModel
     rotation: Rotation
+    over_pulses: float
 
 
 def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.Dataset | None:
@@ -237,7 +239,7 @@ def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Rele
         )
         checks.append(Check("levitated stretch", "", False, detail))
         return None, None, ""
-    checks += check_free_fall(release, machine)
+    checks += check_free_fall(release, machine, laid.over_pulses)
     released, unscaled = release.time.value, undated(release, machine)
     if not unscaled:
         return release, released, ""

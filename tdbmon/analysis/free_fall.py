@@ -21,16 +21,18 @@ _SURE = 1.96  # standard deviations of it: the interval excludes that both read 
 _ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
 _UPRIGHT = 0.15  # of gravity: less is no fall
 _SCALE = 2.0  # times gravity, or a half of it, at every end: times or lengths are on a wrong scale
+_SAME = 0.1  # logarithm of the ratio of two stretches of time that are one
 _HOLDS_S = 0.01  # of a magnetic force's decay: a longer one fits a wrong time base as well
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
 
-def check_free_fall(release: Release, machine: Machine) -> list[Check]:
+def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0) -> list[Check]:
     """Check that each end falls with gravity.
 
     A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  A field that dies
     away slowly changes it as well, though rarely by so much; and so does a bent shaft, which turns on in the fall, by about
-    what its wide orbit turned with.
+    what its wide orbit turned with.  A speed signal that reads `over_pulses` times the keyphasor's speed (1 where nothing is
+    known of it) tells the wrong time by itself: the two together prove it.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
@@ -44,7 +46,7 @@ def check_free_fall(release: Release, machine: Machine) -> list[Check]:
         passed = _LEAST - doubt < share < _MOST + doubt
         if doubt > _TELLING:
             detail += f", which tells little: the wide orbit turns with {turning:.3g} m/s2"
-        cure = "" if passed else f": {_suspects(share, machine, end)}"
+        cure = "" if passed else f": {_suspects(share, machine, end, over_pulses)}"
         found.append(Check("free fall", end, passed, detail + cure))
     return found
 
@@ -152,7 +154,7 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
     return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"
 
 
-def _suspects(share: float, machine: Machine, end: str) -> str:
+def _suspects(share: float, machine: Machine, end: str, over_pulses: float) -> str:
     """Return what would make an end fall with this share of gravity, and so what to look at."""
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
@@ -162,7 +164,14 @@ def _suspects(share: float, machine: Machine, end: str) -> str:
         )
     if share <= 0:
         return f"check sign of the sensitivity and angle of {names}"
-    times = f"times {_stretch(math.sqrt(1 / share))} would do that (check sampling rate and unit of the time)"
+    longer = math.sqrt(1 / share)
+    if over_pulses > 0 and over_pulses != 1 and abs(math.log(longer / over_pulses)) < _SAME:
+        off = f"{over_pulses:.3g} times too low" if over_pulses > 1 else f"{1 / over_pulses:.3g} times too high"
+        return (
+            f"times {_stretch(longer)} would do that, and make the speed signal read {over_pulses:.3g} times the keyphasor's"
+            f" speed as it does (see speed): together they say that the sampling rate is stated {off}"
+        )
+    times = f"times {_stretch(longer)} would do that (check sampling rate and unit of the time)"
     lengths = f"or displacements {_stretch(share)} (check the sensitivity of {names})"
     field = ", or a magnetic field that holds on for milliseconds" if share < 1 else ", or a great unbalance"
     return f"{times}, {lengths}{field}"

@@ -315,6 +315,12 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
         )
 
 
+def signal_over_pulses(ds: xr.Dataset, machine: Machine) -> float:
+    """Return how many times the keyphasor's speed the speed signal reads: 1 where they agree, or where one is missing."""
+    compared = _over_pulses(ds, _marks(ds, machine))
+    return 1.0 if compared is None or compared.agree else compared.ratio
+
+
 @dataclass(frozen=True)
 class _Ratio:
     """Speed of the signal over that of the pulses, and whether they are one."""

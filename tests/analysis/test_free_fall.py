@@ -56,6 +56,16 @@ def test_a_scale_that_is_wrong_by_a_quarter_does_not_pass(name, longer, larger, 
     assert not all(check.passed for check in fallen(name, machine, longer=longer, larger=larger))
 
 
+@pytest.mark.parametrize(("longer", "said"), [(2.0, "2 times too low"), (0.5, "2 times too high")])
+def test_fall_and_speed_signal_together_prove_the_time_axis(longer, said, machine):
+    """Two messages, each with causes of its own, stood apart."""
+    record = read(shipped("short/drop_100.nc"))
+    found = analyse(record.assign_coords(time=record.time * longer), machine)
+    fall = [check.detail for check in found.checks if check.check == "free fall"]
+    assert len(fall) == 2
+    assert all(f"together they say that the sampling rate is stated {said}" in detail for detail in fall)
+
+
 def test_the_suspects_are_told_by_how_much(machine):
     slow = fallen("short/drop_100", machine, longer=2.0)[0].detail
     times, lengths = (float(number) for number in re.findall(r"read about ([\d.]+) times too", slow))
