@@ -317,7 +317,7 @@ def test_a_record_without_a_drop_uses_up_no_agreed_drop(empty, tmp_path):
         verdict = verdict_of(comparison)
         assert (comparison.life.full_drops, verdict.word, verdict.alarm) == (0, "no drop", True)
         assert verdict.reasons[0].startswith("no drop in this record")
-        assert "the shaft does not fall" in verdict.reasons[0]
+        assert "no probe moves by more than" in verdict.reasons[0]
         assert not any("not compared" in line for line in comparison_lines(comparison, verdict))
     (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 3\n")
     add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
