@@ -15,6 +15,7 @@ from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
 from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
+from tdbmon.quantity import printed
 
 
 def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
@@ -214,7 +215,7 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     lines = [f"fitted model: {calibration.misfit:.2f} times the noise is left of the first contacts"]
     for name, end in forces.ends.items():
         lines.append(f"{name}  (fitted model, first {forces.seconds:g} s)")
-        lines.append(f"  {'peak force on the ring':<24}{end.peak}")
-        lines.append(f"  {'peak stress of a ball':<24}{end.stress.greatest}")
-        lines.append(f"  {'ring at speed after':<24}{end.ring_at_speed}")
+        lines.append(f"  {'peak force on the ring':<24}{printed(end.peak)}")
+        lines.append(f"  {'peak stress of a ball':<24}{printed(end.stress.greatest)}")
+        lines.append(f"  {'ring at speed after':<24}{printed(end.ring_at_speed)}")
     return lines + [f"  remark: {remark}" for remark in calibration.remarks]
