@@ -15,7 +15,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 
-_HEAD_S = 0.02  # of a record, whose speed is that before a release that is not known
+_HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
 _LEAD_S = 0.2  # before a release that is known
 
 
@@ -59,7 +59,7 @@ class Rotation:
         return len(self.time) > 3
 
     def before(self, release: float | None) -> float | None:
-        """Median speed up to the release (of the first 20 ms where that is not known), Hz; None where it does not turn.
+        """Median speed up to the release (of the first 10 ms where that is not known), Hz; None where it does not turn.
 
         Where the speed was not read in that time, the last value before it counts, or else the first of all.
         """

@@ -11,9 +11,8 @@ from tdbmon.figures.style import BLUE, GREY, LIGHT, VERMILION, Margins, new_figu
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
 
-_LINEAR = (
-    5.0  # standard errors: the axis is logarithmic beyond, so that what changed shows its size and the rest its place
-)
+# standard errors: the axis is logarithmic beyond, so that what changed shows its size and the rest its place
+_LINEAR = 5.0
 _TICKS = (2, 4, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 _ROW_MM = 4.4
 

@@ -145,18 +145,21 @@ def test_a_long_note_above_a_figure_is_broken() -> None:
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_number_at_the_edge_is_not_struck_out_by_its_bar(side: int) -> None:
-    def change(value: float) -> SimpleNamespace:
-        found = SimpleNamespace(error=1.0, value=value, low=value - 3, high=value + 3, before=SimpleNamespace(n=9))
-        return SimpleNamespace(difference=found, kind=SimpleNamespace(judged=True), flag=True, title="a quantity")
+def test_what_changed_much_is_drawn_whole(side: int) -> None:
+    """Changes of 2, 30 and 300 standard errors with their intervals in one axis, the changed ones first."""
 
-    values = [10.0 * side, 30.0 * side]  # of a bar that begins within the axes, and of one that does not
-    comparison = SimpleNamespace(changes=[change(value) for value in values], matched=[None] * 9)
+    def change(value: float, flag: bool) -> SimpleNamespace:
+        found = SimpleNamespace(error=1.0, value=value, low=value - 3, high=value + 3, before=SimpleNamespace(n=9))
+        return SimpleNamespace(difference=found, kind=SimpleNamespace(judged=True), flag=flag, title="a quantity")
+
+    flagged = [change(300.0 * side, True), change(30.0 * side, True)]
+    comparison = SimpleNamespace(changes=[change(2.0 * side, False), *flagged], flagged=flagged, matched=[None] * 9)
     (ax,) = rendered(differences(comparison)).axes  # type: ignore[arg-type]
-    bars = [line for line in ax.lines if len(line.get_xdata()) == 2 and line.get_ydata()[0] in (0, 1)]
-    for text, bar, value in zip(_names(ax), bars, values, strict=False):
-        assert text.get_text() == f"{value:.0f}".replace("-", "−")
-        inside = np.clip(np.array(bar.get_xdata(), float), *ax.get_xlim())
-        drawn = ax.transData.transform([(x, 0) for x in inside])[:, 0]
-        box = text.get_window_extent()
-        assert box.x1 < drawn.min() if side > 0 else box.x0 > drawn.max()
+    left, right = ax.get_xlim()
+    lines = [(list(line.get_xdata()), list(line.get_ydata())) for line in ax.lines]
+    bars = {y[0]: x for x, y in lines if len(y) == 2 and y[0] == y[1]}
+    points = [float(line.get_xdata()[0]) for line in ax.lines if line.get_marker() == "o"]
+    assert points == [300.0 * side, 30.0 * side, 2.0 * side]
+    for row, value in enumerate(points):
+        assert bars[row] == [value - 3, value + 3]
+        assert left < value - 3 and value + 3 < right
