@@ -16,9 +16,8 @@ _LEAST_GRAVITY = 1.0
 _MAINS = 16.0, 400.0  # Hz: railways to aircraft
 _SMALLEST_JOURNAL = 0.2  # of the pitch radius: thicker is no sleeve in the inner ring
 _LEAST_FILLED = 0.2  # of the pitch circle by balls
-_RING_WIDTH = (
-    2.0  # times; what turns with the ring may lie so far inside of the journal's radius or outside of the balls'
-)
+# times; what turns with the ring may lie so far inside of the journal's radius or outside of the balls'
+_RING_WIDTH = 2.0
 
 
 def check_plausible(machine: Machine) -> None:

@@ -14,6 +14,7 @@ from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
+from tdbmon.record.speed_checks import starting_speed
 
 _HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
 _LEAD_S = 0.2  # before a release that is known
@@ -65,12 +66,13 @@ class Rotation:
         """
         if not self.known:
             return None
-        begin, end = (self.time[0], self.time[0] + _HEAD_S) if release is None else (release - _LEAD_S, release)
-        first, stop = np.searchsorted(self.time, [begin, end]).tolist()
-        if first == stop:
-            first = max(stop - 1, 0)
-        value = float(np.nanmedian(self.hz[first : max(stop, first + 1)]))
-        return value if value > 1.0 else None
+        if release is None:
+            value = starting_speed(self.time, self.hz, _HEAD_S)
+        else:
+            first, stop = np.searchsorted(self.time, [release - _LEAD_S, release]).tolist()
+            stop = max(stop, 1)
+            value = float(np.median(self.hz[min(first, stop - 1) : stop]))
+        return value if value is not None and value > 1.0 else None
 
     def angle(self, time: np.ndarray, machine: Machine) -> np.ndarray | None:
         """Shaft angle at times (k,), s, rad; None without pulses."""

@@ -9,10 +9,8 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import Comparison
 from tdbmon.history.standing import Judged, judge, standing
-from tdbmon.history.verdict import Verdict
+from tdbmon.history.verdict import WORST_FIRST, Verdict
 from tdbmon.progress import Progress, silent
-
-_WORST = ("inspect", "changed", "no drop", "too few drops", "as before")
 
 
 @dataclass(frozen=True)
@@ -79,4 +77,4 @@ def fleet(archive: Archive, progress: Progress = silent) -> list[Member]:
         entries = archive.entries(name)
         judged = cache(partial(judge, archive))
         members.append(Member(name, len(entries), judged(entries[-1].id), standing(entries, judged)))
-    return sorted(members, key=lambda m: (_WORST.index(m.verdict.word), -m.furthest, m.machine))
+    return sorted(members, key=lambda m: (WORST_FIRST.index(m.verdict.word), -m.furthest, m.machine))

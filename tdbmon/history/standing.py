@@ -9,9 +9,7 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
-from tdbmon.history.verdict import Verdict, verdict_of
-
-_WORST = ("inspect", "changed", "no drop")
+from tdbmon.history.verdict import WORST_FIRST, Verdict, verdict_of
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
             clearing.append(found)
         if found.verdict.alarm:
             alarms.append(found)
-    return tuple(sorted(alarms, key=lambda each: _WORST.index(each.verdict.word)))
+    return tuple(sorted(alarms, key=lambda each: WORST_FIRST.index(each.verdict.word)))
 
 
 def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:

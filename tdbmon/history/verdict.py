@@ -13,6 +13,8 @@ from tdbmon.quantity import counted, percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
+ALARMS: tuple[Word, ...] = ("inspect", "changed", "no drop")  # the worst first
+WORST_FIRST: tuple[Word, ...] = (*ALARMS, "too few drops", "as before")
 _SUSPICIOUS = 0.4  # of all quantities: wear changes a few
 _BLIND = 0.5  # of the quantities of earlier drops: who tells less is not known to be as before
 
@@ -34,7 +36,7 @@ class Verdict:
     @property
     def alarm(self) -> bool:
         """True for anything but "as before" and "too few drops": `--fail-on alarm` fails on it."""
-        return self.word in ("changed", "inspect", "no drop")
+        return self.word in ALARMS
 
 
 def verdict_of(comparison: Comparison) -> Verdict:

@@ -24,9 +24,8 @@ _SOON = 3.0  # times the fall through the gap: within it the record ends, and a 
 _LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
 _LASTS_S = 1e-3  # a spike is no fall
 _LIKE_A_DROP = (0.5, 3.0)  # of the radial gap, pk-pk
-_STAYS_AWAY = (
-    0.3  # of what a probe moves, between where it stands at first and at last: a levitated shaft stays about one place
-)
+# of what a probe moves, between where it stands at first and at last: a levitated shaft stays about one place
+_STAYS_AWAY = 0.3
 _FACTORS = {
     1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",
     1e-3: "mm written as um", 1 / 25.4: "mil written as um", 1e-6: "m written as um",

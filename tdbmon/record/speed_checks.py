@@ -154,7 +154,7 @@ def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
         return None
     first, length = int(flat.first[-1]), int(flat.length[-1])
     held = max(flat.length[:-1].tolist(), default=1)
-    level, start = float(values[first]), _starting(time, values)
+    level, start = float(values[first]), starting_speed(time, values, _START_S)
     falls = start is not None and _AT_REST * start < level < _FLOOR * start
     return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
@@ -347,16 +347,16 @@ def _signal_at_start(ds: xr.Dataset) -> float | None:
     if "speed" not in ds:
         return None
     speed = ds["speed"]
-    return _starting(ds[speed.dims[0]].values, speed.values)
+    return starting_speed(ds[speed.dims[0]].values, speed.values, _START_S)
 
 
-def _starting(time: np.ndarray, values: np.ndarray) -> float | None:
-    """Return the median of a speed signal's values while the shaft surely levitates, or the first where it is slow."""
+def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> float | None:
+    """Return the median of a speed's values (n,), Hz, in its first seconds, or the first where it is slow; None without any."""
     there = np.isfinite(values)
     if not there.any():
         return None
     time, values = time[there], values[there]
-    return float(np.median(values[: max(int(np.searchsorted(time, time[0] + _START_S)), 1)]))
+    return float(np.median(values[: max(int(np.searchsorted(time, time[0] + seconds)), 1)]))
 
 
 def _named(ratio: float, kinds: dict[float, str]) -> str:
