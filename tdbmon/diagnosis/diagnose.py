@@ -32,6 +32,7 @@ from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.identify.unlike_drops import unlike_drops
 from tdbmon.progress import Progress, silent
 
 
@@ -138,6 +139,9 @@ def diagnose(
         if found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike and wrong is None:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
+        # a model with a cause that is not believed may have bent its values to it
+        believed = found.plain if found.verdict.kind is Kind.UNKNOWN else found.likeliest
+        unlike = unlike_drops(believed.problem, believed.fit.point) if wrong is None else None
         slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
         judged = found.verdict
         if otherwise is not None and judged.kind is Kind.NONE:
@@ -162,6 +166,7 @@ def diagnose(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *parting_remarks(problem, asked, horizons),
+            *([unlike] if unlike is not None else []),
             *stated_remarks(found.likeliest.problem, found.likeliest.fit.point),
             *slowed_otherwise,
             *([f"{otherwise}. The verdict does not rest on it"] if otherwise is not None else []),

@@ -37,6 +37,7 @@ from tdbmon.identify.parameters import (
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.identify.unlike_drops import unlike_drops
 from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
@@ -110,7 +111,12 @@ def fit_drops(
             plain = build_problem(machine, drops, crew)
             mistaken = exchanged_ends(machine, plain) or mistaken_entry(plain)
     shared, _ = problem.values(point, 0)
-    remarks += [*_odd_drops(fits, min(usable[-1], 0.025)), *stated_remarks(problem, point)]
+    unlike = unlike_drops(problem, point)
+    remarks += [
+        *_odd_drops(fits, min(usable[-1], 0.025)),
+        *([unlike] if unlike else []),
+        *stated_remarks(problem, point),
+    ]
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
     elif misfit > _LACKS:

@@ -1,0 +1,86 @@
+"""Drops of a bearing that was changed between them are told, and which; drops of one machine are not (synthetic)."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tdbmon.diagnosis.diagnose import diagnose
+from tdbmon.diagnosis.verdict import Kind
+from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.unlike_drops import unlike_drops
+from tests.identify.drops import TRUTH, drop, machine
+
+SPEEDS = (61.0, 97.0, 149.0, 197.0)
+SHORT_S = (0.006, 0.01, 0.014, 0.018)
+
+
+def fitted(gaps):
+    """Drops of a machine whose gap at NDE was as given, fitted to the first contacts."""
+    records = [
+        drop({**TRUTH, "NDE.radial_gap": gap}, speed=speed, seed=k, seconds=0.03)
+        for k, (gap, speed) in enumerate(zip(gaps, SPEEDS, strict=True))
+    ]
+    return fit_drops(machine(), records, SHORT_S)
+
+
+@pytest.fixture(scope="module")
+def alike():
+    return fitted([268e-6] * 4)
+
+
+def told(calibration):
+    return [remark for remark in calibration.remarks if "hardly go" in remark]
+
+
+def test_drops_of_one_machine_are_alike(alike):
+    assert unlike_drops(alike.problem, alike.point) is None
+    assert told(alike) == []
+
+
+def test_a_gap_that_changed_between_the_drops_is_told_with_both_sets():
+    (remark,) = told(fitted([268e-6, 283e-6, 268e-6, 283e-6]))
+    sets = {"drop_61.nc, drop_149.nc", "drop_97.nc, drop_197.nc"}
+    high, low = remark.split(": ")[0].split(" hardly go with ")
+    assert {high, low} == sets
+    assert "probe 'NDE_" in remark
+
+
+def test_one_drop_after_a_change_is_told_from_the_others():
+    (remark,) = told(fitted([268e-6, 268e-6, 283e-6, 268e-6]))
+    high, low = (set(each.split(", ")) for each in re.split(r" hardly goe?s? with ", remark.split(": ")[0]))
+    assert {"drop_149.nc"} in (high, low)
+    assert high | low == {f"drop_{speed:g}.nc" for speed in SPEEDS}
+
+
+def test_zeros_that_drift_as_usual_are_not_told(alike):
+    """Steps just below and above the threshold, put into the fit's zeros of one probe."""
+    problem = alike.problem
+    names = [p.name for p in problem.parameters]
+    at = [k for k, name in enumerate(names) if name == "zero_DE_B"]
+    for step, is_told in ((3.4, False), (3.6, True)):
+        point = alike.point.copy()
+        scale = problem.parameters[at[0]].scale
+        point[at] = np.array([0.0, 0.1, step + 0.1, step + 0.2]) * 1e-6 / scale
+        said = unlike_drops(problem, point)
+        assert (said is not None) == is_told
+        if said is not None:
+            assert said.startswith("drop_149.nc, drop_197.nc hardly go with drop_61.nc, drop_97.nc")
+
+
+def test_a_single_drop_has_nothing_to_be_unlike(alike):
+    one = replace(alike.problem, drops=alike.problem.drops[:1], own=alike.problem.own[:1])
+    assert unlike_drops(one, alike.point[alike.problem.columns(0)]) is None
+
+
+def test_diagnosis_tells_it_too():
+    """A zero that drifted by 6 um explains all, so no cause is named."""
+    records = [drop(speed=speed, seed=k, seconds=0.026) for k, speed in enumerate(SPEEDS)]
+    for record in records[2:]:
+        record["DE_A"] = record["DE_A"] + 6e-6
+    found = diagnose(machine(), records)
+    assert found.verdict.kind is Kind.NONE
+    (remark,) = (each for each in found.remarks if "hardly go" in each)
+    assert remark.startswith("drop_149.nc, drop_197.nc hardly go with drop_61.nc, drop_97.nc")
+    assert "probe 'DE_A'" in remark
