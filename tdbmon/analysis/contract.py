@@ -33,7 +33,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "release": {end: _state(release, end) for end in analysis.machine.ends},
         "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
-        "speed": _no_speed() if analysis.rundown is None else _speed(analysis.rundown),
+        "speed": (_no_speed() if analysis.rundown is None else _speed(analysis.rundown)) | _coast_down(analysis),
         "ends": {name: _end(end, analysis) for name, end in ends.items()},
         "lines": [
             {
@@ -141,6 +141,12 @@ def _speed(rundown: RunDown) -> dict[str, Any]:
         "drag_torque_n_m": rundown.drag_torque.to_json(),
         "lost_speed_hz": rundown.lost_speed.to_json(),
     }
+
+
+def _coast_down(analysis: Analysis) -> dict[str, Any]:
+    """Return the times from the release until the speed has fallen to a half and to a tenth."""
+    found = analysis.coast_down
+    return {"half_speed_after_s": found.half.to_json(), "tenth_speed_after_s": found.tenth.to_json()}
 
 
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:

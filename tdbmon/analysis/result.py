@@ -11,6 +11,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 from tdbsim.rotor import RotorModel
 
+from tdbmon.analysis.coast_down_times import CoastDownTimes
 from tdbmon.analysis.contacts import Contacts
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.levitation import Levitation
@@ -185,6 +186,14 @@ class Analysis:
     def settle_time(self) -> Estimate:
         """Time from the release to the end of the last bounce of either end."""
         return since(self.settled, self.release_time)
+
+    @property
+    def coast_down(self) -> CoastDownTimes:
+        """Times from the release until the speed has fallen to a half and to a tenth."""
+        if self.rundown is None:
+            return CoastDownTimes.missing("the record holds no usable speed signal or keyphasor (see quality)")
+        found = self.rundown.coast_down
+        return CoastDownTimes(*(since(each, self.release_time, "s") for each in (found.half, found.tenth)))
 
     @property
     def no_swing(self) -> str:

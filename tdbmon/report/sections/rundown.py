@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
+from tdbmon.analysis.coast_down_times import HALF, TENTH, how_told
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
+from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
@@ -37,6 +39,7 @@ def section(analysis: Analysis) -> Section:
             )
         ),
         Row(("Drag torque at the release", _torque(rundown))),
+        *_coasted(analysis, rundown),
         Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
         Row(("Stretch that the laws are fitted to", _stretch(rundown))),
     ]
@@ -67,6 +70,17 @@ _CHOICE = (
     " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
     " (BIC, lower is better) and the misfit on stretches left out of the fit both call for it."
 )
+
+
+def _coasted(analysis: Analysis, rundown: RunDown) -> list[Row]:
+    """Return the times to a half and to a tenth of the speed at the release, with that speed, and how they were told."""
+    found, initial = analysis.coast_down, rundown.initial
+    rows = []
+    for name, share, time in (("a half", HALF, found.half), ("a tenth", TENTH, found.tenth)):
+        reached = "" if initial.value is None else f" ({short(Estimate(share * initial.value, unit='Hz'))})"
+        told = f"{words(time)}, {how_told(time)}" if time.known else words(time)
+        rows.append(Row((f"From the release until {name} of its speed is left{reached}", told)))
+    return rows
 
 
 def _laws(rundown: RunDown) -> Table:
