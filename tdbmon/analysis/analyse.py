@@ -29,7 +29,7 @@ from tdbmon.analysis.result import NO_DROP, Analysis, EndResult, falls
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.analysis.set_point import check_set_point
+from tdbmon.analysis.set_point import check_set_point, no_centre
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
@@ -156,7 +156,7 @@ def _drop(
         checks=tuple(checks),
         release=release,
         phases=_phases(time, None if unscaled else released, ends, rundown),
-        levitation=_levitation(planes, machine, released, rotation.before(released), ends),
+        levitation=_levitation(planes, machine, released, rotation.before(released), ends, checks),
         ends=ends,
         swing=swing,
         rundown=rundown,
@@ -267,13 +267,25 @@ def _phases(
 
 
 def _levitation(
-    planes: xr.Dataset, machine: Machine, released: float | None, speed_hz: float | None, ends: dict[str, EndResult]
+    planes: xr.Dataset,
+    machine: Machine,
+    released: float | None,
+    speed_hz: float | None,
+    ends: dict[str, EndResult],
+    checks: list[Check],
 ) -> dict[str, Levitation]:
     if released is None:
         return {}
     return {
         name: levitation(
-            planes, name, released, speed_hz, machine.mains, end.gap, machine.bearing(name).radial_gap.nominal
+            planes,
+            name,
+            released,
+            speed_hz,
+            machine.mains,
+            end.gap,
+            machine.bearing(name).radial_gap.nominal,
+            no_centre(checks, name),
         )
         for name, end in ends.items()
         if end.plane != "none"

@@ -97,7 +97,9 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     if found is None or not found.reach.known:
         return []
     name = "levitated, from centre" if analysis.falls else "levitated, from zero"
-    beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
+    beside = f", no zone of ISO 14839-2: {found.share.why}"
+    if found.share.known:
+        beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
     if not analysis.falls:
         beside += f" ({found.reach.why})"
     return [f"  {name:<24}{printed(found.reach)}{beside}"]
