@@ -49,6 +49,18 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
             }
             for line in analysis.lines
         ],
+        "drifting_swings": [
+            {
+                "name": swing.name,
+                "end": swing.end,
+                "lowest_hz": swing.lowest.to_json(),
+                "highest_hz": swing.highest.to_json(),
+                "amplitude_um": swing.amplitude.to_json(),
+                "first_s": swing.first_s,
+                "last_s": swing.last_s,
+            }
+            for swing in analysis.drifting
+        ],
         "whirl": _whirl(analysis),
         "indicators": {
             "settled_s": analysis.settled.to_json(),

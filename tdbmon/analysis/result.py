@@ -22,6 +22,7 @@ from tdbmon.analysis.swing import Swing
 from tdbmon.estimate import Estimate, since
 
 if TYPE_CHECKING:
+    from tdbmon.analysis.drifting_swings import DriftingSwing
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
@@ -132,6 +133,8 @@ class Analysis:
     waterfall : Dataset or None
         Spectra against time.
     lines : tuple of Line
+    drifting : tuple of DriftingSwing
+        The swings that are no lines, since their frequency moves.
     whirl : dict
         Whirl by the end's name.
     tracks : Dataset or None
@@ -154,6 +157,7 @@ class Analysis:
     angle: np.ndarray | None = None
     waterfall: xr.Dataset | None = None
     lines: tuple[Line, ...] = ()
+    drifting: tuple[DriftingSwing, ...] = ()
     whirl: dict[str, Whirl] = field(default_factory=dict)
     tracks: xr.Dataset | None = None
 
