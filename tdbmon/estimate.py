@@ -112,21 +112,9 @@ class Estimate:
         return out
 
     def __str__(self) -> str:
-        value, low, high = self.outside
-        if value is None:
-            return f"not estimated ({self.why})"
-        unit = self.unit
-        if unit == "s" and abs(value) < 0.05:  # contacts last milliseconds
-            value, low, high = (None if x is None else 1e3 * x for x in (value, low, high))
-            unit = "ms"
-        tail = f"{'' if unit == '1' else ' ' + unit}{' ' + self.kind if self.kind else ''}"
-        if low is None or high is None:
-            return f"{value:.4g}{tail}"
-        power = math.floor(math.log10(abs(value))) if value and abs(value) >= 1e5 else 0
-        digits = _digits((high - low) / 10**power)
-        numbers = [f"{x / 10**power:.{digits}f}" for x in (value, low, high)]
-        scale = f"e{power}" if power else ""
-        return f"{numbers[0]}{scale} ({numbers[1]} to {numbers[2]}){scale}{tail}"
+        from tdbmon.quantity import printed
+
+        return printed(self)
 
 
 def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
@@ -141,10 +129,3 @@ def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estim
     low = span - math.hypot(instant.value - instant.low, origin.high - origin.value)
     high = span + math.hypot(instant.high - instant.value, origin.value - origin.low)
     return Estimate(span, max(low, min(span, 0.0)), high, unit, instant.method)
-
-
-def _digits(width: float) -> int:
-    """Decimals that show an interval of this width with two figures."""
-    if width <= 0:
-        return 3
-    return max(0, min(6, 1 - math.floor(math.log10(width))))

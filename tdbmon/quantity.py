@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from datetime import datetime
 from decimal import Decimal
 
@@ -12,7 +13,7 @@ _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m",
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
 _LONG, _TINY = 1e6, 1e-3  # beyond which a number is written with a power of ten; below, one without a unit
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_PLAIN = str.maketrans("µ−", "u-")
+_MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # of numbers: names keep their letters
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
@@ -62,7 +63,12 @@ def printed(estimate: Estimate, unit: str | None = None) -> str:
     """Return an estimate as `words` does, in letters that every terminal has: ``282.1 um (279.0 to 285.2)``."""
     if estimate.value is None:
         return f"not estimated ({estimate.why})"
-    return words(estimate, unit).translate(_PLAIN)
+    return plain(words(estimate, unit))
+
+
+def plain(text: str) -> str:
+    """Return text with its numbers and units in letters that every terminal has: ``-3 um`` for ``−3 µm``."""
+    return _MINUS.sub("-", _MICRO.sub("u", text))
 
 
 def _told_apart(value: float, low: float, high: float) -> float:

@@ -14,12 +14,13 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 from tdbmon.analysis.axes import seen_ends
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.bearing_planes import apart_from_misread, bearing_planes
+from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.levitation import Levitation, levitation, levitation_alone
-from tdbmon.analysis.lines import Line, find_lines
+from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import Phase, split_phases
@@ -29,7 +30,7 @@ from tdbmon.analysis.result import NO_DROP, Analysis, EndResult, falls
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.analysis.set_point import check_set_point
+from tdbmon.analysis.set_point import check_set_point, no_centre
 from tdbmon.analysis.spectrum import waterfall
 from tdbmon.analysis.swing import Swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
@@ -148,6 +149,7 @@ def _drop(
 
     progress("looking for lines and whirl")
     seen, angle = planes.sel(end=seen_ends(planes)), rotation.angle(time, machine)
+    lines, drifting = _lines(laid, seen, swing)
     return Analysis(
         machine=machine,
         rotor=rotor,
@@ -156,7 +158,7 @@ def _drop(
         checks=tuple(checks),
         release=release,
         phases=_phases(time, None if unscaled else released, ends, rundown),
-        levitation=_levitation(planes, machine, released, rotation.before(released), ends),
+        levitation=_levitation(planes, machine, released, rotation.before(released), ends, checks),
         ends=ends,
         swing=swing,
         rundown=rundown,
@@ -164,7 +166,8 @@ def _drop(
         speed_hz=rotation.hz,
         angle=angle,
         waterfall=_spectra(seen),
-        lines=_lines(laid, seen, swing),
+        lines=lines,
+        drifting=drifting,
         whirl=_whirl(planes, machine, ends, released, drawn),
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
@@ -223,7 +226,7 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         speed_hz=rotation.hz,
         angle=rotation.angle(time, machine),
         waterfall=_spectra(planes.sel(end=seen)),
-        lines=_lines(laid, planes.sel(end=seen), None),
+        lines=_lines(laid, planes.sel(end=seen), None)[0],
     )
 
 
@@ -267,13 +270,25 @@ def _phases(
 
 
 def _levitation(
-    planes: xr.Dataset, machine: Machine, released: float | None, speed_hz: float | None, ends: dict[str, EndResult]
+    planes: xr.Dataset,
+    machine: Machine,
+    released: float | None,
+    speed_hz: float | None,
+    ends: dict[str, EndResult],
+    checks: list[Check],
 ) -> dict[str, Levitation]:
     if released is None:
         return {}
     return {
         name: levitation(
-            planes, name, released, speed_hz, machine.mains, end.gap, machine.bearing(name).radial_gap.nominal
+            planes,
+            name,
+            released,
+            speed_hz,
+            machine.mains,
+            end.gap,
+            machine.bearing(name).radial_gap.nominal,
+            no_centre(checks, name),
         )
         for name, end in ends.items()
         if end.plane != "none"
@@ -286,13 +301,19 @@ def _spectra(seen: xr.Dataset) -> xr.Dataset | None:
     return spectra if bool(np.isfinite(spectra.amplitude).any()) else None
 
 
-def _lines(laid: _Laid, seen: xr.Dataset, swing: Swing | None) -> tuple[Line, ...]:
+def _lines(laid: _Laid, seen: xr.Dataset, swing: Swing | None) -> tuple[tuple[Line, ...], tuple[DriftingSwing, ...]]:
+    """Return the lines, and the swings that are none."""
     machine, rotation = laid.machine, laid.rotation
     if not rotation.known:
-        return ()
+        return (), ()
     bands = expected_lines(machine, laid.rotor, swing)
     lines = find_lines(seen, rotation.time, rotation.hz, machine.sense, machine.mains, bands)
-    return name_bearing_orders(lines, machine)
+    lacking = lacking_swings(bands, lines)
+    drifting: tuple[DriftingSwing, ...] = ()
+    if lacking:
+        spectra = spectra_against_time(seen, rotation.time, rotation.hz)
+        drifting = drifting_swings(spectra, [str(end) for end in seen.end.values], lacking, lines)
+    return name_bearing_orders(lines, machine), drifting
 
 
 def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:

@@ -33,7 +33,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "release": {end: _state(release, end) for end in analysis.machine.ends},
         "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
-        "speed": _no_speed() if analysis.rundown is None else _speed(analysis.rundown),
+        "speed": (_no_speed() if analysis.rundown is None else _speed(analysis.rundown)) | _coast_down(analysis),
         "ends": {name: _end(end, analysis) for name, end in ends.items()},
         "lines": [
             {
@@ -48,6 +48,18 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
                 "last_s": line.last_s,
             }
             for line in analysis.lines
+        ],
+        "drifting_swings": [
+            {
+                "name": swing.name,
+                "end": swing.end,
+                "lowest_hz": swing.lowest.to_json(),
+                "highest_hz": swing.highest.to_json(),
+                "amplitude_um": swing.amplitude.to_json(),
+                "first_s": swing.first_s,
+                "last_s": swing.last_s,
+            }
+            for swing in analysis.drifting
         ],
         "whirl": _whirl(analysis),
         "indicators": {
@@ -141,6 +153,12 @@ def _speed(rundown: RunDown) -> dict[str, Any]:
         "drag_torque_n_m": rundown.drag_torque.to_json(),
         "lost_speed_hz": rundown.lost_speed.to_json(),
     }
+
+
+def _coast_down(analysis: Analysis) -> dict[str, Any]:
+    """Return the times from the release until the speed has fallen to a half and to a tenth."""
+    found = analysis.coast_down
+    return {"half_speed_after_s": found.half.to_json(), "tenth_speed_after_s": found.tenth.to_json()}
 
 
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:

@@ -21,16 +21,27 @@ _NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span 
 def stopping_time(rows: np.ndarray) -> np.ndarray:
     """Time from the speed to standstill, s, of laws (n, 4): speed, linear, constant and quadratic coefficient.
 
-    With z = ω₀/(a + b ω₀/2) and r² = b²/4 − a q it is artanh(r z)/r, artan for negative r²; infinite without constant drag.
+    Infinite without constant drag.
+    """
+    return slowing_time(rows, 0.0)
+
+
+def slowing_time(rows: np.ndarray, slower: np.ndarray | float) -> np.ndarray:
+    """Time from the speed to a slower one, Hz, of laws (n, 4): speed, linear, constant and quadratic coefficient.
+
+    With z = (ω₀ − ω₁)/(a + b (ω₀ + ω₁)/2 + q ω₀ ω₁) and r² = b²/4 − a q it is artanh(r z)/r, artan for negative r²; infinite
+    where the drag is nought before that speed.
     """
     speed, linear, constant, quadratic = rows.T
     root2 = 0.25 * linear**2 - constant * quadratic
     root = np.sqrt(np.maximum(np.abs(root2), 1e-18))
-    reach = constant + 0.5 * linear * speed
-    share = root * speed / np.maximum(reach, 1e-200)
+    fall = speed - slower
+    reach = constant + 0.5 * linear * (speed + slower) + quadratic * speed * slower
+    share = root * fall / np.maximum(reach, 1e-200)
     bounded = np.minimum(share, 1 - 1e-16)
-    time = np.where(root2 < 0, np.arctan2(root * speed, reach), np.arctanh(bounded)) / root
-    never = (constant <= 0) | ((root2 >= 0) & (share >= 1))
+    time = np.where(root2 < 0, np.arctan2(root * fall, reach), np.arctanh(bounded)) / root
+    drag = constant + slower * (linear + quadratic * slower)
+    never = (drag <= 0) | ((root2 >= 0) & (share >= 1))
     return np.where(never, np.inf, time)
 
 

@@ -19,7 +19,7 @@ from tdbmon.analysis.stiffness import single_mass_stiffness
 from tdbmon.analysis.swing import Swing, carried_shares, find_swing
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import percent
+from tdbmon.quantity import percent, printed
 from tdbmon.record.finding import Check, um
 from tdbmon.record.misread import FEW
 
@@ -181,9 +181,9 @@ def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
 
 def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:
     """Return the circle of an end, and check its radius by the swing: where they disagree, neither is known to be right."""
-    if isinstance(circle, NoCircle) or circle.agrees is None:
+    if isinstance(circle, NoCircle) or circle.agrees is None or swing is None:
         return circle
-    detail = f"radius {circle.from_arc} from the arc, {swing} from the swing"
+    detail = f"radius {printed(circle.from_arc)} from the arc, {printed(swing)} from the swing"
     if not circle.agrees:
         detail += (
             ": the bore is not round (the arc tells its curvature at the bottom), or a probe's sensitivity is wrong"

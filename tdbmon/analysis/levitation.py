@@ -56,6 +56,7 @@ def levitation(
     mains_hz: float,
     gap: Gap | None,
     clearance: float,
+    doubt: str = "",
 ) -> Levitation:
     """Fit the levitated orbit of an end by least squares over its last 0.2 s or ten turns, and see how far it ever reaches.
 
@@ -73,6 +74,8 @@ def levitation(
         The clearance circle of the end; None where none is told.
     clearance : float
         The radial gap of the machine file, m.
+    doubt : str
+        Why the circle does not tell the clearance centre (`tdbmon.analysis.set_point.no_centre`).
     """
     shaft = planes.displacement.sel(end=end, time=slice(None, release - _GUARD_S))
     z, t = shaft.to_numpy(), shaft.time.to_numpy()
@@ -109,7 +112,7 @@ def levitation(
         once=Estimate.from_sigma(once, float(sigma[1]), "um", rule, "0-pk", least=0.0),
         noise=Estimate.from_sigma(noise, noise / float(np.sqrt(2 * left.size)), "um", rule, "rms"),
         reach=reach,
-        share=share_of_clearance(reach, clearance),
+        share=share_of_clearance(reach, clearance, doubt),
     )
 
 

@@ -152,7 +152,7 @@ def find_lines(
     if known.sum() < 2:
         return ()
     speed_time, speed_hz = speed_time[known], np.maximum(speed_hz[known], 0.0)
-    against_time = _against_time(planes, speed_time, speed_hz)
+    against_time = spectra_against_time(planes, speed_time, speed_hz)
     ends = [str(end) for end in planes.end.values]
     constants = _traces(against_time, ends, sense, ())
     over_angle = _over_angle(planes, speed_time, speed_hz)
@@ -162,7 +162,8 @@ def find_lines(
     return tuple(t.line for t in orders + constants)
 
 
-def _against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
+def spectra_against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
+    """Return the spectra in which a constant frequency keeps its cell, with the speed (Hz) known at times (s)."""
     rate = float(planes.attrs["sampling_hz"])
     length = round(min(_LONGEST_S, planes.sizes["time"] / rate / _SHARE) * rate)
     cells = min(length // 2, int(_TOP_HZ * length / rate) + cfar.LAST) + 1

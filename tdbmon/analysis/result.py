@@ -11,6 +11,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 from tdbsim.rotor import RotorModel
 
+from tdbmon.analysis.coast_down_times import CoastDownTimes
 from tdbmon.analysis.contacts import Contacts
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.levitation import Levitation
@@ -21,6 +22,7 @@ from tdbmon.analysis.swing import Swing
 from tdbmon.estimate import Estimate, since
 
 if TYPE_CHECKING:
+    from tdbmon.analysis.drifting_swings import DriftingSwing
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
@@ -131,6 +133,8 @@ class Analysis:
     waterfall : Dataset or None
         Spectra against time.
     lines : tuple of Line
+    drifting : tuple of DriftingSwing
+        The swings that are no lines, since their frequency moves.
     whirl : dict
         Whirl by the end's name.
     tracks : Dataset or None
@@ -153,6 +157,7 @@ class Analysis:
     angle: np.ndarray | None = None
     waterfall: xr.Dataset | None = None
     lines: tuple[Line, ...] = ()
+    drifting: tuple[DriftingSwing, ...] = ()
     whirl: dict[str, Whirl] = field(default_factory=dict)
     tracks: xr.Dataset | None = None
 
@@ -185,6 +190,14 @@ class Analysis:
     def settle_time(self) -> Estimate:
         """Time from the release to the end of the last bounce of either end."""
         return since(self.settled, self.release_time)
+
+    @property
+    def coast_down(self) -> CoastDownTimes:
+        """Times from the release until the speed has fallen to a half and to a tenth."""
+        if self.rundown is None:
+            return CoastDownTimes.missing("the record holds no usable speed signal or keyphasor (see quality)")
+        found = self.rundown.coast_down
+        return CoastDownTimes(*(since(each, self.release_time, "s") for each in (found.half, found.tenth)))
 
     @property
     def no_swing(self) -> str:

@@ -154,7 +154,14 @@ def _ridge(
     """Place the ridge between the cells: the ratio of the two beside the peak tells, whatever the line's phase."""
     beside = cell + np.arange(-1, 2)
     here = power[window[:, None], beside] * found[window[:, None], beside]
-    peak = beside[np.argmax(here, axis=1)]
+    place, sigma, height = peak_place(power, floor, window, beside[np.argmax(here, axis=1)])
+    return Ridge(window, place * resolution, sigma * resolution, height, int(window[0]), int(window[-1]))
+
+
+def peak_place(
+    power: np.ndarray, floor: np.ndarray, window: np.ndarray, peak: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return place and its standard deviation, cells, and amplitude squared of peaks in cells (n,) of windows (n,)."""
     left, right = power[window, peak - 1], power[window, peak + 1]
     ratio = np.log(right / left) / 2
     offset = np.interp(ratio, _RATIO, _OFFSET)
@@ -162,7 +169,7 @@ def _ridge(
     variance = noise / 2 * (1 / right + 1 / left - 2 * _CORRELATION / np.sqrt(left * right))
     sigma = np.hypot(np.interp(ratio, _RATIO, _SLOPE) * np.sqrt(variance), _TABLE)
     height = power[window, peak] / window_gain(WINDOW, offset) ** 2
-    return Ridge(window, (peak + offset) * resolution, sigma * resolution, height, int(window[0]), int(window[-1]))
+    return peak + offset, sigma, height
 
 
 def obeys(ridge: Ridge, spectra: Spectra) -> bool:

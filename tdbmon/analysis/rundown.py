@@ -12,17 +12,18 @@ a share of the linear term.  The interval of the decay time carries that, and wh
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.autoregression import Noise
+from tdbmon.analysis.coast_down_times import CoastDownTimes, coast_down_times
 from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit
 from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
 from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
 from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
+from tdbmon.analysis.speed_model import SpeedModel, speed_model, term_of
 from tdbmon.analysis.standstill import stop_time
 from tdbmon.analysis.unbroken import without_holes
 from tdbmon.estimate import Estimate
@@ -48,36 +49,6 @@ _LAW = "speed at the release less the fitted law carried back to it"
 _LEVEL = "speed at the release less the steady speed after the contacts, carried back to it"
 
 
-@dataclass(frozen=True)
-class SpeedModel:
-    """A candidate law, fitted.
-
-    Attributes
-    ----------
-    name : str
-        One of `law_choice.MODELS`.
-    parameters : dict of Estimate
-        ``decay_time_s``, ``constant_drag_hz_per_s``, ``quadratic_loss_per_revolution`` (share of the speed lost a
-        revolution), those that the law has.
-    rms, held_out_rms : float
-        Misfit of the mean speed over blocks (or turns), Hz, and the same on stretches that took no part in the fit.
-    bic : float
-        On whitened residuals.
-    chosen : bool
-        True for the one that the other results rest on.
-    refused : str
-        Why it cannot be chosen; empty where it can.
-    """
-
-    name: str
-    parameters: dict[str, Estimate]
-    rms: float
-    bic: float
-    held_out_rms: float
-    chosen: bool
-    refused: str = ""
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunDown:
     """The run-down of a drop.
@@ -95,6 +66,8 @@ class RunDown:
         Torque of the constant drag, N m, by the polar inertia as given; its interval holds the noise of the speed alone.
     standstill_time : Estimate
         From the record's first sample, s.
+    coast_down : CoastDownTimes
+        When the speed has fallen to a half and to a tenth.
     models : tuple of SpeedModel
         All candidates; empty where there is no run-down.
     fitted_from, fitted_to : float or None
@@ -114,6 +87,7 @@ class RunDown:
     decay_time: Estimate
     drag_torque: Estimate
     standstill_time: Estimate
+    coast_down: CoastDownTimes
     models: tuple[SpeedModel, ...]
     fitted_from: float | None
     fitted_to: float | None
@@ -215,7 +189,15 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
     )
     hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
     return replace(
-        found, initial=initial, lost_speed=hz, decay_time=s, drag_torque=torque, standstill_time=s, models=(), law=None
+        found,
+        initial=initial,
+        lost_speed=hz,
+        decay_time=s,
+        drag_torque=torque,
+        standstill_time=s,
+        coast_down=CoastDownTimes.missing(why),
+        models=(),
+        law=None,
     )
 
 
@@ -235,6 +217,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
             decay_time=s,
             drag_torque=torque,
             standstill_time=s,
+            coast_down=CoastDownTimes.missing(why),
             models=models,
             fitted_from=None,
             fitted_to=None,
@@ -275,12 +258,18 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         return without(slip, tuple(replace(m, chosen=False) for m in models))
     initial = speed_at_release(before, release, source, 1.96, _unsure(observed, before))
     decay = _decay_time(chosen, levitated, stretch)
+    # what no law may be carried on by
+    hidden = "" if reached else "the fitted law does not hold down to the slowest measured speed"
+    hidden = hidden or (decay.why if levitated is None and _short(stretch) else "")
     return RunDown(
         initial=initial,
         lost_speed=_turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
         decay_time=_inexact(decay, candidates, chosen, stretch),
         drag_torque=_torque(candidates, chosen, polar_inertia),
         standstill_time=stop_time(fit, rest, reached, last, release),
+        coast_down=coast_down_times(
+            initial, observed, [chosen.fit, *_richer(candidates, chosen)], hidden, release, last
+        ),
         models=models,
         fitted_from=float(stretch.begin[0]),
         fitted_to=float(stretch.end[-1]),
@@ -367,13 +356,19 @@ def _decay_time(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> 
     """The chosen law's; in a short stretch the drag of the bearings hides in it, and levitation bounds what it hides."""
     if levitated is None and _short(stretch):
         return Estimate.missing("s", _HIDDEN)
-    tau = _term(chosen, "linear", lambda b: 1 / b, "s")
+    tau = term_of(chosen, "linear", lambda b: 1 / b, "s")
     if levitated is None or tau.low is None or tau.high is None:
         return tau
     spread = 1.96 * levitated.sigma("linear")
     low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
     method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
     return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
+
+
+def _richer(candidates: list[Candidate], chosen: Candidate) -> list[LawFit]:
+    """Return the fits of the laws that have one term more than the chosen one."""
+    terms = set(chosen.fit.terms)
+    return [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
 
 
 def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, stretch: Coast) -> Estimate:
@@ -388,8 +383,7 @@ def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, st
     if _short(stretch):
         method = f"{decay.method}, and by slip below {percent(_SLIPPING)} of the deceleration"
         return replace(decay, high=decay.high / (1 - _SLIPPING), method=method)
-    law, terms = chosen.fit.law, set(chosen.fit.terms)
-    richer = [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
+    law, richer = chosen.fit.law, _richer(candidates, chosen)
     least = min([1 / decay.high, *(fit.law.linear - 1.96 * fit.sigma("linear") for fit in richer)])
     unsteady = _STEADY * law.constant / law.speed
     down, up = np.hypot(1 / decay.low - law.linear, unsteady), np.hypot(law.linear - least, unsteady)
@@ -401,40 +395,12 @@ def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, st
     )
 
 
-def _term(candidate: Candidate, term: str, of: Callable[[float], float], unit: str) -> Estimate:
-    """A positive term, or what follows from it, with an interval that is symmetric in its logarithm."""
-    if term not in candidate.fit.terms:
-        return Estimate.missing(unit, f"the chosen law ({candidate.name}) has no {term} term")
-    value = float(getattr(candidate.fit.law, term))
-    if value <= 0:
-        return Estimate.missing(unit, candidate.refused)
-    factor = float(np.exp(min(1.96 * candidate.fit.sigma(term) / value, 50.0)))
-    low, high = sorted((of(value / factor), of(value * factor)))
-    return Estimate(of(value), low, high, unit, f"{candidate.name} law, least squares on whitened residuals")
-
-
-def speed_model(candidate: Candidate, chosen: bool) -> SpeedModel:
-    """State a candidate's parameters with their intervals and units."""
-    makers: dict[str, tuple[str, Callable[[float], float], str]] = {
-        "linear": ("decay_time_s", lambda b: 1 / b, "s"),
-        "constant": ("constant_drag_hz_per_s", lambda a: a, "Hz/s"),
-        "quadratic": ("quadratic_loss_per_revolution", lambda q: q, "1"),
-    }
-    parameters = {}
-    for term in candidate.fit.terms:
-        name, of, unit = makers[term]
-        parameters[name] = _term(candidate, term, of, unit)
-    rms = candidate.rms
-    apart = float(np.sqrt(candidate.held_out / max(candidate.power, 1e-300)))
-    return SpeedModel(candidate.name, parameters, rms, candidate.fit.bic, rms * apart, chosen, candidate.refused)
-
-
 def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float | None) -> Estimate:
     if polar_inertia is None:
         return Estimate.missing("N m", "the rotor's polar inertia is not known")
     factor = 2 * np.pi * polar_inertia
     if "constant" in chosen.fit.terms:
-        torque = _term(chosen, "constant", lambda a: factor * a, "N m")
+        torque = term_of(chosen, "constant", lambda a: factor * a, "N m")
         return replace(torque, method=f"{torque.method}{_BY_INERTIA}") if torque.known else torque
     wider = {*chosen.fit.terms, "constant"}
     fit = next(c.fit for c in candidates if set(c.fit.terms) == wider)

@@ -6,12 +6,16 @@ far from where the shaft levitated.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.result import EndResult
 from tdbmon.record.finding import Check, um
 
+_CHECK = "set point"
+_NO_CENTRE = "the check of the set point failed: where a bore is not round, the centre of its circle is not that of the clearance"
 _MOST = 0.25  # of the gap, by which a set point lies off the centre at most; the shipped machines' lie within 0.2
 
 
@@ -34,5 +38,11 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
                 ": the bore is not round (then the arc tells its curvature at the bottom, and radius and air gap are wrong), or"
                 " the set point of the magnetic bearing is off"
             )
-        found.append(Check("set point", name, passed, detail))
+        found.append(Check(_CHECK, name, passed, detail))
     return found
+
+
+def no_centre(checks: Iterable[Check], end: str) -> str:
+    """Return why the circle of an end does not tell the clearance centre; "" where no check of it failed."""
+    failed = any(check.check == _CHECK and check.channel == end and not check.passed for check in checks)
+    return _NO_CENTRE if failed else ""

@@ -19,7 +19,7 @@ _CREEP = 3.0  # level over its fall within half the tail, of a creep with a deca
 # a creep that fades for ever is lost near the end of every record, wherever that is
 _QUIET = 2.0
 _DRAWS = 2000
-_FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
+FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
     low, high = times[round(0.025 * _DRAWS)], times[round(0.975 * _DRAWS)]
     if rest.found:
         return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
-    if high > last + _FARTHEST * (last - release):
+    if high > last + FARTHEST * (last - release):
         return Estimate.missing("s", f"the record ends at {last:.3g} s, too early to say when the rotor stops")
     scatter = f"{low:.4g} to {high:.4g} s if it does"
     why = f"no interval: nothing tells whether the law holds down to rest ({scatter})"

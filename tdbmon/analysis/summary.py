@@ -5,6 +5,7 @@ from __future__ import annotations
 from tdbsim.quantity import Tolerant
 from tdbsim.rotor import static_loads
 
+from tdbmon.analysis.coast_down_times import how_told
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
@@ -13,6 +14,7 @@ from tdbmon.quantity import printed
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
 _DRAG = "constant drag"
 _SHOWN_IN = {"  duration": "ms"}
+_COASTED = "coast-down to "
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
@@ -30,6 +32,9 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         rows.append(("speed decay time", analysis.rundown.decay_time))
         rows.append((_DRAG, analysis.rundown.drag_torque))
         rows.append(("standstill", analysis.rundown.standstill_time))
+        times = analysis.coast_down
+        named = ((f"{_COASTED}a half", times.half), (f"{_COASTED}a tenth", times.tenth))
+        rows += [(name, time) for name, time in named if time.known]
     if analysis.swing is not None:
         rows += [(f"swing {i + 1}, small", f) for i, f in enumerate(analysis.swing.frequencies)]
     failed = [c for c in analysis.checks if not c.passed]
@@ -57,6 +62,8 @@ def _beside(name: str, value: Estimate) -> str:
     """Return what the interval of a number holds, or why it has none."""
     if value.known and value.low is None and value.why:
         return f" ({value.why})"
+    if name.startswith(_COASTED):
+        return f", {how_told(value)}"
     return _BY_INERTIA if name == _DRAG and value.known else ""
 
 
@@ -90,7 +97,9 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     if found is None or not found.reach.known:
         return []
     name = "levitated, from centre" if analysis.falls else "levitated, from zero"
-    beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
+    beside = f", no zone of ISO 14839-2: {found.share.why}"
+    if found.share.known:
+        beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
     if not analysis.falls:
         beside += f" ({found.reach.why})"
     return [f"  {name:<24}{printed(found.reach)}{beside}"]

@@ -12,7 +12,7 @@ ZONES = (("A", 0.3), ("B", 0.4), ("C", 0.5))
 """Each zone with the share of C_min at which it ends (ISO 14839-2:2004); above is D."""
 
 
-def share_of_clearance(reach: Estimate, clearance: float) -> Estimate:
+def share_of_clearance(reach: Estimate, clearance: float, doubt: str = "") -> Estimate:
     """Return the greatest distance from the clearance centre as a share of C_min.
 
     Parameters
@@ -21,7 +21,11 @@ def share_of_clearance(reach: Estimate, clearance: float) -> Estimate:
         D_max, m.
     clearance : float
         C_min, m.
+    doubt : str
+        Why the centre is not sure (`tdbmon.analysis.set_point.no_centre`); then nothing is told.
     """
+    if doubt:
+        return Estimate.missing("1", doubt)
     if reach.value is None:
         return Estimate.missing("1", reach.why)
     low, high = (None if bound is None else bound / clearance for bound in (reach.low, reach.high))

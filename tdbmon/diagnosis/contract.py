@@ -13,7 +13,7 @@ from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import percent
+from tdbmon.quantity import percent, plain
 
 _NOT_FITTED = "not fitted as far: it looks like another cause that is named"
 
@@ -85,7 +85,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         )
     out += [f"remark: {each}" for each in diagnosis.remarks]
     out.append(f"next test: {diagnosis.next_test}")
-    return out
+    return [plain(line) for line in out]
 
 
 def value_and_interval(quantity: dict[str, Any]) -> str:

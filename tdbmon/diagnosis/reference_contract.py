@@ -6,6 +6,7 @@ from typing import Any
 
 from tdbmon.diagnosis.contract import causes_json, value_and_interval
 from tdbmon.diagnosis.reference import Reference
+from tdbmon.quantity import plain
 
 
 def reference_json(reference: Reference) -> dict[str, Any]:
@@ -35,4 +36,4 @@ def reference_lines(reference: Reference) -> list[str]:
         out.append(f"  changed since: {each.name} {value_and_interval(old)} -> {value_and_interval(new)} {new['unit']}")
     if not reference.changes:
         out.append("  no value of the machine has changed by more than its intervals and half of its tolerance")
-    return out + [f"remark: {each}" for each in reference.remarks]
+    return [plain(line) for line in (*out, *(f"remark: {each}" for each in reference.remarks))]

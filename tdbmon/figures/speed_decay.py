@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.coast_down_times import HALF, TENTH
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -24,6 +25,7 @@ from tdbmon.figures.style import (
     styled,
     subplots,
 )
+from tdbmon.quantity import percent
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -62,6 +64,7 @@ def speed_decay(analysis: Analysis) -> Figure:
         ax.set_ylabel("residual [mHz]")
         _law(upper, ax, rundown, at, means)
     figure.axes[-1].set_xlabel("time from the record's first sample [s]")
+    _coast_down(upper, rundown)
     _standstill(upper, rundown)
     legend_below(figure)
     return figure
@@ -123,6 +126,18 @@ def _round(size: float) -> float:
     """Return the nearest of 1, 2, 5, 10, ..."""
     power = 10.0 ** np.floor(np.log10(size))
     return float(min((power * first for first in (1, 2, 5, 10)), key=lambda each: abs(np.log(each / size))))
+
+
+def _coast_down(ax: Axes, rundown: RunDown) -> None:
+    """Mark where half of the speed at the release is left, and a tenth, as far as the record goes."""
+    initial, (left, right) = rundown.initial.value, ax.get_xlim()
+    reached = [(rundown.coast_down.half.value, HALF), (rundown.coast_down.tenth.value, TENTH)]
+    shown = [(time, share) for time, share in reached if time is not None and left <= time <= right]
+    if initial is None or not shown:
+        return
+    times, speeds = zip(*((time, share * initial) for time, share in shown), strict=True)
+    shares = " and ".join(percent(share) for _, share in shown)
+    ax.plot(times, speeds, "o", color=BLACK, fillstyle="none", label=f"{shares} of the speed at the release left")
 
 
 def _standstill(ax: Axes, rundown: RunDown) -> None:

@@ -14,7 +14,7 @@ from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.matching import assembly_remarks, counts, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
-from tdbmon.quantity import counted, moment
+from tdbmon.quantity import counted, moment, printed
 from tdbmon.report_file import ReportWriter
 
 
@@ -147,7 +147,7 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     typer.echo(f"dropped: {when}; filed: {moment(entry.filed)}; tdbmon {filing.version}")
     for feature in filing.features:
         if feature.estimate.known:
-            typer.echo(f"  {feature.name:<28}{feature.end:<6}{feature.estimate}")
+            typer.echo(f"  {feature.name:<28}{feature.end:<6}{printed(feature.estimate)}")
     missing = sorted({f.name for f in filing.features if not f.estimate.known})
     typer.echo(f"not estimated: {', '.join(missing) or 'nothing'}")
     rows = [

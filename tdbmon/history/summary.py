@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
@@ -11,9 +10,7 @@ from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import counted, percent, subtracted, words
-
-_MICRO = re.compile(r"(?<=\d )µ(?=[ms]\b)")  # of a unit, which the terminal writes um wherever it tells of one
+from tdbmon.quantity import counted, percent, plain, printed, subtracted
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
@@ -35,8 +32,8 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
         lines += _table(compared)
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
-    lines.append(f"full drops: {life.full_drops} ({agreed}); margin {words(life.margin)}")
-    return [_MICRO.sub("u", line) for line in lines]
+    lines.append(f"full drops: {life.full_drops} ({agreed}); margin {printed(life.margin)}")
+    return [plain(line) for line in lines]
 
 
 def difference_of(change: Change) -> Estimate:

@@ -17,7 +17,8 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.autoregression import WHITE, noise_of
 from tdbmon.analysis.drag_law import Coast, DragLaw, fit_law
 from tdbmon.analysis.law_choice import MODELS, Candidate, choose_law, noise_in
-from tdbmon.analysis.rundown import RunDown, SpeedModel, fit_rundown, speed_model
+from tdbmon.analysis.rundown import RunDown, fit_rundown
+from tdbmon.analysis.speed_model import SpeedModel, speed_model
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.read import read

@@ -10,7 +10,11 @@ from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.contract import analysis_json
+from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.read import read
+from tdbmon.report.document import Paragraph, Table
+from tdbmon.report.sections import release
 from tdbmon.shipped import shipped
 
 
@@ -48,6 +52,21 @@ def test_an_oval_bore_is_not_silently_a_wide_gap(machine):
     assert "not round" in found.detail
     apart = float(re.search(r"levitated ([\d.]+) um", found.detail)[1])
     assert apart == pytest.approx(352 - 250, abs=25)  # radius of curvature at the bottom less the mean radius
+    no_zone_is_told(result)
+
+
+def no_zone_is_told(result):
+    """The oval end's zone is withheld with the reason, everywhere; the round end has its own."""
+    assert not result.levitation["NDE"].share.known and result.levitation["NDE"].reach.known
+    told = {end: found["zone"] for end, found in analysis_json(result)["levitation"].items()}
+    assert told == {"NDE": None, "DE": "A"}
+    lines = [line for line in summary_lines(result) if "levitated, from centre" in line]
+    assert ["no zone of ISO 14839-2: the check of the set point failed" in line for line in lines] == [True, False]
+    blocks = release.section(result).blocks
+    table = next(b for b in blocks if isinstance(b, Table) and b.header[-1] == "Zone")
+    assert [row.cells[-1] for row in table.rows] == ["–", "A"]
+    said = next(b.text for b in blocks if isinstance(b, Paragraph) and b.text.startswith("Zones of ISO 14839-2"))
+    assert "None is told of NDE: the check of the set point failed" in said
 
 
 def test_where_arc_and_swing_disagree_no_circle_is_told(machine):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 
 import pandas as pd
@@ -39,7 +40,7 @@ def test_from_records_to_a_verdict(capsys, tmp_path):
     drop = out.splitlines()[1].split()[0]
     code, out, _ = run(capsys, "archive", "show", "--archive", folder, drop[:6], "--json", tmp_path / "s.json")
     assert code == 0
-    assert "gap_um" in out
+    assert re.search(r"gap_um +NDE +[\d.]+ um \([\d.]+ to [\d.]+\)\n", out)
     assert json.loads((tmp_path / "s.json").read_text())["drop"] == drop
     code, out, _ = run(capsys, "archive", "verify", "--archive", folder)
     assert (code, "sound, 2 drops" in out) == (0, True)

@@ -27,6 +27,7 @@ from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, values_of
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
+from tdbmon.quantity import plain
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
@@ -114,7 +115,7 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     lines = comparison_lines(found, verdict_of(found))
     for change in (c for c in found.changes if c.difference is not None):
-        this, before = (text.replace("µ", "u") for text in values_of(change)[:2])
+        this, before = (plain(text) for text in values_of(change)[:2])
         (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
         assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
 
@@ -125,7 +126,8 @@ def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(
     places = [next(i for i, line in enumerate(lines) if f"Radius at rest, {end}  " in line) for end in ("NDE", "DE")]
     places += [next(i for i, line in enumerate(lines) if f"not compared at {end}:" in line) for end in ("NDE", "DE")]
     assert places[0] + 1 == places[1] and places[2] + 1 == places[3]
-    assert any(" um " in line for line in lines) and not any("µ" in line for line in lines)
+    assert any(" um " in line for line in lines) and not any(letter in line for line in lines for letter in "µ−")
+    assert any(re.search(r" -\d", line) for line in lines)
     titles = [course.title for course in machine_history(years, years.machines()[0]).courses]
     assert titles[:2] == ["Radius at rest, NDE", "Radius at rest, DE"]
     unfiled = as_drop(years.filing(comparison.entry.id))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +27,8 @@ from tdbmon.report.sections import natural_frequencies
 from tdbmon.report.sections.forces import section as forces_section
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
+
+ROOT = Path(__file__).parents[2]
 
 
 def line(name: str, hz: float, kind: str = "constant") -> Line:
@@ -187,6 +190,16 @@ def test_the_first_page_says_how_hard_the_bearings_were_hit(report: Document, fi
     over, against = (row.cells[1] for row in table.rows[2:])
     assert float(over.split()[0]) == pytest.approx(end.peak.value / load, rel=0.02)
     assert f"{100 * end.stress.greatest.value / 4.2e9:.0f} %" in against and against.startswith("below")
+
+
+def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report: Document) -> None:
+    """Words that carry the numbers themselves go stale when the fit changes, and nothing shows it."""
+    section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
+    texts = [block.text for block in section.blocks if isinstance(block, Paragraph)]
+    (said,) = [text for text in texts if text.startswith("The greatest forces are those of all steps")]
+    assert not re.search(r"\d", said)
+    pages = re.findall(r"docs/\w+\.md", said)
+    assert len(pages) == 2 and all((ROOT / page).is_file() for page in pages)
 
 
 def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> None:

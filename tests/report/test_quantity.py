@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import tdbmon
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import moment, number, off_by, percent, rpm, short, subtracted, words
+from tdbmon.quantity import moment, number, off_by, percent, plain, printed, rpm, short, subtracted, words
 from tdbmon.record.finding import um
 
 
@@ -41,6 +41,12 @@ def test_a_long_number_of_a_unit_without_prefixes_has_a_power_of_ten() -> None:
     assert words(Estimate(2.5e6, 2e6, 3e6)) == "2.5 ×10⁶ (2.0 to 3.0)"
     assert words(Estimate(1e-8, 0.0, 1.44e-6)) == "0.01 ×10⁻⁶ (0.00 to 1.44)"
     assert words(Estimate(2500.0, 2400.0, 2600.0, "MPa")) == "0.00250 MPa (0.00240 to 0.00260)"
+
+
+def test_a_terminal_gets_plain_letters_in_numbers_and_names_keep_theirs() -> None:
+    assert printed(Estimate(-3e-6, -4e-6, -2e-6, "um")) == "-3.0 um (-4.0 to -2.0)"
+    assert printed(Estimate(3e-6, 2e-6, 4e-6, "N m")) == "3.0 uN m (2.0 to 4.0)"
+    assert plain("Prüfstand µ: −1.2 µm (−12.0 to 9.6), 5 µs") == "Prüfstand µ: -1.2 um (-12.0 to 9.6), 5 us"
 
 
 def test_a_missing_value_says_why() -> None:

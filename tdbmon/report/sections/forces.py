@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 _LISTED = 12  # contacts of an end
 _STEEP = (
     "The greatest forces are those of all steps of the simulation, since the first blow of an inner ring may be shorter than a"
-    " sample of the record: in the two synthetic coast-downs that ship with tdbmon they are 3 to 5 % (DE) and 8 to 11 % (NDE)"
-    " above the true ones, of which three of four lie outside the interval."
+    " sample of the record. How near they come to true ones, and how often their intervals hold these, was counted on synthetic"
+    " drops: see docs/fitted_forces.md, and docs/forces.md for the coast-downs that ship with tdbmon, whose greatest forces are"
+    " stated too high, mostly by more than the interval."
 )
 
 

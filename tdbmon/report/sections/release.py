@@ -92,6 +92,9 @@ def _levitated(analysis: Analysis) -> list[Block]:
         " machine file here. The standard judges steady running; this is what the record holds of it in the plane of the"
         " bearing, with run-out and noise."
     )
+    for end, found in analysis.levitation.items():
+        if found.reach.known and not found.share.known:
+            said += f" None is told of {end}: {found.share.why}."
     when = " before the release" if analysis.falls else ""
     return [Table(f"Levitation{when}; x and y from the probes' zero", header, tuple(rows)), Paragraph(said)]
 

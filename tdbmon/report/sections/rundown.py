@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
+from tdbmon.analysis.coast_down_times import HALF, TENTH, how_told
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
+from tdbmon.analysis.stated_drag import against_stated, stated_ring_drag
+from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
@@ -36,7 +39,9 @@ def section(analysis: Analysis) -> Section:
                 words(rundown.drag_torque),
             )
         ),
+        *_stated(analysis, rundown),
         Row(("Drag torque at the release", _torque(rundown))),
+        *_coasted(analysis, rundown),
         Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
         Row(("Stretch that the laws are fitted to", _stretch(rundown))),
     ]
@@ -67,6 +72,17 @@ _CHOICE = (
     " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
     " (BIC, lower is better) and the misfit on stretches left out of the fit both call for it."
 )
+
+
+def _coasted(analysis: Analysis, rundown: RunDown) -> list[Row]:
+    """Return the times to a half and to a tenth of the speed at the release, with that speed, and how they were told."""
+    found, initial = analysis.coast_down, rundown.initial
+    rows = []
+    for name, share, time in (("a half", HALF, found.half), ("a tenth", TENTH, found.tenth)):
+        reached = "" if initial.value is None else f" ({short(Estimate(share * initial.value, unit='Hz'))})"
+        told = f"{words(time)}, {how_told(time)}" if time.known else words(time)
+        rows.append(Row((f"From the release until {name} of its speed is left{reached}", told)))
+    return rows
 
 
 def _laws(rundown: RunDown) -> Table:
@@ -104,6 +120,21 @@ def _torque(rundown: RunDown) -> str:
     if rundown.law is None or rundown.polar_inertia is None or rundown.initial.value is None:
         return "not estimated: it needs a law and the rotor's polar inertia"
     return f"{float(rundown.torque_at(rundown.initial.value)):.3g} N m (chosen law, polar inertia of the machine file)"
+
+
+def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
+    """The drag of the inner rings by the machine file, and how the constant drag lies to it, where that is known."""
+    if not rundown.drag_torque.known:
+        return []
+    stated = stated_ring_drag(analysis.machine)
+    width = None if stated.is_exact else stated.high - stated.low
+    drag = short(Estimate(stated.nominal, unit="N m"), width)
+    if not stated.is_exact:
+        drag += " (tolerance: {} to {})".format(
+            *(short(Estimate(x, unit="N m"), width) for x in (stated.low, stated.high))
+        )
+    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, stated)}"
+    return [Row(("Drag of the inner rings by the machine file, all together", said))]
 
 
 def _stretch(rundown: RunDown) -> str:

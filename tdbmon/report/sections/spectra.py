@@ -9,13 +9,14 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
-from tdbmon.quantity import words
+from tdbmon.quantity import short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
 
 _LISTED = 24
+_WAYS = {"swing 1": "parallel", "swing 2": "conical"}
 _TITLE = "Spectra and lines"
 
 
@@ -29,7 +30,7 @@ def section(analysis: Analysis) -> Section | None:
     from tdbmon.figures.full_spectrum import full_spectrum
     from tdbmon.figures.waterfall import waterfall
 
-    blocks: list[Block] = [_lines(analysis)]
+    blocks: list[Block] = [_lines(analysis), *_drifting(analysis)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
         + (" Dashed: orders of the speed." if analysis.has_speed else " Without a speed there are no orders.")
@@ -94,6 +95,29 @@ def _lines(analysis: Analysis) -> Block:
     caption = "Lines found (95 % intervals). Amplitude: the greatest; of an order where no constant line crosses it"
     caption += f"; {more} weaker ones are left out" if more > 0 else ""
     return Table(caption, ("Line", "Kind", "End", "Frequency or order", "Direction", "Amplitude", "Seen"), rows)
+
+
+def _drifting(analysis: Analysis) -> list[Block]:
+    """The swings that are strong and no lines, with the range of their frequency."""
+    rows = tuple(
+        Row(
+            (
+                f"{swing.name} ({_WAYS.get(swing.name, '')})",
+                swing.end,
+                f"{short(swing.lowest)} to {short(swing.highest)}",
+                words(swing.amplitude),
+                f"{swing.first_s:.1f} to {swing.last_s:.1f} s",
+            )
+        )
+        for swing in analysis.drifting
+    )
+    if not rows:
+        return []
+    caption = (
+        "Swings in the clearance that are no lines: their frequency moves, with their amplitude and with each other's. Amplitude:"
+        " the greatest, along the horizontal, at the end that shows it more"
+    )
+    return [Table(caption, ("Swing", "End", "Frequency, lowest to highest", "Amplitude", "Seen"), rows)]
 
 
 def _row(line: Line) -> Row:

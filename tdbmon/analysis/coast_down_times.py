@@ -1,0 +1,147 @@
+"""Coast-down times: when the speed has fallen to a half, and to a tenth, of that at the release.
+
+Where the record reaches that speed, the time is read off the means of the speed about it, without a law: a parabola in time
+goes through them.  Beyond the record's end the chosen law is carried on; its interval then holds what laws of one term more
+leave possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from tdbmon.analysis.autoregression import noise_of
+from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
+from tdbmon.analysis.observed_speed import Observed
+from tdbmon.analysis.standstill import FARTHEST
+from tdbmon.estimate import Estimate
+from tdbmon.quantity import percent
+
+HALF, TENTH = 0.5, 0.1
+_MEASURED, _EXTRAPOLATED = "measured", "extrapolated by the chosen law"
+_BAND = 0.1  # of the speed that is looked for, to both sides: there a parabola is true to some 1e-5 of it
+_EACH_SIDE = 5  # means at least, to each side of the crossing
+_FEWEST = 8  # in all, where the record ends soon after
+_SMOOTH = 5  # means whose median is compared with the speed looked for
+_DRAWS = 2000
+
+
+@dataclass(frozen=True)
+class CoastDownTimes:
+    """When the speed has fallen to a share of that at the release.
+
+    Attributes
+    ----------
+    half, tenth : Estimate
+        From the record's first sample, s; without what is not known of the instant of the release.
+    """
+
+    half: Estimate
+    tenth: Estimate
+
+    @classmethod
+    def missing(cls, why: str) -> CoastDownTimes:
+        """Neither is known, for this reason."""
+        return cls(Estimate.missing("s", why), Estimate.missing("s", why))
+
+
+def how_told(time: Estimate) -> str:
+    """Return whether a known time was measured or extrapolated, in words."""
+    return _MEASURED if time.method.startswith(_MEASURED) else _EXTRAPOLATED
+
+
+def coast_down_times(
+    initial: Estimate, observed: Observed, laws: Sequence[LawFit], hidden: str, release: float, last: float
+) -> CoastDownTimes:
+    """Return when the speed has fallen to a half and a tenth.
+
+    Parameters
+    ----------
+    initial : Estimate
+        Speed at the release, Hz.
+    observed : Observed
+        Means of the speed.
+    laws : sequence of LawFit
+        The chosen law, then those of one term more.
+    hidden : str
+        Why the law cannot be carried on beyond the record; empty where it can.
+    release, last : float
+        Release and end of the record, s.
+    """
+    if initial.value is None or initial.sigma is None:
+        return CoastDownTimes.missing(initial.why)
+
+    def reached(share: float) -> Estimate:
+        wanted, sigma = share * float(initial.value or 0.0), share * float(initial.sigma or 0.0)
+        zero = (1 - share) * float(np.hypot(observed.after.offset_sigma, observed.rest.level_sigma))
+        read = _read(observed.after, wanted, float(np.hypot(sigma, zero)))
+        if read is not None:
+            return read
+        if hidden:
+            return Estimate.missing("s", f"the record does not show it fall to {percent(share)}, and {hidden}")
+        return _by_law(laws, wanted, sigma, share, release, last)
+
+    return CoastDownTimes(reached(HALF), reached(TENTH))
+
+
+def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
+    """Return when the means fall below a speed, Hz, that is known to `sigma`; None where they do not show it."""
+    from scipy.ndimage import median_filter
+
+    if len(after) < _FEWEST:
+        return None
+    smooth = median_filter(after.mean, _SMOOTH, mode="nearest")
+    below = np.flatnonzero(smooth < wanted)
+    if not below.size or not below[0]:
+        return None
+    at = int(below[0])
+    above = np.flatnonzero(smooth[:at] > (1 + _BAND) * wanted)
+    under = np.flatnonzero(smooth[at:] < (1 - _BAND) * wanted)
+    first = max(min(int(above[-1]) + 1 if above.size else 0, at - _EACH_SIDE), 0)
+    stop = min(max(at + int(under[0]) if under.size else len(smooth), at + _EACH_SIDE), len(smooth))
+    if stop - first < _FEWEST:
+        return None
+    middle = float(after.middle[at])
+    time, speed = after.middle[first:stop] - middle, after.mean[first:stop]
+    scale = float(np.abs(time).max())
+    design = np.vander(time / scale, 3)
+    found, *_ = np.linalg.lstsq(design, speed, rcond=None)
+    roots = np.roots(found - [0.0, 0.0, wanted])
+    real = roots.real[np.abs(roots.imag) < 1e-9]
+    if not real.size:
+        return None
+    crossing = float(real[np.argmin(np.abs(real))])
+    slope = 2 * found[0] * crossing + found[1]
+    if abs(crossing) > 1 or slope >= 0:
+        return None
+    noise = noise_of(speed - design @ found, 3).slow
+    row = np.array([crossing**2, crossing, 1.0])
+    own = noise * float(np.sqrt(row @ np.linalg.pinv(design.T @ design) @ row))
+    half = float(np.hypot(stdtrit(len(speed) - 3, 0.975) * own, 1.96 * sigma)) / -slope * scale
+    when = middle + crossing * scale
+    return Estimate(when, when - half, when + half, "s", f"{_MEASURED}: parabola through the speed about it")
+
+
+def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, release: float, last: float) -> Estimate:
+    """Return when the chosen law reaches a speed, Hz, that is known to `sigma`."""
+    speeds = wanted + sigma * np.random.default_rng(21).standard_normal(_DRAWS)
+    bounds = []
+    for fit in laws:
+        drawn = fit.draw(_DRAWS)
+        braking = (drawn[:, 1:] >= 0).all(axis=1)  # a term that drives the rotor is none of drag
+        if fit is laws[0] or braking.any():
+            times = np.sort(fit.law.start + slowing_time(drawn[braking], speeds[braking]))
+            if times.size:
+                bounds += [times[int(0.025 * times.size)], times[int(0.975 * times.size)]]
+    law = laws[0].law
+    row = np.array([[law.speed, law.linear, law.constant, law.quadratic]])
+    when = law.start + float(slowing_time(row, wanted)[0])
+    low, high = min([when, *bounds]), max([when, *bounds])
+    if not high <= last + FARTHEST * (last - release):
+        why = f"the record ends at {last:.3g} s, too early to say when the speed has fallen to {percent(share)}"
+        return Estimate.missing("s", why)
+    method = f"{_EXTRAPOLATED}; interval with laws of one term more"
+    return Estimate(when, float(low), float(high), "s", method)

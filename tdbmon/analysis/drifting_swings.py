@@ -1,0 +1,147 @@
+"""Swings in the clearance that are no lines, since their frequency moves: with their amplitude, and with each other's.
+
+A line keeps its cell of the spectra against time (see `lines`).  A strong swing need not: after a drop the conical one may climb
+by a tenth while it decays.  What the lines lack of the swings that the drawing lets expect is followed in their bands from
+window to window: what stands out there by the same rule (`cfar`), along the horizontal, in which a swing moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.analysis import cfar
+from tdbmon.analysis.lines import Line
+from tdbmon.analysis.ridge import Spectra, peak_place
+from tdbmon.estimate import Estimate
+
+_NEAR = 3.0  # cells: so near to an order of the speed, or to a line, a peak is not the swing's
+_STEP, _GAP = 2, 3  # cells that it moves from one window to the next at most; windows without it that end it
+_ORDERS = (1.0, 2.0)  # that may cross a swing's band and be as strong
+_STRONG = 0.05  # of the strongest peak of all: below, what stands out may be mains, or another line that was not told
+_METHOD = "spectra against time, place between the cells of a window"
+_MOVING = "no interval: it moves within a window"
+_AMPLITUDE = (
+    "greatest over windows, along the horizontal, at the end that shows it more; less where it moves within a window"
+)
+
+
+@dataclass(frozen=True)
+class DriftingSwing:
+    """A swing whose frequency moves.
+
+    Attributes
+    ----------
+    name : str
+        "swing 1" (parallel) or "swing 2" (conical).
+    end : str
+        Where it is greater.
+    lowest, highest : Estimate
+        Between which its frequency moves, Hz.
+    amplitude : Estimate
+        Along the horizontal, 0-pk, m.
+    first_s, last_s : float
+        Middle of the first and of the last window in which it stands out, s.
+    """
+
+    name: str
+    end: str
+    lowest: Estimate
+    highest: Estimate
+    amplitude: Estimate
+    first_s: float
+    last_s: float
+
+
+def lacking_swings(
+    expected: Sequence[tuple[str, float, float]], lines: Sequence[Line]
+) -> list[tuple[str, float, float]]:
+    """Return the bands (name, low, high), Hz, of the swings that are not among the lines."""
+    told = {line.name for line in lines}
+    return [band for band in expected if band[0].startswith("swing") and band[0] not in told]
+
+
+def drifting_swings(
+    spectra: Spectra, ends: Sequence[str], bands: Sequence[tuple[str, float, float]], lines: Sequence[Line]
+) -> tuple[DriftingSwing, ...]:
+    """Find the swings of some bands that are no lines.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Against time.
+    ends : sequence of str
+        Of its first axis.
+    bands : sequence of (name, low, high)
+        Of `lacking_swings`, Hz.
+    lines : sequence of Line
+        What was found; a peak near one of constant frequency is no swing's.
+    """
+    steady = [line.frequency.value for line in lines if line.kind != "order" and line.frequency.value is not None]
+    rate = cfar.cell_rate(spectra.coefficients.size)
+    least = _STRONG**2 * float(np.nanmax(np.abs(spectra.coefficients[..., cfar.FIRST :]) ** 2, initial=0.0))
+    best: dict[str, tuple[float, DriftingSwing]] = {}
+    for e, end in enumerate(spectra.coefficients):
+        power = np.nan_to_num(np.abs(end[0]) ** 2)
+        found, floor = cfar.detect(power, rate)
+        found &= _free(spectra, steady) & (power > least)
+        for band in bands:
+            swing = _followed(spectra, power, found, floor, band, ends[e])
+            if swing is not None and (swing.amplitude.value or 0.0) > best.get(band[0], (0.0, swing))[0]:
+                best[band[0]] = (swing.amplitude.value or 0.0, swing)
+    return tuple(best[name][1] for name, _, _ in bands if name in best)
+
+
+def _free(spectra: Spectra, steady: Sequence[float]) -> np.ndarray:
+    """Return the cells (window, cell) that lie neither near an order of the speed nor near a line."""
+    cells = np.arange(spectra.coefficients.shape[-1]) * spectra.resolution
+    free = np.ones(spectra.coefficients.shape[2:], dtype=bool)
+    for place in steady:
+        free &= np.abs(cells - place) > _NEAR * spectra.resolution
+    with np.errstate(invalid="ignore"):
+        for order in _ORDERS:
+            free &= ~(np.abs(cells - order * spectra.speed[:, None]) <= _NEAR * spectra.resolution)
+    return free
+
+
+def _followed(
+    spectra: Spectra,
+    power: np.ndarray,
+    found: np.ndarray,
+    floor: np.ndarray,
+    band: tuple[str, float, float],
+    end: str,
+) -> DriftingSwing | None:
+    """Follow the strongest peak of a band to both sides in time; None where it does not stand out in 4 of 8 windows."""
+    name, low, high = band
+    cells = np.arange(power.shape[1]) * spectra.resolution
+    here = np.where(found & (cells >= low) & (cells <= high), power, 0.0)
+    if not here.any():
+        return None
+    start, first = (int(i) for i in np.unravel_index(here.argmax(), here.shape))
+    course = {start: first}
+    for step in (1, -1):
+        last, cell, at = start, first, start + step
+        while 0 <= at < len(here) and abs(at - last) <= _GAP:
+            left = max(cell - _STEP, 0)
+            near = here[at, left : cell + _STEP + 1]
+            if near.any():
+                cell = left + int(near.argmax())
+                course[at], last = cell, at
+            at += step
+    window = np.array(sorted(course))
+    shown = np.bincount(window, minlength=len(here))
+    if len(shown) < cfar.WINDOWS or np.convolve(shown, np.ones(cfar.WINDOWS), "valid").max() < cfar.HITS:
+        return None
+    place, _, height = peak_place(power, floor, window, np.array([course[int(w)] for w in window]))
+    peak = int(height.argmax())
+    noise = float(np.sqrt(floor[window[peak], course[int(window[peak])]] / 2))
+    lowest, highest = (
+        Estimate(float(hz) * spectra.resolution, unit="Hz", method=_METHOD, why=_MOVING)
+        for hz in (place.min(), place.max())
+    )
+    amplitude = Estimate.from_sigma(float(np.sqrt(height[peak])), noise, "um", _AMPLITUDE, "0-pk", least=0.0)
+    begin, stop = (float(spectra.time[i]) for i in (window[0], window[-1]))
+    return DriftingSwing(name, end, lowest, highest, amplitude, begin, stop)

@@ -1,0 +1,37 @@
+"""The drag of the inner rings that a machine file states, beside the constant drag of the run-down."""
+
+from __future__ import annotations
+
+import pytest
+from tdbsim.machine import EffectSetting
+
+from tdbmon.analysis.stated_drag import against_stated, stated_ring_drag
+from tdbmon.estimate import Estimate
+from tdbmon.report.sections import rundown
+
+
+def test_the_rings_of_all_bearings_add_up_with_their_tolerances(machine):
+    stated = stated_ring_drag(machine)
+    assert (stated.nominal, stated.low, stated.high) == pytest.approx((30e-3, 15e-3, 45e-3))
+
+
+def test_effects_of_the_machine_file_count(machine):
+    dry = tuple(EffectSetting(name="ring_drag", where=end, torque="10 mN m") for end in machine.ends)
+    stated = stated_ring_drag(machine.model_copy(update={"effects": dry}))
+    assert (stated.nominal, stated.low, stated.high) == pytest.approx((50e-3, 35e-3, 65e-3))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "says"),
+    [(85, 87, "above"), (5, 10, "below"), (20, 40, "within"), (40, 50, "where nothing"), (10, 50, "where nothing")],
+)
+def test_an_interval_is_above_below_within_or_not_decided(machine, low, high, says):
+    measured = Estimate((low + high) / 2e3, low / 1e3, high / 1e3, "N m")
+    assert against_stated(measured, stated_ring_drag(machine)).startswith(says)
+
+
+def test_the_report_of_the_shipped_coast_down_says_that_its_drag_is_above(coastdown):
+    rows = {row.cells[0]: row.cells[1] for row in rundown.section(coastdown).blocks[0].rows}
+    said = rows["Drag of the inner rings by the machine file, all together"]
+    assert said.startswith("30 mN m (tolerance: 15 mN m to 45 mN m); the measured constant drag lies above")
+    assert "not those of the rings alone" in said
