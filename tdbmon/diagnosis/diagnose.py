@@ -141,7 +141,7 @@ def diagnose(
             otherwise = acts_later(late) if late is not None else None
         # a model with a cause that is not believed may have bent its values to it
         believed = found.plain if found.verdict.kind is Kind.UNKNOWN else found.likeliest
-        unlike = unlike_drops(believed.problem, believed.fit.point) if wrong is None else None
+        unlike = unlike_drops(believed.problem, believed.fit) if wrong is None else []
         slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
         judged = found.verdict
         if otherwise is not None and judged.kind is Kind.NONE:
@@ -166,7 +166,7 @@ def diagnose(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *parting_remarks(problem, asked, horizons),
-            *([unlike] if unlike is not None else []),
+            *unlike,
             *stated_remarks(found.likeliest.problem, found.likeliest.fit.point),
             *slowed_otherwise,
             *([f"{otherwise}. The verdict does not rest on it"] if otherwise is not None else []),

@@ -44,10 +44,10 @@ Array = NDArray[np.float64]
 
 # s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.09)
+_EARLY = 0.025  # s; further on the path of one drop may part, and not those of the others
 TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
-_ODD_DROP = 4.0  # misfit of a drop, against the median of the others, that is remarked
 _LACKS = 4.0  # times the noise, from which on it is remarked that the model does not explain the drops
 
 
@@ -111,12 +111,8 @@ def fit_drops(
             plain = build_problem(machine, drops, crew)
             mistaken = exchanged_ends(machine, plain) or mistaken_entry(plain)
     shared, _ = problem.values(point, 0)
-    unlike = unlike_drops(problem, point)
-    remarks += [
-        *_odd_drops(fits, min(usable[-1], 0.025)),
-        *([unlike] if unlike else []),
-        *stated_remarks(problem, point),
-    ]
+    early = [each.fit for each in passed if each.horizon <= _EARLY][-1:] or [passed[0].fit]
+    remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
     elif misfit > _LACKS:
@@ -229,17 +225,3 @@ def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ..
         ]
         found.append(Undetermined(p.name, float(sigmas[i]), tuple(partners)))
     return tuple(found)
-
-
-def _odd_drops(fits: Sequence[DropFit], horizon: float) -> list[str]:
-    """Name drops that fit far worse than the others: of another machine, or of the same one changed."""
-    ratios = np.array([fit.residual_to(horizon).ratio for fit in fits])
-    out = []
-    for i, each in enumerate(fits):
-        others = np.delete(ratios, i)
-        if others.size >= 2 and ratios[i] > _ODD_DROP * max(float(np.median(others)), 1.0):
-            out.append(
-                f"{each.name}: fits {ratios[i] / np.median(others):.1f} times worse than the other drops: of another"
-                " machine, or the machine has changed between the drops; calibrate it alone"
-            )
-    return out

@@ -1,7 +1,8 @@
-"""Drops that hardly go together: their readings against the bearings differ by more than probes' zeros drift.
+"""Drops that hardly go together: one that fits far worse than the others, or sets that see a bearing at two places.
 
 A fit to several drops has one gap and one centre a bearing, and a zero of each probe in each drop, which hardly drifts.
-Where a bearing was changed, seated anew or worn between the drops, the zeros have to make up for it.
+Where a bearing was changed, seated anew or worn between the drops, the zeros have to make up for it; where that does not
+help, the fit follows the drops that are more alike, since what is far off counts less in it.
 """
 
 from __future__ import annotations
@@ -9,41 +10,60 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import ZERO_SIGMA
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import squares
 
-Array = NDArray[np.float64]
-
+_FAR_WORSE = 4.0  # times the misfit of the other drops, which is told of a drop
 _APART = 3.5  # standard deviations of such a drift, of the step between drops that is told
 
 
-def unlike_drops(problem: Problem, point: Array) -> str | None:
-    """Say which drops hardly go with the others by the zeros of a fit; None where all do.
+def unlike_drops(problem: Problem, fit: Fit) -> list[str]:
+    """Return what there is to say of drops that hardly go with the others; nothing where all go together.
 
     Parameters
     ----------
     problem : Problem
-    point : (n,) array
-        Where the fit ended.
+    fit : Fit
+        Best to the first contacts: later on a path may part in one drop and not in the others.
     """
+    return [*_far_worse(problem, fit)] or [*_seen_elsewhere(problem, fit)]
+
+
+def _far_worse(problem: Problem, fit: Fit) -> list[str]:
+    """Return the drops that fit far worse than the others, in words."""
+    ratios = np.array([squares(r) / len(r) for r in fit.residuals])
+    out = []
+    for i, drop in enumerate(problem.drops):
+        others = np.delete(ratios, i)
+        if others.size >= 2 and ratios[i] > _FAR_WORSE * max(float(np.median(others)), 1.0):
+            out.append(
+                f"{drop.name}: fits {ratios[i] / np.median(others):.1f} times worse than the other drops: of another"
+                " machine, or the machine has changed between the drops; take it alone"
+            )
+    return out
+
+
+def _seen_elsewhere(problem: Problem, fit: Fit) -> list[str]:
+    """Return in words the two sets of drops in which a probe sees its bearing at two places."""
     probes = dict.fromkeys(probe.name for drop in problem.drops for probe in drop.probes)
-    own = [problem.values(point, drop)[1] for drop in range(len(problem.drops))]
+    own = [problem.values(fit.point, drop)[1] for drop in range(len(problem.drops))]
     found = []
     for probe in probes:
         seen = [(values[f"zero_{probe}"], k) for k, values in enumerate(own) if f"zero_{probe}" in values]
         found.append((*_widest(sorted(seen)), probe))
     apart, lower, upper, probe = max(found, default=(0.0, (), (), ""))
     if apart < _APART * ZERO_SIGMA:
-        return None
+        return []
     high, low = (", ".join(problem.drops[k].name for k in sorted(each)) for each in (upper, lower))
-    return (
+    return [
         f"{high} hardly {'goes' if len(upper) == 1 else 'go'} with {low}: fitted with one gap and one centre of each bearing,"
         f" probe '{probe}' has a zero {apart * 1e6:.2g} um higher in the former at least, where such zeros drift by"
         f" {ZERO_SIGMA * 1e6:.2g} um. If the probe was not touched, a bearing was changed, seated anew or worn between the drops,"
         " they are of different machines, or the model lacks what each drop meets otherwise, as an odd ball"
-    )
+    ]
 
 
 def _widest(ordered: list[tuple[float, int]]) -> tuple[float, tuple[int, ...], tuple[int, ...]]:

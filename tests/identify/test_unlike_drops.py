@@ -9,6 +9,7 @@ import pytest
 from tdbmon.diagnosis.diagnose import diagnose
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.least_squares import linearised
 from tdbmon.identify.unlike_drops import unlike_drops
 from tests.identify.drops import TRUTH, drop, machine
 
@@ -30,12 +31,16 @@ def alike():
     return fitted([268e-6] * 4)
 
 
+def as_fitted(calibration):
+    return linearised(calibration.problem, calibration.point, calibration.horizon)
+
+
 def told(calibration):
     return [remark for remark in calibration.remarks if "hardly go" in remark]
 
 
 def test_drops_of_one_machine_are_alike(alike):
-    assert unlike_drops(alike.problem, alike.point) is None
+    assert unlike_drops(alike.problem, as_fitted(alike)) == []
     assert told(alike) == []
 
 
@@ -63,15 +68,27 @@ def test_zeros_that_drift_as_usual_are_not_told(alike):
         point = alike.point.copy()
         scale = problem.parameters[at[0]].scale
         point[at] = np.array([0.0, 0.1, step + 0.1, step + 0.2]) * 1e-6 / scale
-        said = unlike_drops(problem, point)
-        assert (said is not None) == is_told
-        if said is not None:
-            assert said.startswith("drop_149.nc, drop_197.nc hardly go with drop_61.nc, drop_97.nc")
+        said = unlike_drops(problem, replace(as_fitted(alike), point=point))
+        assert bool(said) == is_told
+        if said:
+            assert said[0].startswith("drop_149.nc, drop_197.nc hardly go with drop_61.nc, drop_97.nc")
 
 
 def test_a_single_drop_has_nothing_to_be_unlike(alike):
     one = replace(alike.problem, drops=alike.problem.drops[:1], own=alike.problem.own[:1])
-    assert unlike_drops(one, alike.point[alike.problem.columns(0)]) is None
+    point = np.concatenate([alike.point[: len(one.shared)], np.full(len(one.own[0]), 20.0)])
+    assert unlike_drops(one, linearised(one, one.start, SHORT_S[0])) == []
+    assert unlike_drops(one, replace(linearised(one, one.start, SHORT_S[0]), point=point)) == []
+
+
+def test_a_drop_of_a_machine_with_another_support_fits_far_worse_than_the_others():
+    """No zero makes up for that."""
+    records = [
+        drop({**TRUTH, "DE.support_stiffness": stiffness}, speed=speed, seed=k, seconds=0.03)
+        for k, (stiffness, speed) in enumerate(zip((4.4e8, 4.4e8, 3e8, 4.4e8), SPEEDS, strict=True))
+    ]
+    remark = fit_drops(machine(), records, (*SHORT_S, 0.022)).remarks[0]
+    assert re.match(r"drop_149.nc: fits \d+\.\d times worse than the other drops: of another machine", remark)
 
 
 def test_diagnosis_tells_it_too():
