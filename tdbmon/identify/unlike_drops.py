@@ -17,7 +17,7 @@ from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import squares
 
 _FAR_WORSE = 4.0  # times the misfit of the other drops, which is told of a drop
-_APART = 3.5  # standard deviations of such a drift, of the step between drops that is told
+_APART = 3.0  # standard deviations of such a drift, of the step between drops that is told
 
 
 def unlike_drops(problem: Problem, fit: Fit) -> list[str]:

@@ -64,7 +64,7 @@ def test_zeros_that_drift_as_usual_are_not_told(alike):
     problem = alike.problem
     names = [p.name for p in problem.parameters]
     at = [k for k, name in enumerate(names) if name == "zero_DE_B"]
-    for step, is_told in ((3.4, False), (3.6, True)):
+    for step, is_told in ((2.9, False), (3.1, True)):
         point = alike.point.copy()
         scale = problem.parameters[at[0]].scale
         point[at] = np.array([0.0, 0.1, step + 0.1, step + 0.2]) * 1e-6 / scale
