@@ -14,6 +14,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.another_machine import Likeness, likeness
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
+from tdbmon.history.correction import corrected
 from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order, place_of
@@ -324,7 +325,7 @@ def _changes(
 def _probabilities(changes: list[Change], settings: Settings) -> dict[tuple[str, str], float]:
     """Return the corrected probability of each feature that has one, by its name and end."""
     known = {(c.kind.name, c.end): c.p for c in changes if c.p is not None}
-    return dict(zip(known, _corrected(list(known.values()), settings), strict=True))
+    return dict(zip(known, corrected(list(known.values()), settings.compare.correction), strict=True))
 
 
 def _least_probable_first(changes: Iterable[Change]) -> tuple[Change, ...]:
@@ -367,12 +368,3 @@ def _compared(
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)
     return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
-
-
-def _corrected(p: list[float], settings: Settings) -> list[float]:
-    """Return probabilities corrected for how many quantities are looked at together."""
-    if not p:
-        return []
-    from statsmodels.stats.multitest import multipletests
-
-    return [float(x) for x in multipletests(p, settings.compare.significance, settings.compare.correction)[1]]

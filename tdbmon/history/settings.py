@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from tdbsim.errors import InputError, did_you_mean
@@ -12,6 +12,7 @@ from tdbsim.fatigue import STATIC_LIMIT
 from tdbsim.units import to_si
 
 from tdbmon.atomic import write_text
+from tdbmon.history.correction import Method
 
 SETTINGS = "archive.toml"
 FORMAT = 1
@@ -61,7 +62,7 @@ class Compare(_Part):
 
     least_drops: int = Field(5, ge=2)
     significance: Annotated[float, _si("1")] = Field(0.05, gt=0, lt=0.5)
-    correction: Literal["holm", "fdr_bh"] = "holm"
+    correction: Method = "holm"
 
 
 class Inspect(_Part):
