@@ -22,7 +22,7 @@ from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
 from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, counts, doubts
 from tdbmon.history.settings import Settings
-from tdbmon.history.trend import Trend, trend_of
+from tdbmon.history.trend import Trend, order_p, trend_of
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
 _TREND = 60  # of the latest, for a trend
@@ -50,6 +50,11 @@ class Change:
         Corrected for the number of features looked at: of those that are judged, or of those that are not.
     differs : bool
         By more than chance.
+    p_drift : float or None
+        Probability of its order over the drops (see `trend`), corrected for the number of judged features; None where it is
+        not judged or the drop lacks it.
+    drifts : bool
+        It rises or falls from drop to drop by more than chance.
     why : str
         Why there is no difference.
     """
@@ -63,6 +68,8 @@ class Change:
     difference: Difference | None
     p_adjusted: float | None
     differs: bool
+    p_drift: float | None
+    drifts: bool
     why: str
 
     @property
@@ -98,14 +105,27 @@ class Change:
             first = drop
         return first
 
+    @property
+    def series(self) -> tuple[Estimate, ...]:
+        """Over the matching drops and this one, the latest sixty, as far as they have it."""
+        earlier = tuple(e for _, e in self.earlier[-_TREND:])
+        return (*earlier, self.estimate) if self.estimate.known else earlier
+
     @cached_property
     def trend(self) -> Trend | None:
-        """Its course over the matching drops and this one, the latest sixty; None below four."""
-        earlier = [e for _, e in self.earlier[-_TREND:]]
-        numbers = self.numbers[-1 - len(earlier) :]
-        if not self.estimate.known:
-            return trend_of(earlier, numbers[:-1])
-        return trend_of([*earlier, self.estimate], numbers)
+        """Its course over `series`; None below four."""
+        numbers = self.numbers if self.estimate.known else self.numbers[:-1]
+        return trend_of(self.series, numbers[-len(self.series) :])
+
+    @property
+    def grown(self) -> float | None:
+        """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts."""
+        grown = []
+        if self.differs and self.difference is not None:
+            grown.append(self.difference.value / self.difference.before.centre)
+        if self.drifts and self.trend is not None and self.trend.grown is not None:
+            grown.append(self.trend.grown)
+        return max(grown, default=None)
 
     def trend_drops(self, current: str) -> list[str]:
         """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
@@ -170,6 +190,15 @@ class Comparison:
     def noted(self) -> tuple[Change, ...]:
         """The features that differ by more than chance and do not count towards the verdict, the least probable first."""
         return _least_probable_first(change for change in self.changes if change.noted)
+
+    @property
+    def drifting(self) -> tuple[Change, ...]:
+        """The judged features that rise or fall from drop to drop without standing out, the clearest first.
+
+        The drops before lie on the same slope, so that none of them differs from those before it.
+        """
+        found = [c for c in self.changes if c.drifts and not c.differs and c.trend is not None and c.trend.slope.value]
+        return tuple(sorted(found, key=lambda change: 1.0 if change.p_drift is None else change.p_drift))
 
     @property
     def tested(self) -> int:
@@ -312,19 +341,37 @@ def _changes(
     p_of = {
         key: p
         for counts in (True, False)
-        for key, p in _probabilities([c for c in found if c.kind.judged == counts], settings).items()
+        for key, p in _together({_key(c): c.p for c in found if c.kind.judged == counts}, settings).items()
     }
+    drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
     changes = []
     for change in found:
-        p = p_of.get((change.kind.name, change.end))
+        p, drift = p_of.get(_key(change)), drift_of.get(_key(change))
         n = 0 if change.difference is None else change.difference.before.n
-        changes.append(replace(change, p_adjusted=p, differs=p is not None and p <= level and n >= LEAST_JUDGED))
+        changes.append(
+            replace(
+                change,
+                p_adjusted=p,
+                differs=p is not None and p <= level and n >= LEAST_JUDGED,
+                p_drift=drift,
+                drifts=drift is not None and drift <= level,
+            )
+        )
     return tuple(changes)
 
 
-def _probabilities(changes: list[Change], settings: Settings) -> dict[tuple[str, str], float]:
-    """Return the corrected probability of each feature that has one, by its name and end."""
-    known = {(c.kind.name, c.end): c.p for c in changes if c.p is not None}
+def _key(change: Change) -> tuple[str, str]:
+    return change.kind.name, change.end
+
+
+def _order_p(change: Change) -> float | None:
+    """Return how probable the order of a feature's values is; None where this drop is none of them."""
+    return order_p(np.array([e.value for e in change.series], float)) if change.estimate.known else None
+
+
+def _together(p: dict[tuple[str, str], float | None], settings: Settings) -> dict[tuple[str, str], float]:
+    """Return probabilities corrected for their number, by name and end; those that are not known are left out."""
+    known = {key: each for key, each in p.items() if each is not None}
     return dict(zip(known, corrected(list(known.values()), settings.compare.correction), strict=True))
 
 
@@ -367,4 +414,4 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, why)
+    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, None, False, why)

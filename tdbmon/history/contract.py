@@ -115,6 +115,8 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "detectable": detectable,
         "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
         "trend_p": None if trend is None else trend.p,
+        "trend_p_adjusted": change.p_drift,
+        "drifts": change.drifts,
         "change_point": None
         if point is None
         else {

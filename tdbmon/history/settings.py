@@ -29,7 +29,7 @@ least_drops = 5          # of matching ones before, for the verdict "as before"
 significance = 0.05      # chance of a flag on a drop like those before, over all features together
 correction = "holm"      # or "fdr_bh": a share of false flags among the flags (Benjamini and Hochberg)
 
-[inspect]                # a flagged change beyond these asks for an inspection before the next start
+[inspect]                # a change (flagged, or a drift) beyond these asks for an inspection before the next start
 gap_growth = "20 %"      # of the radius at rest; no standard states it: put the bearing maker's wear limit here
 stress = "4200 MPa"      # Hertz stress at which a ball is set by 1e-4 of its diameter (ISO 76)
 backward_whirl = "0.1 s" # longest backward whirl

@@ -27,11 +27,14 @@ class Trend:
         Probability of as many pairs in one order by chance (Kendall's test against the order of the drops).
     change : ChangePoint or None
         Where the level changed, if anywhere; None below six drops.
+    grown : float or None
+        From the first drop to the last along the slope, over the level where it begins; None where that is not above zero.
     """
 
     slope: Estimate
     p: float
     change: ChangePoint | None
+    grown: float | None
 
 
 def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None:
@@ -46,24 +49,37 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
 
     Notes
     -----
-    Sources: P. K. Sen, J. Am. Stat. Assoc. 63 (1968) 1379; M. G. Kendall, Biometrika 30 (1938) 81 (exact for few drops
-    without ties).
+    Source of the slope: P. K. Sen, J. Am. Stat. Assoc. 63 (1968) 1379.
     """
     values = np.array([e.value for e in series], float)
     if len(values) < _LEAST:
         return None
-    from scipy.stats import kendalltau, theilslopes
+    from scipy.stats import theilslopes
 
     order: NDArray[np.float64] = np.array(numbers, float)
     unit = series[0].unit
     if np.ptp(values) == 0:
         flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
-        return Trend(flat, 1.0, None)
+        return Trend(flat, 1.0, None, 0.0)
     found = theilslopes(values, order, alpha=0.95)
     rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
     if len(values) >= _LEAST_INTERVAL:
         slope = Estimate(float(found.slope), float(found.low_slope), float(found.high_slope), unit, rule)
     else:
         slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
-    p = float(kendalltau(order, values).pvalue)
-    return Trend(slope, p if np.isfinite(p) else 1.0, change_point(values))
+    first = float(found.intercept + found.slope * order[0])
+    grown = float(found.slope * (order[-1] - order[0])) / first if first > 0 else None
+    return Trend(slope, order_p(values), change_point(values), grown)
+
+
+def order_p(values: NDArray[np.float64]) -> float:
+    """Return the probability of as many pairs of values (n,) in one order by chance; 1 below four values or where all are equal.
+
+    Source: M. G. Kendall, Biometrika 30 (1938) 81 (exact for few drops without ties).
+    """
+    if len(values) < _LEAST or np.ptp(values) == 0:
+        return 1.0
+    from scipy.stats import kendalltau
+
+    p = float(kendalltau(np.arange(len(values)), values).pvalue)
+    return p if np.isfinite(p) else 1.0

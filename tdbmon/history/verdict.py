@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from tdbmon.estimate import Estimate
@@ -77,8 +77,25 @@ def verdict_of(comparison: Comparison) -> Verdict:
 
 
 def beside(comparison: Comparison) -> list[str]:
-    """Say what differs by more than chance and is no matter of the fall: levitation, speed."""
-    return [f"beside the verdict: {_sentence(change, comparison)}" for change in comparison.noted]
+    """Say what differs by more than chance and is no matter of the fall (levitation, speed), and what drifts unflagged."""
+    said = [_sentence(change, comparison) for change in comparison.noted]
+    said += [_drift(change, comparison) for change in comparison.drifting]
+    return [f"beside the verdict: {each}" for each in said]
+
+
+def _drift(change: Change, comparison: Comparison) -> str:
+    trend = change.trend
+    if trend is None or trend.slope.value is None or change.p_drift is None:
+        raise ValueError(f"{change.title}: drifts without a trend")
+    way, slope = "rises", trend.slope
+    if trend.slope.value < 0:
+        low, high = (None if end is None else -end for end in (slope.high, slope.low))
+        way, slope = "falls", replace(slope, value=-trend.slope.value, low=low, high=high)
+    return (
+        f"{change.title}: {way} from drop to drop, by {words(slope)} each over {len(change.series)} drops"
+        f" (p = {change.p_drift:.2g}, corrected), so that no drop stands out from those before it; may come from:"
+        f" {_causes(change, comparison)}"
+    )
 
 
 def _no_drop(comparison: Comparison) -> list[str]:
@@ -94,12 +111,11 @@ def _limits(comparison: Comparison) -> list[str]:
         value = change.estimate.value
         if value is None:
             continue
-        if change.kind.name == "gap_um" and change.flag and change.difference is not None:
-            grown = change.difference.value / change.difference.before.centre
-            if grown > limits.gap_growth:
-                found.append(
-                    f"{change.end}: the radius at rest has grown by {percent(grown)}, more than {percent(limits.gap_growth)}"
-                )
+        if change.kind.name == "gap_um" and change.grown is not None and change.grown > limits.gap_growth:
+            found.append(
+                f"{change.end}: the radius at rest has grown by {percent(change.grown)}, more than"
+                f" {percent(limits.gap_growth)}"
+            )
         if change.kind.name == "stress_max_mpa" and value > limits.stress:
             found.append(
                 f"{change.end}: Hertz stress of {value * 1e-6:.0f} MPa, above the limit of {limits.stress * 1e-6:.0f} MPa"

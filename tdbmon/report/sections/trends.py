@@ -54,7 +54,7 @@ def section(comparison: Comparison) -> Section | None:
             Table("Trends a drop", ("Quantity", "Slope (95 %)", "p of a trend", "Change point"), tuple(rows)),
             Paragraph(
                 "These probabilities are not corrected for the number of quantities: one in twenty is below 0.05 by chance."
-                " They do not enter the verdict."
+                " They do not enter the verdict; what drifts after a correction is told beside it."
             ),
         ),
     )
