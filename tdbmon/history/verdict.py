@@ -126,18 +126,25 @@ def _limits(comparison: Comparison) -> list[str]:
 
 
 def _blind(comparison: Comparison) -> list[str]:
-    """Say where most of what the earlier drops tell is missing of this one: "as before" would be a guess."""
+    """Say where most of what the earlier drops tell is missing of this one, or all of an end: "as before" would be a guess."""
     least = comparison.settings.compare.least_drops
     told = [
         change
         for change in comparison.changes
         if change.kind.judged and not change.kind.forces and sum(known.known for _, known in change.earlier) >= least
     ]
+    seen = {change.end for change in told if change.estimate.known}
     lost = [change for change in told if not change.estimate.known]
     known = len(told) - len(lost)
-    if known >= _BLIND * len(told):
+    unseen = [change for change in lost if change.end and change.end not in seen]
+    if known < _BLIND * len(told):
+        said = f"this drop tells only {known} of {len(told)} quantities that earlier drops tell"
+    elif unseen:
+        ends = " and ".join(dict.fromkeys(change.end for change in unseen))
+        said = f"this drop tells none of the {len(unseen)} quantities that earlier drops tell of {ends}"
+        lost = unseen
+    else:
         return []
-    said = f"this drop tells only {known} of {len(told)} quantities that earlier drops tell"
     failed = comparison.entry.failed_checks
     if failed:
         return [

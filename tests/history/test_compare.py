@@ -558,3 +558,15 @@ def test_drops_of_an_unchanged_machine_seldom_drift(empty, tmp_path):
     drops = [add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01") for i in range(40)]
     drifting = [judged(empty, drop)[0].drifting for drop in drops]
     assert sum(map(bool, drifting)) <= 2
+
+
+def test_an_end_that_is_not_seen_is_not_as_before(years, tmp_path):
+    """Of a lost end the rotor and the other end still tell more than half of what the drops before told."""
+    record = read(YEARS / "drop_07.nc").drop_vars(["DE_A", "DE_B"])
+    record.attrs |= {"drop_time": "2021-06-11T09:00:00Z", "sha256": "7" * 64}
+    machine = load_machine(YEARS / "machine.toml")
+    drop = as_drop(study_record(record, machine, "0" * 64))
+    verdict = verdict_of(compare(years, drop))
+    assert verdict.word == "inspect"
+    assert "this drop tells none of the 14 quantities that earlier drops tell of DE" in verdict.reasons[0]
+    assert "present DE_A, present DE_B: see to the probes" in verdict.reasons[0]
