@@ -90,7 +90,8 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
     if found is not None:
         before["centre"] = factor * found.before.centre
         before["median"] = factor * found.before.median
-        values = [e.value for _, e in change.earlier if e.value is not None]
+        values = [e.value for each, e in change.earlier if e.value is not None and each not in change.left_out]
+        before["n"] = found.before.n
         before["low"], before["high"] = factor * min(values), factor * max(values)
         why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
         difference = Estimate(

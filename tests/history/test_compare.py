@@ -570,3 +570,14 @@ def test_an_end_that_is_not_seen_is_not_as_before(years, tmp_path):
     assert verdict.word == "inspect"
     assert "this drop tells none of the 14 quantities that earlier drops tell of DE" in verdict.reasons[0]
     assert "present DE_A, present DE_B: see to the probes" in verdict.reasons[0]
+
+
+def test_the_json_counts_the_drops_that_are_compared_with(years):
+    """Number and range of those before are of the same drops as their centre: what was off itself is listed apart."""
+    comparison, verdict = judged(years, years.entries()[9].id)
+    features = comparison_json(comparison, verdict)["features"]
+    rebound = next(f for f in features if (f["name"], f["end"]) == ("rebound_um", "DE"))
+    assert len(rebound["left_out"]) == 2
+    assert rebound["before"]["n"] == 7
+    assert rebound["before"]["high"] < 400 < rebound["value"]["value"]  # the worn drops before reach 437
+    assert rebound["before"]["low"] <= rebound["before"]["median"] <= rebound["before"]["high"]
