@@ -16,8 +16,9 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
-from tdbmon.history.twin import twin_of
+from tdbmon.history.twin import at_same_instant, twin_of
 from tdbmon.progress import Progress
+from tdbmon.quantity import moment
 from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
@@ -41,8 +42,9 @@ def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: b
     Raises
     ------
     InputError
-        If the archive is empty, there is no such drop or file, it is not clear of which machine, or a filed drop is filed
-        without the forces or under another machine than asked for.
+        If the archive is empty, there is no such drop or file, it is not clear of which machine, a filed drop is filed
+        without the forces or under another machine than asked for, or a record that is not filed states the instant of one
+        that is.
     """
     if not drop:
         entries = archive.entries()
@@ -91,6 +93,13 @@ def record_to_compare(
     found = study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress)
     with catalogue.reading(archive.catalogue) as base:
         twin = twin_of(archive, base, found, lambda: assign(record, plan))
+        dated = at_same_instant(base, found) if twin is None else None
+    if dated is not None:
+        raise InputError(
+            f"{found.raw_name}: states the same time ({moment(found.dropped)}), machine and speed as drop {dated.id}"
+            f" ({dated.raw_name}), which is filed: it would be compared with itself; compare {dated.id}, or, if this is another"
+            " drop, file it with tdbmon archive add --dropped TIME and compare it then"
+        )
     return as_drop(found) if twin is None else _filed(archive, twin.id, machine, forces)
 
 

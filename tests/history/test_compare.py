@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
@@ -19,9 +20,10 @@ from tdbmon.history.machine_history import machine_history
 from tdbmon.history.matching import clock_remarks
 from tdbmon.history.study import study_record
 from tdbmon.history.summary import comparison_lines
-from tdbmon.history.unfiled import as_drop
+from tdbmon.history.unfiled import as_drop, drop_to_compare
 from tdbmon.history.verdict import verdict_of
-from tdbmon.record.read import read
+from tdbmon.progress import silent
+from tdbmon.record.read import read, write
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, newer
@@ -581,3 +583,12 @@ def test_the_json_counts_the_drops_that_are_compared_with(years):
     assert rebound["before"]["n"] == 7
     assert rebound["before"]["high"] < 400 < rebound["value"]["value"]  # the worn drops before reach 437
     assert rebound["before"]["low"] <= rebound["before"]["median"] <= rebound["before"]["high"]
+
+
+def test_a_record_of_a_drop_that_is_filed_is_not_compared_with_itself(years, tmp_path):
+    """With a channel missing its numbers differ, so that it is no mere copy; its time tells."""
+    write(read(YEARS / "drop_05.nc").drop_vars("DE_B"), tmp_path / "again.nc")
+    with pytest.raises(
+        InputError, match=r"again.nc: states the same time \(2019-05-11 09:00:00 UTC\), machine and speed as"
+    ):
+        drop_to_compare(years, str(tmp_path / "again.nc"), None, False, silent)
