@@ -53,7 +53,8 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     tail = f" {name}{kind}".rstrip() if name != "°" else name
     value = estimate.value * factor
     if estimate.low is None or estimate.high is None:
-        return f"{number(value, abs(value) * 1e-2)}{tail}"
+        count = not tail and float(value).is_integer()
+        return _fixed(value, 0) if count else f"{number(value, abs(value) * 1e-2)}{tail}"
     low, high = estimate.low * factor, estimate.high * factor
     width = _told_apart(value, low, high)
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"

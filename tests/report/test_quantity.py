@@ -131,3 +131,10 @@ def test_per_cent_is_written_in_one_way() -> None:
     assert len(sources) > 100
     # the format of a percentage has no space before its sign
     assert not [file.name for file in sources if re.search(r":[^{}]*\d%\}", file.read_text(encoding="utf-8"))]
+
+
+def test_a_count_has_no_decimals():
+    """A margin of three drops was "3.000", one of twenty "20.00"."""
+    assert [words(Estimate(value, unit="1")) for value in (20.0, 3.0, 0.0, -2.0)] == ["20", "3", "0", "−2"]
+    assert words(Estimate(3e-6, unit="um")) == "3.000 µm"
+    assert words(Estimate(1.25, unit="1")) == "1.250"
