@@ -1,37 +1,25 @@
-"""Corrected probabilities are those of statsmodels, without its garbage collection."""
+"""Corrected probabilities of quantities looked at together, by hand."""
 
 from __future__ import annotations
 
-import gc
-
-import numpy as np
 import pytest
-from statsmodels.stats.multitest import multipletests
 
 from tdbmon.history.correction import corrected
-from tests.history.test_compare import add, judged
+
+
+@pytest.mark.parametrize(
+    ("method", "expected"),
+    [("holm", [3 * 0.01, 2 * 0.03, 2 * 0.03]), ("fdr_bh", [3 * 0.01, 3 / 3 * 0.04, 3 / 3 * 0.04])],
+)
+def test_probabilities_are_corrected_for_their_number(method, expected):
+    """Of 0.01, 0.04 and 0.03; none is below that of a smaller one (Holm), or above that of a larger one."""
+    assert corrected([0.01, 0.04, 0.03], method) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("method", ["holm", "fdr_bh"])
-@pytest.mark.parametrize("number", [1, 2, 31])
-def test_probabilities_are_corrected_as_statsmodels_does(number, method):
-    rng = np.random.default_rng(number)
-    for _ in range(4):
-        p = rng.uniform(size=number) ** 3
-        p[: number // 2] = np.round(p[: number // 2], 1)  # ties
-        assert corrected(p.tolist(), method) == pytest.approx(multipletests(p, 0.05, method)[1].tolist(), rel=1e-12)
+def test_none_is_above_one(method):
+    assert corrected([0.9, 0.8], method) == pytest.approx([1.0, 1.0] if method == "holm" else [0.9, 0.9])
 
 
 def test_nothing_to_correct_is_nothing():
     assert corrected([], "holm") == []
-
-
-def test_a_comparison_does_not_collect_garbage(empty, tmp_path, monkeypatch):
-    for i in range(5):
-        drop = add(empty, tmp_path, i, dropped=f"2020-01-0{i + 1}")
-
-    def refused(*_: object) -> int:
-        raise AssertionError("a comparison collected garbage")
-
-    monkeypatch.setattr(gc, "collect", refused)
-    assert judged(empty, drop)[0].tested
