@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import state_layout
+from tdbsim.channel_names import check_channel_names
 from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
@@ -168,11 +169,15 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     Raises
     ------
     InputError
-        If a value is impossible, the set-point lies outside the gap, or the integration does not converge.
+        If a value is impossible, the set-point lies outside the gap, the integration does not converge, or a channel's
+        name is taken.
     """
     from tdbsim.drop_record import drop_record
 
-    return drop_record(run(build_model(machine, effects, plan.bending, plan.attachment), plan))
+    _holds_together(machine, plan)
+    check_channel_names(machine)
+    model = build_model(machine, effects, plan.bending, plan.attachment)
+    return drop_record(run(model, plan))
 
 
 def run(model: DropModel, plan: DropPlan) -> Trajectory:
