@@ -10,11 +10,11 @@ import xarray as xr
 from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.estimate import Estimate
-from tdbmon.option_quantity import seconds_of, speed_of
+from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
 from tdbmon.progress import Progress
 
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
@@ -22,16 +22,22 @@ _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _LEVITATED_S = 0.1
 # modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
 _BENDING = 16
-_PULSE = 0.03  # of a revolution, the width of a usual mark
-_PULSE_SAMPLES = 3  # or so many where the rotor turns fast: a narrower one falls between samples
 _AT_SPEED = 0.98
 _EXACT = "a simulated value, without an interval"
 
 
 def simulate_drop(
-    machine: Machine, speed: str, seconds: str, effects: Sequence[str], seed: int, progress: Progress
+    machine: Machine,
+    speed: str,
+    seconds: str,
+    effects: Sequence[str],
+    seed: int,
+    progress: Progress,
+    sampling: str | None = None,
 ) -> xr.Dataset:
     """Simulate a drop from texts as the command line takes them.
+
+    Without a `sampling` it is 20 kHz, or what the keyphasor's pulses take.
 
     Raises
     ------
@@ -39,12 +45,13 @@ def simulate_drop(
         If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
     """
     hz = speed_of(speed)
-    width = min(max(_PULSE, _PULSE_SAMPLES * hz / DropPlan.sampling), 0.5)
+    rate = max(DropPlan.sampling, least_sampling(machine, hz)) if sampling is None else sampling_of(sampling)
     plan = DropPlan(
         speed=hz,
         seconds=seconds_of(seconds),
         levitated=_LEVITATED_S,
-        sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05, keyphasor_width=width),
+        sampling=rate,
+        sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05),
         seed=seed,
         bending=_BENDING,
     )

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.progress import silent
+from tdbmon.record.assign import assign
+from tdbmon.record.keyphasor import pulses
 from tdbmon.simulation import simulate_drop
 
 EXPANDER = Path(__file__).parent / "machines" / "expander_4kg.toml"
@@ -32,3 +35,22 @@ def test_every_turn_of_a_fast_rotor_leaves_a_pulse(expander):
     turns = np.ptp(drop.shaft_angle.values) / (2 * np.pi)
     rising = np.count_nonzero(np.diff(drop.KPH.values) > 0.5)
     assert rising == pytest.approx(turns, abs=1.0)
+
+
+def test_every_tooth_of_a_wheel_leaves_a_pulse(expander):
+    """Of sixty teeth at 100 Hz two pulses were seen in three hundred; at 700 Hz they need a faster sampling."""
+    toothed = expander.model_copy(
+        update={"keyphasor": expander.keyphasor.model_copy(update={"pulses_per_revolution": 60})}
+    )
+    for speed in ("100 Hz", "700 Hz"):
+        drop = simulate_drop(toothed, speed, "0.02", (), 0, silent)
+        assert pulses(assign(drop, toothed), toothed).missed == 0
+        turns = np.ptp(drop.shaft_angle.values) / (2 * np.pi)
+        assert np.count_nonzero(np.diff(drop.KPH.values) > 0.5) == pytest.approx(60 * turns, abs=1.0)
+
+
+def test_the_record_is_sampled_as_asked(expander):
+    drop = simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent, sampling="50 kHz")
+    assert np.diff(drop.time.values) == pytest.approx(2e-5)
+    with pytest.raises(InputError, match="--sampling 50 has no unit"):
+        simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent, sampling="50")

@@ -20,7 +20,7 @@ from tdbsim.errors import InputError
 from tdbsim.integration import Integration
 from tdbsim.levitation import add_whirl_force, fill_levitated, levitate
 from tdbsim.machine import Machine
-from tdbsim.sensors import SensorChain
+from tdbsim.sensors import SensorChain, check_pulses
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,6 +178,7 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
 
     _holds_together(machine, plan)
     check_channel_names(machine)
+    check_pulses(machine, plan.sensors, plan.speed, plan.sampling)
     model = build_model(machine, effects, plan.bending, plan.attachment)
     check_memory(model, plan, _RECORD)
     return drop_record(run(model, plan))
