@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
 from tdbmon.progress import Progress
 
-# an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
+# an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps where they
+# are wider (a machine file's `range` is three gaps to either side where it is left out)
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
+_GAPS = 3.0
 _LEVITATED_S = 0.1
 # modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
 _BENDING = 16
@@ -46,12 +49,14 @@ def simulate_drop(
     """
     hz = speed_of(speed)
     rate = max(DropPlan.sampling, least_sampling(machine, hz)) if sampling is None else sampling_of(sampling)
+    widest = max(bearing.radial_gap.high for bearing in machine.touchdown_bearings)
+    probe = replace(_PROBE, full_scale=max(_PROBE.full_scale, _GAPS * widest))
     plan = DropPlan(
         speed=hz,
         seconds=seconds_of(seconds),
         levitated=_LEVITATED_S,
         sampling=rate,
-        sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05),
+        sensors=SensorChain(probe=probe, speed_noise_hz=0.05),
         seed=seed,
         bending=_BENDING,
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tdbsim.errors import InputError
-from tdbsim.machine import load_machine
+from tdbsim.machine import Tolerant, load_machine
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.progress import silent
@@ -47,6 +47,19 @@ def test_every_tooth_of_a_wheel_leaves_a_pulse(expander):
         assert pulses(assign(drop, toothed), toothed).missed == 0
         turns = np.ptp(drop.shaft_angle.values) / (2 * np.pi)
         assert np.count_nonzero(np.diff(drop.KPH.values) > 0.5) == pytest.approx(60 * turns, abs=1.0)
+
+
+def test_probes_of_a_wide_gap_do_not_clip(expander):
+    """The converter's range was 1 mm, whatever the gap."""
+    bearings = tuple(
+        each.model_copy(update={"radial_gap": Tolerant(nominal=1.1e-3, low=1.1e-3, high=1.1e-3)})
+        for each in expander.touchdown_bearings
+    )
+    wide = expander.model_copy(update={"touchdown_bearings": bearings})
+    drop = simulate_drop(wide, "10000 rpm", "0.08", (), 0, silent)
+    low, high = drop.EY.attrs["full_scale"]
+    assert drop.EY.values.min() < -1e-3
+    assert low < drop.EY.values.min() < drop.EY.values.max() < high
 
 
 def test_the_record_is_sampled_as_asked(expander):
