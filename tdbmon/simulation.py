@@ -83,6 +83,8 @@ def _numbers(drop: xr.Dataset) -> dict[str, dict[str, Estimate]]:
         ball = Estimate(float(drop["ball_load"].values[i].max()), unit="N", why=_EXACT, kind="0-pk")
         if shaft[0] == 0.0:
             when = Estimate.missing("s", "the shaft does not turn")
+        elif drop["peak_normal_force"].values[i] == 0.0:
+            when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
         elif caught.size:
             when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
         else:

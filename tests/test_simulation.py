@@ -13,7 +13,7 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.progress import silent
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import pulses
-from tdbmon.simulation import simulate_drop
+from tdbmon.simulation import simulate_drop, simulation_lines
 
 EXPANDER = Path(__file__).parent / "machines" / "expander_4kg.toml"
 
@@ -62,8 +62,21 @@ def test_probes_of_a_wide_gap_do_not_clip(expander):
     assert low < drop.EY.values.min() < drop.EY.values.max() < high
 
 
+def test_a_shaft_that_does_not_touch_brings_no_ring_to_speed(expander):
+    drop = simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent)
+    said = "\n".join(simulation_lines(drop))
+    assert said.count("the shaft does not touch the ring in the time simulated") == 2
+
+
 def test_the_record_is_sampled_as_asked(expander):
     drop = simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent, sampling="50 kHz")
     assert np.diff(drop.time.values) == pytest.approx(2e-5)
     with pytest.raises(InputError, match="--sampling 50 has no unit"):
         simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent, sampling="50")
+
+
+def test_the_record_says_how_it_was_made(expander):
+    drop = simulate_drop(expander, "10000 rpm", "2 ms", (), 7, silent)
+    assert drop.attrs["speed_hz"] == pytest.approx(10000 / 60)
+    assert drop.attrs["seed"] == 7
+    assert drop.attrs["bending_modes"] == 16

@@ -93,6 +93,10 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
         "synthetic": "yes",
         "machine": machine.name,
         "release_time_s": plan.levitated,
+        "speed_hz": plan.speed,
+        "seed": plan.seed,
+        "bending_modes": plan.bending,
+        "method": plan.method,
         "effects": "; ".join(str(effect) for effect in model.effects),
     }
     _check_finite(record)
