@@ -134,7 +134,7 @@ class Trajectory:
         s, from the first sample; the release is at ``plan.levitated``.
     state : (k, size) array
     peak_normal : (2,) array
-        Greatest normal force at each end over all steps, N.
+        Greatest normal force at each end over all steps of the splitting, N; zero of the adaptive method, which keeps none.
     whirl : (n,) complex array
         Of the levitated rotor in its modes: x + i y = whirl exp(i angle), m.
     warmth : Warmth, optional
