@@ -115,6 +115,10 @@ def simulate(
         typer.Option(metavar="ID:name=value,...", help="an effect of the catalogue with its place; may be repeated"),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="of the sensors' noise")] = 0,
+    sampling: Annotated[
+        str | None,
+        typer.Option(help='sampling rate, e.g. "50 kHz"; 20 kHz, or what the keyphasor takes, where left out'),
+    ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Simulate a drop: a record as the machine's sensors would see it, and what they do not see."""
@@ -129,7 +133,7 @@ def simulate(
     check_outputs([out, json_file], [machine])
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
-        drop = simulate_drop(load_machine(machine), speed, seconds, effect or [], seed, tell)
+        drop = simulate_drop(load_machine(machine), speed, seconds, effect or [], seed, tell, sampling)
         from tdbmon.record.read import write
 
         write(drop, out)

@@ -48,7 +48,7 @@ def effect_lines(identifier: str) -> list[str]:
     lines += [f"signature: {found.signature}", f"where: {found.place}"]
     for one in found.parameters:
         if one.choices:
-            lines.append(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}")
+            lines.append(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}, default {one.choices[0]}")
         else:
             bounds = f"{one.text(one.low)} to {one.text(one.high)}"
             lines.append(

@@ -18,6 +18,11 @@ def seconds_of(text: str) -> float:
     return _quantity("--seconds", text, "s", None)
 
 
+def sampling_of(text: str) -> float:
+    """Return `--sampling`, Hz (raises InputError where it is no rate or has no unit)."""
+    return _quantity("--sampling", text, "Hz", '"20 kHz"')
+
+
 def noise_of(text: str) -> float:
     """Return `--noise`, a probe's, m rms (raises InputError where it is no length, has no unit, or is not positive)."""
     noise = _quantity("--noise", text, "m", '"0.3 um"')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,28 +11,37 @@ import xarray as xr
 from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.sensors import ProbeChain, SensorChain
+from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.estimate import Estimate
-from tdbmon.option_quantity import seconds_of, speed_of
+from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
 from tdbmon.progress import Progress
 
-# an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm
+# an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps where they
+# are wider (a machine file's `range` is three gaps to either side where it is left out)
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
+_GAPS = 3.0
 _LEVITATED_S = 0.1
 # modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
 _BENDING = 16
-_PULSE = 0.03  # of a revolution, the width of a usual mark
-_PULSE_SAMPLES = 3  # or so many where the rotor turns fast: a narrower one falls between samples
 _AT_SPEED = 0.98
 _EXACT = "a simulated value, without an interval"
+_SAMPLED = "a simulated value, the greatest of the record's samples, without an interval"
 
 
 def simulate_drop(
-    machine: Machine, speed: str, seconds: str, effects: Sequence[str], seed: int, progress: Progress
+    machine: Machine,
+    speed: str,
+    seconds: str,
+    effects: Sequence[str],
+    seed: int,
+    progress: Progress,
+    sampling: str | None = None,
 ) -> xr.Dataset:
     """Simulate a drop from texts as the command line takes them.
+
+    Without a `sampling` it is 20 kHz, or what the keyphasor's pulses take.
 
     Raises
     ------
@@ -39,12 +49,15 @@ def simulate_drop(
         If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
     """
     hz = speed_of(speed)
-    width = min(max(_PULSE, _PULSE_SAMPLES * hz / DropPlan.sampling), 0.5)
+    rate = max(DropPlan.sampling, least_sampling(machine, hz)) if sampling is None else sampling_of(sampling)
+    widest = max(bearing.radial_gap.high for bearing in machine.touchdown_bearings)
+    probe = replace(_PROBE, full_scale=max(_PROBE.full_scale, _GAPS * widest))
     plan = DropPlan(
         speed=hz,
         seconds=seconds_of(seconds),
         levitated=_LEVITATED_S,
-        sensors=SensorChain(probe=_PROBE, speed_noise_hz=0.05, keyphasor_width=width),
+        sampling=rate,
+        sensors=SensorChain(probe=probe, speed_noise_hz=0.05),
         seed=seed,
         bending=_BENDING,
     )
@@ -68,9 +81,11 @@ def _numbers(drop: xr.Dataset) -> dict[str, dict[str, Estimate]]:
         ring, shaft = drop["ring_speed"].values[i], drop["rotor_speed"].values
         caught = np.flatnonzero((np.abs(ring) >= _AT_SPEED * np.abs(shaft)) & (drop["time"].values >= release))
         peak = Estimate(float(drop["peak_normal_force"].values[i]), unit="N", why=_EXACT, kind="0-pk")
-        ball = Estimate(float(drop["ball_load"].values[i].max()), unit="N", why=_EXACT, kind="0-pk")
+        ball = Estimate(float(drop["ball_load"].values[i].max()), unit="N", why=_SAMPLED, kind="0-pk")
         if shaft[0] == 0.0:
             when = Estimate.missing("s", "the shaft does not turn")
+        elif drop["peak_normal_force"].values[i] == 0.0:
+            when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
         elif caught.size:
             when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
         else:
@@ -84,7 +99,7 @@ def simulation_lines(drop: xr.Dataset) -> list[str]:
     lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}"]
     names = {
         "peak_force_n": "peak force on the ring",
-        "peak_ball_load_n": "peak load of a ball",
+        "peak_ball_load_n": "peak of a ball, sampled",
         "ring_at_speed_s": "ring at speed after",
     }
     for end, numbers in _numbers(drop).items():

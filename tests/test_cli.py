@@ -222,3 +222,5 @@ def test_effects_lists_the_catalogue(capsys):
     assert [line.split()[0] for line in out.strip().splitlines()] == [each.identifier for each in catalogue()]
     code, out, _ = run(capsys, "effects", "loose_support")
     assert "play" in out
+    code, out, _ = run(capsys, "effects", "race_waviness")
+    assert "inner or outer, default inner" in out

@@ -74,6 +74,7 @@ def test_a_number_is_already_si():
         ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "stands upright does not fall"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = -9.81', "gravity -9.81 m/s^2 points down (-y) already"),
         ('rotation = "ccw"', 'rotation = "ccw"\nmains = 0', "mains 0 Hz is no mains frequency"),
         ('journal_radius = "35 mm"', "journal_radius = 35", "journal_radius 35000 mm does not go into a bearing"),
         ('journal_radius = "35 mm"', 'journal_radius = "35 cm"', "journal_radius 350 mm does not go into a bearing"),

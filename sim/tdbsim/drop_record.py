@@ -27,6 +27,7 @@ from tdbsim.sensors import Motion, at_probes, measure
 from tdbsim.simulate import Trajectory
 from tdbsim.state_layout import LEDGER
 
+_PEAK = {"splitting": "of all steps", "dormand_prince": "of the samples"}
 _FORCE_UNITS = {"slip_speed": "m/s", "depth": "m"}
 
 
@@ -84,7 +85,7 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     record["energy"] = (("energy_kind", "time"), energies, {"units": "J"})
     record["work"] = (("work_kind", "time"), state[:, state_layout.work(n) :].T, {"units": "J"})
     peak = np.maximum(trajectory.peak_normal, forces[:, FORCES.index("normal_force")].max(axis=1))
-    record["peak_normal_force"] = ("end", peak, {"units": "N", "long_name": "of all steps"})
+    record["peak_normal_force"] = ("end", peak, {"units": "N", "long_name": _PEAK[plan.method]})
     if trajectory.warmth is not None:
         from tdbsim.heat_record import add_heat
 
@@ -93,6 +94,10 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
         "synthetic": "yes",
         "machine": machine.name,
         "release_time_s": plan.levitated,
+        "speed_hz": plan.speed,
+        "seed": plan.seed,
+        "bending_modes": plan.bending,
+        "method": plan.method,
         "effects": "; ".join(str(effect) for effect in model.effects),
     }
     _check_finite(record)

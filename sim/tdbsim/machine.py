@@ -278,7 +278,7 @@ class Machine(Part):
 
     name: str
     rotation: Literal["ccw", "cw"] = "ccw"
-    gravity: Acceleration = Field(STANDARD_GRAVITY, ge=0)
+    gravity: Acceleration = STANDARD_GRAVITY
     mains: Annotated[float, quantity("Hz")] = 50.0
     rotor: Rotor
     magnetic_bearings: tuple[MagneticBearing, ...] = Field((), alias="magnetic_bearing")

@@ -30,6 +30,8 @@ def check_plausible(machine: Machine) -> None:
     """
     if machine.gravity > _STRONGEST_GRAVITY:
         raise InputError(f"gravity {machine.gravity:g} m/s^2 is none on earth (9.81 m/s^2); check its unit")
+    if machine.gravity < 0:
+        raise InputError(f"gravity {machine.gravity:g} m/s^2 points down (-y) already; give it without the minus")
     if machine.gravity < _LEAST_GRAVITY:
         raise InputError(
             f"gravity {machine.gravity:g} m/s^2: a shaft that stands upright does not fall onto its touchdown bearings, and what"

@@ -25,6 +25,10 @@ from tdbsim.modes import Modes
 Array = NDArray[np.float64]
 
 _CODES = np.iinfo(np.int16)
+_PULSE = 0.03  # of the way from pulse to pulse, the width of a usual mark
+_PULSE_SAMPLES = 3  # or so many where they follow fast: a narrower one falls between samples
+_FEWEST_SAMPLES = 4  # from pulse to pulse: two in each level; fewer lose pulses
+_GOOD_SAMPLES = 8  # with four the intervals round to 3 and 5, which looks like missed pulses
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,20 +157,21 @@ class SensorChain:
         Probe name to the probe that leaks into it and the part of that one's reading that it adds.
     speed_noise_hz : float
         Standard deviation of the speed signal's white noise, Hz.
-    keyphasor_width : float
-        Part of a revolution for which the keyphasor's pulse lasts.
+    keyphasor_width : float, optional
+        Part of the way from one pulse of the keyphasor to the next for which a pulse lasts; where not given, that of a usual
+        mark, or longer where the sampling would miss it.
     """
 
     probe: ProbeChain = ProbeChain()
     probes: Mapping[str, ProbeChain] = field(default_factory=dict)
     leaks: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     speed_noise_hz: float = 0.0
-    keyphasor_width: float = 0.03
+    keyphasor_width: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.speed_noise_hz < math.inf:
             raise InputError(f"sensor chain: speed noise {self.speed_noise_hz:g} Hz is no amplitude; give 0 or more")
-        if not 0 < self.keyphasor_width < 1:
+        if self.keyphasor_width is not None and not 0 < self.keyphasor_width < 1:
             raise InputError(f"sensor chain: keyphasor width {self.keyphasor_width:g} is not a part of a revolution")
 
     def of(self, probe: str) -> ProbeChain:
@@ -303,6 +308,40 @@ def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Arra
     return 1.0 - pulse if mark is not None and mark.edge == "falling" else pulse
 
 
+def pulse_rate(machine: Machine, speed_hz: float) -> float:
+    """Return how many pulses a second the machine's keyphasor gives at a speed; 0 without one."""
+    return abs(speed_hz) * machine.keyphasor.pulses_per_revolution if machine.keyphasor else 0.0
+
+
+def least_sampling(machine: Machine, speed_hz: float) -> float:
+    """Return the sampling rate, Hz, from which on a record tells the keyphasor's pulses well; 0 without a keyphasor."""
+    return _GOOD_SAMPLES * pulse_rate(machine, speed_hz)
+
+
+def check_pulses(machine: Machine, chain: SensorChain, speed_hz: float, sampling: float) -> None:
+    """Raise InputError where a sampling rate, Hz, cannot tell the keyphasor's pulses apart at a speed.
+
+    A chain that states the width of a pulse is taken at its word.
+    """
+    rate = pulse_rate(machine, speed_hz)
+    if (
+        machine.keyphasor is None
+        or chain.keyphasor_width is not None
+        or sampling >= _FEWEST_SAMPLES * rate * (1 - 1e-9)
+    ):
+        return
+    count = machine.keyphasor.pulses_per_revolution
+    raise InputError(
+        f"keyphasor: {count} pulse{'s' if count > 1 else ''} a revolution at {speed_hz:g} Hz are"
+        f" {rate:g} a second, which {sampling:g} samples a second do not tell apart; sample at"
+        f" {least_sampling(machine, speed_hz):g} Hz or faster"
+    )
+
+
+def _pulse_width(machine: Machine, speed_hz: float, interval: float) -> float:
+    return min(max(_PULSE, _PULSE_SAMPLES * pulse_rate(machine, speed_hz) * interval), 0.5)
+
+
 def measure(
     motion: Motion, chain: SensorChain, machine: Machine, rng: np.random.Generator, title: str = "Synthetic record"
 ) -> xr.Dataset:
@@ -356,7 +395,8 @@ def measure(
         speed = motion.speed_hz + chain.speed_noise_hz * streams[0].standard_normal(len(time))
         data[machine.channel_in_file("speed")] = _channel(speed, "Hz", "rotor speed")
     if machine.keyphasor is not None:
-        level = keyphasor_pulses(motion.angle, machine, chain.keyphasor_width)
+        width = chain.keyphasor_width or _pulse_width(machine, float(motion.speed_hz.max()), interval)
+        level = keyphasor_pulses(motion.angle, machine, width)
         data[machine.channel_in_file("keyphasor")] = _channel(level, "1", "one pulse a revolution")
     record = xr.Dataset(data, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     record.attrs = {

@@ -10,7 +10,7 @@ from tdbsim import state_layout
 from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
 from tdbsim.integration import check_finite, check_modes, longest_step
-from tdbsim.simulate import DropPlan, Released, Trajectory, instants, released
+from tdbsim.simulate import DropPlan, Released, Trajectory, check_memory, instants, released
 
 Case = tuple[DropModel, DropPlan]
 
@@ -42,6 +42,7 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
         In the order of the cases, as `run` gives them, to rounding; what that would raise where a drop cannot be, which
         does no harm to the others.
     """
+    check_memory(*cases[0], times=len(cases))
     count = len(instants(cases[0][1]))
     states = np.empty((len(cases), count, state_layout.size(cases[0][0].n)))
     found: list[Released | InputError] = []

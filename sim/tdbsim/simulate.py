@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbsim import state_layout
+from tdbsim.channel_names import check_channel_names
 from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
@@ -18,7 +20,7 @@ from tdbsim.errors import InputError
 from tdbsim.integration import Integration
 from tdbsim.levitation import add_whirl_force, fill_levitated, levitate
 from tdbsim.machine import Machine
-from tdbsim.sensors import SensorChain
+from tdbsim.sensors import SensorChain, check_pulses
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 Pair = tuple[float, float]
 
+_RECORD = 1.6  # times its states is what a record takes at least, with all that no probe sees
 _FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
 
 
@@ -131,7 +134,7 @@ class Trajectory:
         s, from the first sample; the release is at ``plan.levitated``.
     state : (k, size) array
     peak_normal : (2,) array
-        Greatest normal force at each end over all steps, N.
+        Greatest normal force at each end over all steps of the splitting, N; zero of the adaptive method, which keeps none.
     whirl : (n,) complex array
         Of the levitated rotor in its modes: x + i y = whirl exp(i angle), m.
     warmth : Warmth, optional
@@ -168,11 +171,17 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     Raises
     ------
     InputError
-        If a value is impossible, the set-point lies outside the gap, or the integration does not converge.
+        If a value is impossible, the set-point lies outside the gap, the integration does not converge, a channel's name is
+        taken, or the record would be larger than the memory.
     """
     from tdbsim.drop_record import drop_record
 
-    return drop_record(run(build_model(machine, effects, plan.bending, plan.attachment), plan))
+    _holds_together(machine, plan)
+    check_channel_names(machine)
+    check_pulses(machine, plan.sensors, plan.speed, plan.sampling)
+    model = build_model(machine, effects, plan.bending, plan.attachment)
+    check_memory(model, plan, _RECORD)
+    return drop_record(run(model, plan))
 
 
 def run(model: DropModel, plan: DropPlan) -> Trajectory:
@@ -246,6 +255,7 @@ def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Rel
     `room` : (k, size), for its states, where they shall not stand in an array of their own.
     """
     _holds_together(model.machine, plan)
+    check_memory(model, plan)
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _released(model, plan)
@@ -266,9 +276,32 @@ def _holds_together(machine: Machine, plan: DropPlan) -> None:
         )
 
 
+def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:
+    """Raise InputError where so many times a drop's states are more than the computer's memory."""
+    needed = 8.0 * times * _samples(plan) * state_layout.size(model.n)
+    memory = _memory()
+    if needed > memory:
+        raise InputError(
+            f"{plan.levitated + plan.seconds:g} s at {plan.sampling:g} Hz are {_samples(plan):.3g} samples, which take"
+            f" {needed / 1e9:.3g} GB; this computer has {memory / 1e9:.3g} GB: simulate shorter, or sample more slowly"
+        )
+
+
+def _memory() -> float:
+    """Return the computer's memory, bytes; infinite where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def _samples(plan: DropPlan) -> int:
+    return 1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)
+
+
 def instants(plan: DropPlan) -> Array:
     """Return the instants of a drop's record, s, from the first sample."""
-    return np.arange(1 + math.floor((plan.levitated + plan.seconds) * plan.sampling + 1e-9)) / plan.sampling
+    return np.arange(_samples(plan)) / plan.sampling
 
 
 def initial_state(model: DropModel, plan: DropPlan) -> Array:

@@ -18,11 +18,13 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim import hooks
+from tdbsim.drop_model import build_model
+from tdbsim.drop_record import sensed
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.sensors import ProbeChain, SensorChain
-from tdbsim.simulate import DropPlan, simulate
+from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
+from tdbsim.simulate import DropPlan, run
 
 from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, sized, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
@@ -195,13 +197,14 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
         speed=speed,
         seconds=_AFTER_S,
         levitated=_LEVITATED_S,
+        sampling=max(DropPlan.sampling, least_sampling(machine, speed)),
         set_point=(a, b),
         shaft_angle=float(rng.uniform(0, 2 * np.pi)),
         sensors=SensorChain(probe=ProbeChain(noise=noise), speed_noise_hz=0.05),
         seed=number,
         bending=BENDING,
     )
-    record = simulate(machine, plan)
+    record = sensed(run(build_model(machine, (), plan.bending, plan.attachment), plan))
     record.attrs["source_file"] = f"nominal drop {number + 1} from {speed:g} Hz"
     return measured_drop(record, machine)
 

@@ -47,17 +47,20 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
 def identifiability_lines(found: Identifiability) -> list[str]:
     """Return what the command says."""
     speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
+    effect = max([44, *(len(_text(each.suspect)) + 2 for each in found.detectable)])
     place = max([12, *(len(each.suspect.where) + 2 for each in found.detectable)])
+    size = max([44, *(len(_size(each)) + 2 for each in found.detectable)])
     out = [
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
-        f"{'effect':<44}{'at':<{place}}{'detectable (linearised)':<44}{'similarity':<12}to",
+        f"{'effect':<{effect}}{'at':<{place}}{'detectable (linearised)':<{size}}{'similarity':<12}to",
     ]
     for each in found.detectable:
         like = ""
         if each.looks_like:
             other, similar = each.looks_like
             like = f"{similar:<12.2f}{_text(other)} at {other.where}"
-        out.append(f"{_text(each.suspect):<44}{each.suspect.where:<{place}}{_size(each):<44}{like}".rstrip())
+        line = f"{_text(each.suspect):<{effect}}{each.suspect.where:<{place}}{_size(each):<{size}}{like}"
+        out.append(line.rstrip())
     if found.pairs:
         out.append(f"not to be told apart (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
     for one, other, similar in found.pairs[:_SHOWN]:
@@ -105,5 +108,8 @@ def _suspect(suspect: Suspect) -> dict[str, Any]:
 
 
 def _text(suspect: Suspect) -> str:
-    held = ", ".join(f"{name} {value:g}" if isinstance(value, float) else value for name, value in suspect.held.items())
+    held = ", ".join(
+        value if isinstance(value, str) else f"{name} {suspect.declared.parameter(name).text(value)}"
+        for name, value in suspect.held.items()
+    )
     return suspect.declared.identifier + (f" ({held})" if held else "")

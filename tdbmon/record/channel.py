@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -75,6 +75,7 @@ class Content:
     `machine` is the name of the machine that the file states, if any.
     `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
     `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
+    `beside` names numbers that are no channels, with the dimensions along which they lie.
     """
 
     channels: tuple[Channel, ...]
@@ -83,6 +84,7 @@ class Content:
     incomplete: str = ""
     machine: str = ""
     drop_time_from: str = ""
+    beside: Mapping[str, str] = field(default_factory=dict)
 
 
 def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
@@ -133,6 +135,8 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         record.attrs["machine"] = content.machine
     if left_out:
         record.attrs["left_out"] = left_out
+    if content.beside:
+        record.attrs["beside"] = dict(content.beside)
     return record
 
 

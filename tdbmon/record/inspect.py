@@ -16,7 +16,7 @@ from tdbmon.record.timebase import LONG, usual_interval
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
 )  # fmt: skip
-_MOST = 10  # channels left out that the terminal tells of
+_MOST = 10  # channels left out, and other things than channels, that the terminal tells of
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ class Inspection:
     machine: str
     incomplete: str
     left_out: dict[str, str]  # channels whose samples have no time, and why
+    beside: dict[str, str]  # what is no channel, and along which dimensions it lies
     channels: tuple[ChannelInfo, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -69,6 +70,10 @@ class Inspection:
         head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
         head += [f"left out: {name}: {why}" for name, why in list(self.left_out.items())[:_MOST]]
         head += [f"left out: {len(self.left_out) - _MOST} more"] if len(self.left_out) > _MOST else []
+        if self.beside:
+            named = [f"{name} ({along})" for name, along in list(self.beside.items())[:_MOST]]
+            more = f" and {len(self.beside) - _MOST} more" if len(self.beside) > _MOST else ""
+            head.append(f"no channels, so not analysed: {', '.join(named)}{more}")
         rows = [_HEADINGS, *(_row(info) for info in self.channels)]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         table = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
@@ -97,6 +102,7 @@ def inspect(path: str | Path) -> Inspection:
         machine=attributes.get("machine", ""),
         incomplete=attributes.get("incomplete", ""),
         left_out=dict(attributes.get("left_out", {})),
+        beside=dict(attributes.get("beside", {})),
         channels=tuple(_channel(str(name), record) for name in record.data_vars),
     )
 

@@ -102,6 +102,28 @@ def test_a_line_says_of_what_the_size_is_a_limit(found):
     assert {line.index("stiffness") for line in lines} == {head.index("detectable")}
 
 
+def test_long_cells_keep_the_columns_apart(found):
+    """`torque not to be seen so early up to 0.6 N m0.73` was told, and a cooling time of 20 without its unit."""
+    machine = drops.machine()
+    growth = next(each for each in suspects(machine, machine.probes, ()) if each.name == "thermal_growth@NDE")
+    unseen = Estimate.missing("nm/J", "made up")
+    late = Detectable(growth, "growth", unseen, unseen=2.4e-8, looks_like=(growth, 0.73))
+    head, line = identifiability_lines(replace(found, detectable=(late,)))[1:3]
+    assert line.index("0.73") == head.index("similarity")
+    assert "up to 24 nm/J  0.73" in line
+    assert "thermal_growth (cooling_time 20 s)" in line
+
+
+def test_drops_of_a_toothed_wheel_are_read(among):
+    """Sixty pulses a revolution at 100 Hz lay closer than the samples told apart: without a speed channel no drop was read."""
+    machine = drops.machine()
+    wheel = machine.keyphasor.model_copy(update={"pulses_per_revolution": 60})
+    found = identifiability(
+        machine.model_copy(update={"keyphasor": wheel, "speed": None}), [100.0], NOISE, among=among[:1]
+    )
+    assert found.detectable[0].size.value is not None
+
+
 def test_a_size_that_no_machine_has_is_not_told():
     """A ring's drag hardly shows in the first milliseconds: a linear reckoning went on to tens of N m."""
     machine = drops.machine()

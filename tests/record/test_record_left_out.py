@@ -25,6 +25,24 @@ def _mat(path: Path, lengths: dict[str, int], **entries: object) -> Path:
     return path
 
 
+def test_what_is_no_channel_is_told_beside_them(tmp_path: Path) -> None:
+    """Of a simulated drop a peak force along the ends was said to have no time, and its forces along ends and time not at all."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("time", 100)
+        file.createDimension("end", 2)
+        file.createVariable("time", "f8", ("time",))[...] = np.arange(100) / 1e3
+        file.createVariable("end", str, ("end",))[...] = np.array(["NDE", "DE"], dtype=object)
+        file.createVariable("NDE_A", "f8", ("time",))[...] = 0.0
+        file.createVariable("peak_force", "f8", ("end",))[...] = 1.0
+        file.createVariable("normal_force", "f8", ("end", "time"))[...] = 1.0
+    found = inspect(path)
+    assert found.left_out == {}
+    assert found.beside == {"peak_force": "end", "normal_force": "end, time"}
+    assert "no channels, so not analysed: peak_force (end), normal_force (end, time)" in found.lines()
+    assert found.to_json()["beside"] == found.beside
+
+
 @pytest.mark.parametrize("n", [70, 99, 101])
 def test_a_channel_of_another_length_than_the_time_is_left_out_and_told(n: int, tmp_path: Path) -> None:
     path = _mat(tmp_path / "a.mat", {"t": 100, "NDE_A": 100, "NDE_B": n})

@@ -318,3 +318,14 @@ def test_attachment_modes_give_the_local_compliance(machine):
 
     assert off(4, True) < 0.5 * off(8, False)
     assert off(8, True) < 1e-6
+
+
+@pytest.mark.parametrize(("method", "says"), [("splitting", "of all steps"), ("dormand_prince", "of the samples")])
+def test_a_peak_says_of_what_it_is(machine, method, says):
+    """The adaptive method keeps no peaks: its greatest of the samples was called that of all steps."""
+    drop = simulate(machine, DropPlan(100.0, 0.012, method=method))
+    sampled = drop["normal_force"].max("time").values
+    assert (sampled > 0).all()
+    assert drop["peak_normal_force"].attrs["long_name"] == says
+    assert (drop["peak_normal_force"].values >= sampled).all()
+    assert method == "splitting" or (drop["peak_normal_force"].values == sampled).all()

@@ -69,3 +69,8 @@ def test_steps_that_cannot_converge(machine):
         simulate(machine, DropPlan(150.0, 0.1, step=1e-3, sampling=1e3))
     with pytest.raises(InputError, match="tolerance"):
         simulate(machine, DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-30))
+
+
+def test_a_record_that_no_memory_holds(machine):
+    with pytest.raises(InputError, match=r"1e\+09 s at 20000 Hz are 2e\+13 samples, .* GB; .* simulate shorter"):
+        simulate(machine, DropPlan(100.0, 1e9))

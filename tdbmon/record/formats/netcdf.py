@@ -41,7 +41,8 @@ class NetCDF:
             title = str(getattr(file, "title", ""))
             dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
             date = next((str(date) for date in dates if date), "") or _began(file)
-            return Content(channels, title, date, machine=str(getattr(file, "machine", "")).strip())
+            machine = str(getattr(file, "machine", "")).strip()
+            return Content(channels, title, date, machine=machine, beside=_beside(file))
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
@@ -84,7 +85,7 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
     times: dict[str, np.ndarray] = {}
     stated = interval_of(_attributes(group))
     for name, variable in group.variables.items():
-        if len(variable.dimensions) != 1 or not _is_number(variable) or _is_time(group, name):
+        if not _is_number(variable) or _is_time(group, name) or not _may_be_channel(group, variable):
             continue
         dimension = variable.dimensions[0]
         if dimension not in times:
@@ -101,6 +102,31 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
     for name, inner in group.groups.items():
         channels += _channels(inner, f"{prefix}{name}/")
     return channels
+
+
+def _may_be_channel(group: Any, variable: Any) -> bool:
+    """Whether a variable lies along one dimension that words do not label, as those of a simulated drop name the ends."""
+    if len(variable.dimensions) != 1:
+        return False
+    node = group
+    while node is not None:
+        label = node.variables.get(variable.dimensions[0])
+        if label is not None:
+            return _is_number(label)
+        node = node.parent
+    return True
+
+
+def _beside(group: Any, prefix: str = "") -> dict[str, str]:
+    """Return the numbers that are no channels, with the dimensions along which they lie."""
+    found = {
+        prefix + name: ", ".join(variable.dimensions)
+        for name, variable in group.variables.items()
+        if variable.dimensions and _is_number(variable) and not _may_be_channel(group, variable)
+    }
+    for name, inner in group.groups.items():
+        found |= _beside(inner, f"{prefix}{name}/")
+    return found
 
 
 def check_size(stored: int, path: Path, compressed: bool) -> None:
