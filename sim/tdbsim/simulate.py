@@ -255,7 +255,8 @@ def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Rel
     `room` : (k, size), for its states, where they shall not stand in an array of their own.
     """
     _holds_together(model.machine, plan)
-    check_memory(model, plan)
+    if room is None:
+        check_memory(model, plan)
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _released(model, plan)

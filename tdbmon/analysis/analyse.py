@@ -17,7 +17,7 @@ from tdbmon.analysis.bearing_planes import apart_from_misread, bearing_planes
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
-from tdbmon.analysis.expected_lines import expected_lines
+from tdbmon.analysis.expected_lines import Band, expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.levitation import Levitation, levitation, levitation_alone
 from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
@@ -149,7 +149,8 @@ def _drop(
 
     progress("looking for lines and whirl")
     seen, angle = planes.sel(end=seen_ends(planes)), rotation.angle(time, machine)
-    lines, drifting = _lines(laid, seen, swing)
+    bands = _bands(laid, swing)
+    lines = _lines(laid, seen, bands)
     return Analysis(
         machine=machine,
         rotor=rotor,
@@ -167,7 +168,7 @@ def _drop(
         angle=angle,
         waterfall=_spectra(seen),
         lines=lines,
-        drifting=drifting,
+        drifting=_drifting(laid, seen, bands, lines),
         whirl=_whirl(planes, machine, ends, released, drawn),
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
@@ -226,7 +227,7 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         speed_hz=rotation.hz,
         angle=rotation.angle(time, machine),
         waterfall=_spectra(planes.sel(end=seen)),
-        lines=_lines(laid, planes.sel(end=seen), None)[0],
+        lines=_lines(laid, planes.sel(end=seen), _bands(laid, None)),
     )
 
 
@@ -301,19 +302,26 @@ def _spectra(seen: xr.Dataset) -> xr.Dataset | None:
     return spectra if bool(np.isfinite(spectra.amplitude).any()) else None
 
 
-def _lines(laid: _Laid, seen: xr.Dataset, swing: Swing | None) -> tuple[tuple[Line, ...], tuple[DriftingSwing, ...]]:
-    """Return the lines, and the swings that are none."""
+def _bands(laid: _Laid, swing: Swing | None) -> list[Band]:
+    """Return where lines have a name; none without a speed, beside which they are told."""
+    return expected_lines(laid.machine, laid.rotor, swing) if laid.rotation.known else []
+
+
+def _lines(laid: _Laid, seen: xr.Dataset, bands: list[Band]) -> tuple[Line, ...]:
     machine, rotation = laid.machine, laid.rotation
     if not rotation.known:
-        return (), ()
-    bands = expected_lines(machine, laid.rotor, swing)
+        return ()
     lines = find_lines(seen, rotation.time, rotation.hz, machine.sense, machine.mains, bands)
+    return name_bearing_orders(lines, machine)
+
+
+def _drifting(laid: _Laid, seen: xr.Dataset, bands: list[Band], lines: tuple[Line, ...]) -> tuple[DriftingSwing, ...]:
+    """Return the swings that are no lines."""
     lacking = lacking_swings(bands, lines)
-    drifting: tuple[DriftingSwing, ...] = ()
-    if lacking:
-        spectra = spectra_against_time(seen, rotation.time, rotation.hz)
-        drifting = drifting_swings(spectra, [str(end) for end in seen.end.values], lacking, lines)
-    return name_bearing_orders(lines, machine), drifting
+    if not lacking:
+        return ()
+    spectra = spectra_against_time(seen, laid.rotation.time, laid.rotation.hz)
+    return drifting_swings(spectra, [str(end) for end in seen.end.values], lacking, lines)
 
 
 def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:

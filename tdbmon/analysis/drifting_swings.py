@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tdbmon.analysis import cfar
+from tdbmon.analysis.expected_lines import Band
 from tdbmon.analysis.lines import Line
 from tdbmon.analysis.ridge import Spectra, peak_place
 from tdbmon.estimate import Estimate
@@ -55,16 +56,14 @@ class DriftingSwing:
     last_s: float
 
 
-def lacking_swings(
-    expected: Sequence[tuple[str, float, float]], lines: Sequence[Line]
-) -> list[tuple[str, float, float]]:
+def lacking_swings(expected: Sequence[Band], lines: Sequence[Line]) -> list[Band]:
     """Return the bands (name, low, high), Hz, of the swings that are not among the lines."""
     told = {line.name for line in lines}
     return [band for band in expected if band[0].startswith("swing") and band[0] not in told]
 
 
 def drifting_swings(
-    spectra: Spectra, ends: Sequence[str], bands: Sequence[tuple[str, float, float]], lines: Sequence[Line]
+    spectra: Spectra, ends: Sequence[str], bands: Sequence[Band], lines: Sequence[Line]
 ) -> tuple[DriftingSwing, ...]:
     """Find the swings of some bands that are no lines.
 
@@ -111,7 +110,7 @@ def _followed(
     power: np.ndarray,
     found: np.ndarray,
     floor: np.ndarray,
-    band: tuple[str, float, float],
+    band: Band,
     end: str,
 ) -> DriftingSwing | None:
     """Follow the strongest peak of a band to both sides in time; None where it does not stand out in 4 of 8 windows."""

@@ -10,11 +10,13 @@ from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.swing import Swing, predicted_swing
 
+Band = tuple[str, float, float]
+"""A name, and from where to where it is given, Hz."""
 _MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # of a swing's frequency: measured, by the drawing alone
 _STIFFNESS = (0.7, 1.0, 1.5)  # of that of the bearings under the weight: from where to where a mode is expected
 
 
-def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[tuple[str, float, float]]:
+def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[Band]:
     """Return the bands (name, from, to), Hz, in which a line has a name; about the `swing` that was measured, if any."""
     bands = []
     for i, predicted in enumerate(predicted_swing(machine, rotor)):

@@ -28,6 +28,8 @@ from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
+WAYS = ("parallel", "conical")
+"""How the shaft swings in its modes, by number."""
 _CYCLES = 30  # of the slower swing in a window
 _BENDING = 6  # free-free bending modes in the receptance
 _MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
@@ -316,8 +318,7 @@ def _mode(
         keep[group] = False
         left_out.append(reduce(keep))
     sigma = np.sqrt(jackknife(np.array(left_out)))
-    name = ("parallel swing", "conical swing")[mode]
-    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]), "Hz", f"{name}, small amplitude")
+    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]), "Hz", f"{WAYS[mode]} swing, small amplitude")
     shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}
     radii = [(float(value[3 + i]), float(sigma[3 + i])) for i in range(2)]
     if any(r <= 0 for r, _ in radii):

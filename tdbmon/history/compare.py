@@ -414,4 +414,7 @@ def _compared(
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)
-    return Change(kind, end, estimate, tuple(earlier), numbers, left_out, difference, None, False, None, False, why)
+    return Change(
+        kind, end, estimate, tuple(earlier), numbers, left_out, difference,
+        p_adjusted=None, differs=False, p_drift=None, drifts=False, why=why,
+    )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.analysis.swing import WAYS
 from tdbmon.quantity import short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
 
 _LISTED = 24
-_WAYS = {"swing 1": "parallel", "swing 2": "conical"}
+_WAYS = {f"swing {number}": way for number, way in enumerate(WAYS, start=1)}
 _TITLE = "Spectra and lines"
 
 
