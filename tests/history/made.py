@@ -10,8 +10,10 @@ import numpy as np
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import Archive
+from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import Filing, StressBox
+from tdbmon.history.verdict import Verdict, verdict_of
 
 ENDS = ("NDE", "DE")
 # what a feature of this unit usually is, SI
@@ -120,3 +122,17 @@ def _feature(name: str, end: str, value: float) -> Feature:
     unit = KINDS[name].unit
     value *= USUAL[unit]
     return Feature(name, end, Estimate.from_sigma(value, 0.01 * abs(value), unit, "made up"))
+
+
+def judged(archive: Archive, drop: str) -> tuple[Comparison, Verdict]:
+    """Return a filed drop's comparison and its verdict."""
+    found = compare(archive, filed_drop(archive, drop))
+    return found, verdict_of(found)
+
+
+def add(archive: Archive, folder, seed: int, **changes):
+    """File one more drop; return its identifier."""
+    raw, machine = files(folder, seed)
+    made = filing(raw, machine, seed=seed, **changes)
+    archive.add(made, raw, machine)
+    return made.drop
