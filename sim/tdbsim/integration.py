@@ -10,6 +10,7 @@ import numpy as np
 from tdbsim import dormand_prince, splitting, state_layout
 from tdbsim.drop_model import Array, DropModel
 from tdbsim.errors import InputError
+from tdbsim.first_use import compile_apart
 from tdbsim.mode_rows import ROW as MOST_MODES
 from tdbsim.usual_step import usual_step
 
@@ -41,6 +42,7 @@ class Integration:
         """
         if plan.method == "splitting":
             check_modes(model.n)
+        compile_apart(plan.method, model, plan)
         self.model, self.plan, self.time = model, plan, 0.0
         self.state = start.copy()
         self._peak = peak

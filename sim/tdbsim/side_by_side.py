@@ -9,6 +9,7 @@ import numpy as np
 from tdbsim import state_layout
 from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
+from tdbsim.first_use import compile_apart
 from tdbsim.integration import check_finite, check_modes, longest_step
 from tdbsim.simulate import DropPlan, Released, Trajectory, check_memory, instants, released
 
@@ -43,6 +44,7 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
         does no harm to the others.
     """
     check_memory(*cases[0], times=len(cases))
+    compile_apart("lanes", *cases[0])
     count = len(instants(cases[0][1]))
     states = np.empty((len(cases), count, state_layout.size(cases[0][0].n)))
     found: list[Released | InputError] = []

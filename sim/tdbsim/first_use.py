@@ -1,0 +1,80 @@
+"""Kernels compiled, before their first use, by a process of their own.
+
+numba compiles what a kernel calls (`tdbsim.cache.called`) for itself too, and a kernel that was just compiled calls that.
+Loaded from the cache, it calls the copies within it, which the compiler saw together with it and which round otherwise.
+A process that only loads kernels comes to the same last digits as all later ones.
+"""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+from tdbsim.cache import kernel_folder
+from tdbsim.drop_model import DropModel
+
+if TYPE_CHECKING:
+    from tdbsim.simulate import DropPlan
+
+_SECONDS = 1e-3  # of a drop that is simulated to have a kernel compiled
+_CHILD = (
+    "import pickle, sys\n"
+    "sys.path[:] = pickle.load(sys.stdin.buffer)\n"
+    "from tdbsim.first_use import compile_here\n"
+    "compile_here(*pickle.load(sys.stdin.buffer))\n"
+)
+
+_seen: set[str] = set()  # kernels that are compiled, or for which that was tried
+_lock = Lock()
+
+
+def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
+    """See to it that a kernel is in the cache; where that cannot be, the first call in this process compiles it.
+
+    Parameters
+    ----------
+    kernel : str
+        The module of its ``integrate``: ``splitting``, ``dormand_prince`` or ``lanes``.
+    model, plan
+        A drop that uses it.
+    """
+    if kernel in _seen:
+        return
+    with _lock:
+        if kernel not in _seen and not _in_cache(kernel) and _compiles():
+            subprocess.run(
+                [sys.executable, "-c", _CHILD],
+                input=pickle.dumps(sys.path) + pickle.dumps((kernel, model, plan)),
+                capture_output=True,
+                check=False,
+            )
+        _seen.add(kernel)
+
+
+def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
+    """Compile a kernel in this process, by a short drop; it stays in the cache."""
+    from tdbsim.side_by_side import run_side_by_side
+    from tdbsim.simulate import run
+
+    _seen.add(kernel)
+    short = replace(plan, seconds=_SECONDS, levitated=min(plan.levitated, _SECONDS))
+    if kernel == "lanes":
+        run_side_by_side([(model, short)])
+    else:
+        run(model, short)
+
+
+def _in_cache(kernel: str) -> bool:
+    return any(kernel_folder().rglob(f"{kernel}.integrate-*.nbi"))
+
+
+def _compiles() -> bool:
+    """True where another interpreter can compile; in a frozen program there is none, and without a compiler no need."""
+    import numba
+
+    config: Any = numba.config
+    return bool(sys.executable) and not getattr(sys, "frozen", False) and not config.DISABLE_JIT

@@ -1,0 +1,72 @@
+"""A first run comes to the same last digits as later ones: the process that simulates never compiles a kernel."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from tdbsim import first_use
+from tdbsim.drop_model import build_model
+from tdbsim.machine import load_machine
+from tdbsim.simulate import DropPlan, run
+
+MACHINE = Path(__file__).parents[2] / "datasets" / "loose" / "machine.toml"
+SCRIPT = """
+import hashlib, sys
+from tdbsim import splitting
+from tdbsim.drop_model import build_model
+from tdbsim.machine import load_machine
+from tdbsim.simulate import DropPlan, run
+model, plan = build_model(load_machine(sys.argv[1])), DropPlan(speed=100.0, seconds=0.05)
+drop = run(model, plan)
+assert drop.peak_normal.min() > 0
+print(sum(splitting.integrate.stats.cache_misses.values()), hashlib.sha256(drop.state.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_a_first_run_loads_its_kernels_as_later_ones_do(tmp_path):
+    environment = os.environ | {"TDBMON_CACHE": str(tmp_path)}
+    said = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", SCRIPT, str(MACHINE)],
+            capture_output=True, text=True, env=environment, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout.split())
+    assert said[0][0] == "0"
+    assert said[0] == said[1]
+
+
+@pytest.fixture
+def children(monkeypatch):
+    """Count the processes that are begun to compile; none of them does."""
+    begun = []
+    monkeypatch.setattr(first_use, "_seen", set())
+    monkeypatch.setattr(first_use, "_in_cache", lambda kernel: False)
+    monkeypatch.setattr(first_use.subprocess, "run", lambda *given, **said: begun.append(given))
+    return begun
+
+
+@pytest.fixture(scope="module")
+def drop():
+    return build_model(load_machine(MACHINE)), DropPlan(speed=100.0, seconds=0.02)
+
+
+def test_a_kernel_is_asked_for_once_and_the_drop_is_simulated_all_the_same(children, drop):
+    with ThreadPoolExecutor(2) as threads:
+        found = list(threads.map(lambda _: run(*drop), range(4)))
+    assert len(children) == 1
+    assert all(each.peak_normal.max() > 0 for each in found)
+
+
+@pytest.mark.parametrize("without", ["frozen", "executable"])
+def test_no_process_is_begun_where_there_is_no_interpreter(children, drop, monkeypatch, without):
+    monkeypatch.setattr(sys, without, without == "frozen" or "", raising=False)
+    first_use.compile_apart("splitting", *drop)
+    assert children == []
