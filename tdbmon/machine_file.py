@@ -28,6 +28,7 @@ from tdbsim.machine import (
     Probe,
     Rotor,
     Section,
+    SlowRoll,
     Tolerant,
     TouchdownBearing,
     Unbalance,
@@ -79,6 +80,7 @@ UNITS: dict[type[BaseModel], dict[str, str]] = {
         "expansion": "1/K",
     },
     Probe: {"position": "mm", "angle": "deg", "sensitivity": "mV/um", "offset": "V", "range": "um"},
+    SlowRoll: {"peak_to_peak": "um", "phase_lag": "deg"},
     Keyphasor: {"angle": "deg"},
     Machine: {"gravity": "m/s^2", "mains": "Hz"},
 }

@@ -18,6 +18,7 @@ from tdbsim.machine import (
     Probe,
     Rotor,
     Section,
+    SlowRoll,
     SpeedSignal,
     Tolerant,
     TouchdownBearing,
@@ -134,6 +135,12 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     ),
     (HeatMaterial, "`race` and `ball` of `[touchdown_bearing.heat]`", ""),
     (Probe, "`[[probe]]`", "The displacement probes: four for everything, two of one end for that end."),
+    (
+        SlowRoll,
+        "`slow_roll` of `[[probe]]`",
+        "Optional: run-out of the probe's track, mechanical and electrical, from a slow roll on the magnetic bearings. A plain"
+        " analysis and fits take it off all readings by the keyphasor's angle.",
+    ),
     (SpeedSignal, "`[speed]`", "Optional; without it the keyphasor gives the speed."),
     (Keyphasor, "`[keyphasor]`", "Optional: one pulse a revolution, or the pulses of a toothed wheel."),
 )
@@ -347,6 +354,13 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             "analyse",
             "`[smallest, largest]` displacement in the probe's linear range; readings beyond are reported. Left out: ± 3 gaps",
         ),
+        "slow_roll": Key("analyse", "Below: what it reads once a revolution of a shaft that turns slowly"),
+    },
+    SlowRoll: {
+        "peak_to_peak": Key("analyse", "Of the 1X reading at slow roll. API 670 allows 6 µm"),
+        "phase_lag": Key(
+            "analyse", "As monitors show it: how far the shaft turns from the keyphasor's edge to the greatest reading"
+        ),
     },
     SpeedSignal: {
         "channel": Key("analyse", "Its name in the file"),
@@ -384,8 +398,8 @@ occurs in several.
 
 What is known to differ from the plain machine: an oval journal, a soft direction of a support, runout or a wrong gain of a
 probe. `name` is an identifier of the [catalogue](effects.md), which also says what `where` names; the parameters follow. A plain
-analysis corrects its readings for gain, angle, crosstalk and lag of probes, not for runout; all effects act where the machine is
-simulated.
+analysis corrects its readings for gain, angle, crosstalk and lag of probes, not for `probe_runout` (the `slow_roll` of a probe is
+taken off); all effects act where the machine is simulated.
 
     [[effect]]
     name = "support_anisotropy"

@@ -207,6 +207,16 @@ class TouchdownBearing(Part):
         return self.balls.rows * self.geometry.stiffness * math.cos(self.balls.contact_angle) ** 2.5
 
 
+class SlowRoll(Part):
+    """What a probe reads once a revolution of a shaft that turns slowly: runout of its track, mechanical and electrical.
+
+    As vibration monitors show it: `phase_lag` is how far the shaft turns from the keyphasor's edge to the greatest reading.
+    """
+
+    peak_to_peak: Length = Field(gt=0)
+    phase_lag: Angle = 0.0
+
+
 class Probe(Part):
     """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
 
@@ -222,6 +232,7 @@ class Probe(Part):
     sensitivity: Sensitivity | None = None
     offset: Voltage = 0.0
     range: tuple[Length, Length] | None = None
+    slow_roll: SlowRoll | None = None
 
     @model_validator(mode="after")
     def _usable(self) -> Probe:
@@ -334,6 +345,12 @@ class Machine(Part):
                 raise InputError(
                     f"probes of end '{end}' are less than 10 deg from one line; two directions are needed to see the orbit:"
                     " check their angles"
+                )
+        for probe in self.probes:
+            if probe.slow_roll is not None and (self.keyphasor is None or self.keyphasor.pulses_per_revolution > 1):
+                raise InputError(
+                    f"probe '{probe.name}': the phase of slow_roll counts from a keyphasor of one pulse a revolution, and"
+                    f" {'there is no [keyphasor]' if self.keyphasor is None else 'this one has several'}; leave slow_roll out"
                 )
 
     @property

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from tdbsim.errors import InputError, did_you_mean
 from tdbsim.machine import Machine, Probe
 from tdbsim.modes import Modes
+from tdbsim.slow_roll import slow_roll
 
 Array = NDArray[np.float64]
 
@@ -295,6 +296,11 @@ def quantised(values: ArrayLike, full_scale: float) -> Array:
     return np.clip(np.rint(np.asarray(values) / step), _CODES.min, _CODES.max) * step
 
 
+def since_mark(shaft_angle: Array, machine: Machine) -> Array:
+    """Return how far the shaft has turned in its sense, rad, since its mark passed the keyphasor's `angle`."""
+    return machine.sense * (shaft_angle - (machine.keyphasor.angle if machine.keyphasor else 0.0))
+
+
 def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Array:
     """Return the keyphasor's level, 0 or 1, against the shaft angle (rad, from +x towards +y).
 
@@ -302,7 +308,7 @@ def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Arra
     pulses a revolution the others come at even parts of it.  `width` is the part of the way from edge to edge that a pulse takes.
     """
     mark = machine.keyphasor
-    since = machine.sense * (shaft_angle - (mark.angle if mark else 0.0)) / (2 * math.pi)
+    since = since_mark(shaft_angle, machine) / (2 * math.pi)
     since = since * (mark.pulses_per_revolution if mark else 1)
     pulse = np.where(since - np.floor(since) < width, 1.0, 0.0)
     return 1.0 - pulse if mark is not None and mark.edge == "falling" else pulse
@@ -383,9 +389,10 @@ def measure(
     streams = rng.spawn(len(names) + 1)
     data: dict[str, xr.DataArray] = {}
     clean = clean_readings(motion.x, motion.y, motion.angle, machine.probes, chain)
+    turned = since_mark(motion.angle, machine)
     for row, probe, stream in zip(clean, machine.probes, streams[1:], strict=True):
         link = chain.of(probe.name)
-        seen = row + hum(time, machine.mains, link.hum, link.hum_phase)
+        seen = row + slow_roll(probe, turned) + hum(time, machine.mains, link.hum, link.hum_phase)
         if link.noise:
             seen = seen + link.noise * stream.standard_normal(len(time))
         if link.drift:

@@ -44,6 +44,7 @@ from tdbmon.record.misread import misread
 from tdbmon.record.quality import check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
+from tdbmon.record.slow_roll import check_slow_roll
 from tdbmon.record.speed_checks import signal_over_pulses, without_refuted
 
 _FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
@@ -77,7 +78,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     checks = [*check(record, machine), *check_effects(machine)]
     over_pulses = signal_over_pulses(record, machine)
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
-    checks += jumps
+    checks += [*jumps, *check_slow_roll(record, machine)]
     record = _bridged(without_lost_samples(with_skipped_samples(record), machine), machine)
     laid = _Laid(record, machine, build_rotor(machine), Rotation.of(record, machine), over_pulses)
     unused = left_out(record, machine, tuple(checks))

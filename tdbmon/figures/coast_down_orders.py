@@ -22,6 +22,7 @@ from tdbmon.figures.style import (
     styled,
     subplots,
 )
+from tdbmon.record.slow_roll import runout_words
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -35,7 +36,8 @@ _ORDERS = (1.0, 2.0)
 def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figure:
     """Draw the greater circle of 1X and 2X against speed, an end a column."""
     ends = list(whole.measured.ends)
-    figure = new_figure(96, "Greater of forward and backward circle, tracked over shaft angle · runout not compensated")
+    runout = runout_words(whole.measured.checks)
+    figure = new_figure(96, f"Greater of forward and backward circle, tracked over shaft angle · {runout}")
     axes = subplots(figure, len(_ORDERS), len(ends), Margins(17, 3, 11, 18, across=15, down=5), sharex=True)
     for row, order in zip(axes, _ORDERS, strict=True):
         for ax, end in zip(row, ends, strict=True):

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from tdbmon.figures.spectral_map import colour_limits, decibel, draw_lines, draw_map, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, say, styled, subplots
+from tdbmon.record.slow_roll import runout_words
 
 if TYPE_CHECKING:
     from tdbmon.identify.coast_down import CoastDown
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 @styled
 def coast_down_waterfalls(whole: CoastDown) -> Figure:
     """Draw y and x, each the greater of both ends, with order lines of each record's own speed."""
-    figure = new_figure(118, "Greater of both ends at each frequency and time · not filtered, runout not compensated")
+    runout = runout_words(whole.measured.checks)
+    figure = new_figure(118, f"Greater of both ends at each frequency and time · not filtered, {runout}")
     axes = subplots(figure, 2, 2, Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     limits: tuple[float, float] | None = None
     image = None

@@ -19,9 +19,12 @@ _PANEL_MM = 62
 
 
 @styled
-def orbits_against_simulated(found: Agreement, sense: int) -> Figure:
-    """Draw an end a row with the fitted clearance circle; `sense` is that of the rotation, +1 counter-clockwise."""
-    note = "Orbits from the fitted bearing centres · not filtered · circle: fitted radial gap · runout not compensated"
+def orbits_against_simulated(found: Agreement, sense: int, runout: str) -> Figure:
+    """Draw an end a row with the fitted clearance circle.
+
+    `sense` is that of the rotation, +1 counter-clockwise; `runout` says what became of it (`tdbmon.record.slow_roll`).
+    """
+    note = f"Orbits from the fitted bearing centres · not filtered · circle: fitted radial gap · {runout}"
     figure = new_figure(24 + _PANEL_MM * len(found.ends), note)
     axes = subplots(figure, len(found.ends), 2, Margins(15, 3, 14, 16, across=15, down=17))
     last = float(found.time[-1])

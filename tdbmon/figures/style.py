@@ -16,6 +16,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from tdbmon.record.slow_roll import runout_words
+
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
@@ -172,13 +174,13 @@ def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
 
 
 def said(analysis: Analysis, *more: str) -> str:
-    """Say at which plane displacement was drawn, how it was filtered, and that runout was not taken off."""
+    """Say at which plane displacement was drawn, how it was filtered, and whether runout was taken off."""
     planes = {end: result.plane for end, result in analysis.ends.items() if result.plane != "none"}
     if set(planes.values()) == {"bearing"}:
         where = "at the bearing planes"
     else:
         where = ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
-    return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), "runout not compensated"])
+    return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), runout_words(analysis.checks)])
 
 
 def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:

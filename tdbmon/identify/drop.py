@@ -27,6 +27,7 @@ from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import freed
 from tdbmon.record.skipped_samples import with_skipped_samples
+from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import require_one_speed, without_refuted
 from tdbmon.record.timebase import usual_interval
 
@@ -174,7 +175,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     _check_length(time, release, name)
     _check_touch(planes, machine, release, name)
     turning = fit_turning(laid, machine, release, name)
-    raw = np.stack([laid[p.name].values for p in probes])
+    compensated = without_slow_roll(laid, machine)
+    raw = np.stack([compensated[p.name].values for p in probes])
     noise = _noise(raw, time, after_hole, release, turning, machine, [f"{name}: probe '{p.name}'" for p in probes])
     remarks = [
         *_of_probes(machine, probes, unused, lost),

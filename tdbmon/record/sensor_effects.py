@@ -1,7 +1,8 @@
 """Readings freed of what the machine file's effects say of its sensors: gain, lag, crosstalk and angle of probes.
 
 A fitted simulation goes through the same sensors and is compared with the readings as recorded; what is told from readings
-alone must be freed of them first.  Runout stays: its phase may differ from drop to drop, and it is told as such.
+alone must be freed of them first.  Of runout only the slow roll that a probe's table states is taken off: the phase of
+`probe_runout` may differ from drop to drop.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain, delayed
 
 from tdbmon.record.finding import Check
+from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.timebase import usual_rate
 
 
@@ -47,6 +49,7 @@ def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
     Dataset, Machine
         A probe whose neighbour leaks into it and is missing keeps what leaked.
     """
+    record = without_slow_roll(record, machine)
     if not machine.effects or not machine.probes:
         return record, machine
     present = [probe.name for probe in machine.probes if probe.name in record]

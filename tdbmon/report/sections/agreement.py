@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING
 
 from tdbmon.quantity import number, words
+from tdbmon.record.slow_roll import COMPENSATED, NOT_COMPENSATED
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
@@ -22,7 +24,9 @@ def section(fitted: FittedDrop) -> Section:
     from tdbmon.figures.displacements_against_simulated import displacements_against_simulated
     from tdbmon.figures.orbits_against_simulated import orbits_against_simulated
 
-    found = fitted.agreement
+    found, problem = fitted.agreement, fitted.calibration.problem
+    stated = any(probe.slow_roll is not None for probe in problem.drops[0].probes)
+    runout = COMPENSATED if stated and math.isfinite(problem.drops[0].angle_sigma) else NOT_COMPENSATED
     horizon = f"{found.fitted_to * 1e3:.0f} ms"
     blocks: list[Block] = [
         Paragraph(
@@ -46,7 +50,7 @@ def section(fitted: FittedDrop) -> Section:
                 "orbits-against-simulated",
                 "The same as orbits, with the fitted clearance circle and the sense of rotation.",
                 "For each end, the measured and the simulated orbit, as far as was fitted and on from there.",
-                partial(orbits_against_simulated, found, fitted.calibration.machine.sense),
+                partial(orbits_against_simulated, found, fitted.calibration.machine.sense, runout),
             ),
             *(_contacts(end, found.fitted_to) for end in found.ends.values()),
         ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.record.slow_roll import runout_sentence
 from tdbmon.report.document import Block, Figure, Paragraph, Section
 from tdbmon.report.sections.left_out import left_out
 
@@ -99,7 +100,7 @@ def _filtered(analysis: Analysis) -> Block:
         " the mean position), and the mean over the revolutions at equal shaft angles, with the standard deviation of one"
         " revolution about it. The swing in the clearance is not locked to the shaft but does not cancel wholly over so"
         " few revolutions: an average that does not close shows its remainder. A dot marks the pulse of the keyphasor."
-        f" Runout is not taken off.{left_out(analysis, stretch.ends, 'no clearance circle')}",
+        f" {runout_sentence(analysis.checks)}{left_out(analysis, stretch.ends, 'no clearance circle')}",
         "For each end three panels of the settled orbit: not filtered, filtered to 1X, and averaged over revolutions.",
         partial(filtered_orbit, analysis),
     )

@@ -7,6 +7,7 @@ from functools import partial
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
+from tdbmon.record.slow_roll import runout_sentence
 from tdbmon.report.document import Figure, Paragraph, Section
 
 
@@ -29,7 +30,7 @@ def section(analysis: Analysis) -> Section | None:
     caption = (
         f"1X against speed over windows of {first.attrs['window_revolutions']} revolutions: amplitude of x and y with their"
         f" 95 % band, and phase lag (positive against rotation) where the amplitude stands out of the noise.{polar} Where a"
-        " swing crosses 1X it is read as 1X: the band widens there. Runout is not taken off."
+        f" swing crosses 1X it is read as 1X: the band widens there. {runout_sentence(analysis.checks)}"
     )
     alt = f"{drawn} of amplitude and phase lag of 1X, for each end."
     return Section(title, (Figure("bode", caption, alt, partial(bode, analysis)),))

@@ -1,0 +1,92 @@
+"""Readings freed of the slow roll that the machine file states, by the shaft's angle from the keyphasor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine, Probe
+from tdbsim.slow_roll import slow_roll
+
+from tdbmon.record.finding import Check, um
+from tdbmon.record.keyphasor import Pulses, pulses
+
+COMPENSATED = "slow roll compensated"  # in the words of figures
+NOT_COMPENSATED = "runout not compensated"
+
+
+def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return a record laid over its machine less the slow roll of its probes (m); where no angle is known it stays.
+
+    The angle goes on from the first and the last pulses as between them, for one revolution at most.
+    """
+    stated = _stated(record, machine)
+    key = _pulses(record, machine) if stated else None
+    if key is None:
+        return record
+    out = record.copy()
+    for probe in stated:
+        (dim,) = record[probe.name].dims
+        turned = _turned(key, record[dim].to_numpy())
+        roll = np.where(np.isfinite(turned), slow_roll(probe, turned), 0.0)
+        out[probe.name] = (dim, record[probe.name].to_numpy() - roll, record[probe.name].attrs)
+    return out
+
+
+def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
+    """Say what became of the slow roll that a machine file states."""
+    stated = _stated(record, machine)
+    if not stated:
+        return []
+    said = ", ".join(f"{probe.name} {um(probe.slow_roll.peak_to_peak)} pk-pk" for probe in stated if probe.slow_roll)
+    key = _pulses(record, machine)
+    if key is None:
+        detail = f"{said}: not taken off, since the record has no keyphasor pulses that tell the shaft's angle"
+        return [Check("slow roll", "", False, detail)]
+    (dim,) = record[stated[0].name].dims
+    time = record[dim].to_numpy()
+    known = np.isfinite(_turned(key, time))
+    if not known.all():
+        first, last = time[known][0], time[known][-1]
+        detail = f"{said}: taken off from {first:.5g} s to {last:.5g} s, where keyphasor pulses tell the shaft's angle"
+        return [Check("slow roll", "", True, detail)]
+    return [Check("slow roll", "", True, f"{said}: taken off all readings, by the keyphasor's angle")]
+
+
+def runout_words(checks: Sequence[Check]) -> str:
+    """Return what figures say of runout, from the checks of a record."""
+    return COMPENSATED if _taken_off(checks) else NOT_COMPENSATED
+
+
+def runout_sentence(checks: Sequence[Check]) -> str:
+    """Return what texts say of runout, from the checks of a record."""
+    return "Slow roll is taken off." if _taken_off(checks) else "Runout is not taken off."
+
+
+def _taken_off(checks: Sequence[Check]) -> bool:
+    return any(each.check == "slow roll" and each.passed for each in checks)
+
+
+def _stated(record: xr.Dataset, machine: Machine) -> list[Probe]:
+    return [probe for probe in machine.probes if probe.slow_roll is not None and probe.name in record]
+
+
+def _pulses(record: xr.Dataset, machine: Machine) -> Pulses | None:
+    if machine.keyphasor is None or "keyphasor" not in record:
+        return None
+    key = pulses(record, machine)
+    return key if len(key.times) > 2 else None
+
+
+def _turned(key: Pulses, time: np.ndarray) -> np.ndarray:
+    """Return how far the shaft has turned since a pulse at times (n,), s, rad; NaN more than a revolution off all pulses."""
+    from scipy.interpolate import PchipInterpolator
+
+    course = PchipInterpolator(key.times, key.turns)
+    (first, second), (before, last) = key.times[:2], key.times[-2:]
+    turns = np.asarray(course(np.clip(time, first, last)))
+    turns += np.clip(time - first, None, 0.0) / (second - first) * (key.turns[1] - key.turns[0])
+    turns += np.clip(time - last, 0.0, None) / (last - before) * (key.turns[-1] - key.turns[-2])
+    near = (turns >= key.turns[0] - 1) & (turns <= key.turns[-1] + 1)
+    return np.where(near, 2 * np.pi * turns, np.nan)
