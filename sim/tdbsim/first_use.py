@@ -69,7 +69,8 @@ def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
 
 
 def _in_cache(kernel: str) -> bool:
-    return any(kernel_folder().rglob(f"{kernel}.integrate-*.nbi"))
+    python = f"py{sys.version_info.major}{sys.version_info.minor}"
+    return any(kernel_folder().rglob(f"{kernel}.integrate-*.{python}*.nbi"))
 
 
 def _compiles() -> bool:
