@@ -14,6 +14,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
+from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import runs_of
@@ -70,7 +71,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += fall_directions(ds, machine)
     if marks is not None:
         found.append(_keyphasor(marks))
-    found += whirl_directions(ds, machine, first_speed(ds, marks))
+    found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
     counted = keyphasor_speed_check(ds, machine, marks)

@@ -16,6 +16,8 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
 from tdbmon.machine_file import write_machine
+from tdbmon.record.assign import assign
+from tdbmon.record.quality import check
 from tdbmon.record.slow_roll import check_slow_roll, without_slow_roll
 from tdbmon.shipped import shipped
 
@@ -79,6 +81,19 @@ def test_a_drop_tells_the_same_with_slow_roll_as_without(rotation: str, machine:
     (check,) = [each for each in found.checks if each.check == "slow roll"]
     assert check.passed and "NDE_A 20 um pk-pk" in check.detail and "all readings" in check.detail
     assert not [each for each in truth.checks if each.check == "slow roll"]
+
+
+def test_run_out_against_the_rotation_accuses_no_probe(machine: Machine) -> None:
+    """Unlike run-out under an end's two probes looks like backward whirl, which a levitated shaft hardly has."""
+    lags = {"NDE_A": 0.0, "NDE_B": 270.0, "DE_A": 0.0, "DE_B": 270.0}
+    probes = tuple(
+        probe.model_copy(update={"slow_roll": SlowRoll(peak_to_peak=40e-6, phase_lag=math.radians(lags[probe.name]))})
+        for probe in machine.probes
+    )
+    stated = machine.model_copy(update={"probes": probes})
+    drop = assign(simulate(stated, DropPlan(speed=90.0, seconds=0.25, levitated=0.15, sensors=QUIET)), stated)
+    assert {each.passed for each in check(drop, stated) if each.check == "whirl"} == {True}
+    assert {each.passed for each in check(drop, machine) if each.check == "whirl"} == {False}
 
 
 def test_fits_are_made_to_readings_without_it(machine: Machine) -> None:
