@@ -125,7 +125,7 @@ def fit_drops(
         calibrated=calibrated_machine(machine, shared),
         values=estimates(problem, point, covariance),
         at_bound=_at_bound(problem, point),
-        undetermined=_undetermined(problem, covariance),
+        undetermined=_undetermined(problem, point, covariance),
         drops=fits,
         horizon=usable[-1],
         misfit=misfit,
@@ -203,14 +203,36 @@ def estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Es
     return out
 
 
+def _told_as(problem: Problem, point: Array) -> dict[str, str]:
+    """Return under which name of `estimates` each shared parameter is told.
+
+    An unbalance moves along and across its nominal phase, and is told by amount and phase: each part as the one of these
+    that it changes most.
+    """
+    values, _ = problem.values(point, 0)
+    names = {}
+    for p in problem.shared:
+        owner, _, field = p.name.rpartition(".")
+        names[p.name] = p.name
+        if field in ("along", "across"):
+            outward = abs(values[f"{owner}.along"]) >= abs(values[f"{owner}.across"])
+            names[p.name] = f"{owner}.{'amount' if (field == 'along') == outward else 'phase'}"
+    return names
+
+
 def _at_bound(problem: Problem, point: Array) -> tuple[AtBound, ...]:
     values, _ = problem.values(point, 0)
-    return tuple(
-        AtBound(p.name, values[p.name]) for p, at in zip(problem.shared, problem.at_bound(point), strict=False) if at
-    )
+    told = _told_as(problem, point)
+    for plane in problem.model.machine.rotor.unbalance:
+        if f"{plane.name}.along" in told:
+            amount, phase = polar(plane, values[f"{plane.name}.along"], values[f"{plane.name}.across"])
+            values |= {f"{plane.name}.amount": amount, f"{plane.name}.phase": phase}
+    names = [told[p.name] for p, at in zip(problem.shared, problem.at_bound(point), strict=False) if at]
+    return tuple(AtBound(name, values[name]) for name in names)
 
 
-def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ...]:
+def _undetermined(problem: Problem, point: Array, covariance: Array) -> tuple[Undetermined, ...]:
+    told = _told_as(problem, point)
     sigmas = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigmas, sigmas)
     count, found = len(problem.shared), []
@@ -221,7 +243,7 @@ def _undetermined(problem: Problem, covariance: Array) -> tuple[Undetermined, ..
             continue
         order = [k for k in np.argsort(-np.abs(correlation[i, :count])) if k != i][:3]
         partners = [
-            (problem.shared[k].name, float(correlation[i, k])) for k in order if abs(correlation[i, k]) > _PARTNER
+            (told[problem.shared[k].name], float(correlation[i, k])) for k in order if abs(correlation[i, k]) > _PARTNER
         ]
-        found.append(Undetermined(p.name, float(sigmas[i]), tuple(partners)))
+        found.append(Undetermined(told[p.name], float(sigmas[i]), tuple(partners)))
     return tuple(found)

@@ -93,6 +93,7 @@ class Undetermined:
     Attributes
     ----------
     name : str
+        As among the calibration's `values`.
     share : float
         Its standard deviation over the one of the machine file's tolerance.
     partners : tuple of (str, float)
@@ -111,6 +112,7 @@ class AtBound:
     Attributes
     ----------
     name : str
+        As among the calibration's `values`.
     value : float
         SI.
     """

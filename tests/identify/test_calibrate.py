@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from tdbsim.errors import InputError
-from tdbsim.machine import Tolerant
+from tdbsim.machine import Tolerant, load_machine
 
-from tdbmon.identify.calibrate import HORIZONS, fit_drops
+from tdbmon.identify.calibrate import HORIZONS, _at_bound, _undetermined, estimates, fit_drops
+from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.parameters import machine_parameters
+from tdbmon.identify.problem import build_problem
+from tdbmon.shipped import shipped
 from tests.identify import drops
 
 HORIZON = (0.012,)
@@ -84,6 +87,45 @@ def test_value_that_the_drop_cannot_tell_is_reported(same_model):
     assert "DE.inner_ring_drag" in unknown
     assert unknown["DE.inner_ring_drag"].share > 0.9
     assert found.values["DE.inner_ring_drag"].value == pytest.approx(15e-3, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "told"),
+    [(1.0, 0.2, {"along": "amount", "across": "phase"}), (0.3, -1.0, {"along": "phase", "across": "amount"})],
+)
+def test_an_unbalance_at_its_bound_or_untold_is_named_as_its_values_are(along, across, told):
+    """It moves along and across its nominal phase; reports and machine files know amount and phase alone.
+
+    Of a plane turned little from its nominal phase, and of one turned by most of a right angle; one part of the first plane
+    is at its bound, and of the second one is no surer than beforehand, the other goes with it.
+    """
+    machine = load_machine(shipped("short/machine.toml"))
+    first, second = (
+        plane.model_copy(update={"phase": Tolerant(nominal=0.4, low=0.4 - np.pi / 2, high=0.4 + np.pi / 2)})
+        for plane in machine.rotor.unbalance
+    )
+    machine = machine.model_copy(update={"rotor": machine.rotor.model_copy(update={"unbalance": (first, second)})})
+    with Crew() as crew:
+        problem = build_problem(machine, (measured_drop(drops.drop(), machine),), crew)
+    at = {p.name: k for k, p in enumerate(problem.shared)}
+    size, point = 25e-6, problem.start
+    for plane in (first, second):
+        for field, share in (("along", along), ("across", across)):
+            p = problem.shared[at[f"{plane.name}.{field}"]]
+            point[at[p.name]] = (share * size - p.nominal) / p.scale
+    edge = problem.high if along == 1.0 else problem.low
+    point[at["generator.along"]] = edge[at["generator.along"]]
+    covariance = 0.01 * np.eye(len(point))
+    pair = np.ix_([at["impeller.along"], at["impeller.across"]], [at["impeller.along"], at["impeller.across"]])
+    covariance[pair] = [[1.0, 0.08], [0.08, 0.01]]
+    values = estimates(problem, point, covariance)
+    (bound,) = _at_bound(problem, point)
+    assert bound.name == f"generator.{told['along']}"
+    assert bound.value == pytest.approx(values[bound.name].value)
+    (loose,) = _undetermined(problem, point, covariance)
+    assert loose.name == f"impeller.{told['along']}"
+    assert [name for name, _ in loose.partners] == [f"impeller.{told['across']}"]
+    assert {bound.name, loose.name} <= set(values)
 
 
 def test_dead_probe_is_left_out_and_said(same_model):
