@@ -102,12 +102,16 @@ def course(whole: CoastDown) -> Course:
 
 
 def resonances(whole: CoastDown, natural: NaturalFrequencies) -> tuple[Resonance, ...]:
-    """Return the resonances that the coast-down passed, in the order of their passing."""
+    """Return the resonances that the coast-down passed, in the order of their passing.
+
+    The natural frequencies may be of several drops, of which another was released at a higher speed.
+    """
+    fastest = _at_release(whole.measured)
     found = [
         Resonance(k, order, speed, _peak(whole.measured, order, speed), _peak(whole.simulated, order, speed))
         for k, mode in enumerate(natural.modes)
         for order, speed in zip(ORDERS, mode.critical, strict=True)
-        if speed is not None
+        if speed is not None and speed <= fastest
     ]
     return tuple(sorted(found, key=lambda each: -each.critical))
 
@@ -197,6 +201,13 @@ def _first(time: Array, apart: NDArray[np.bool_]) -> float | None:
     """Return the begin of the first window that is apart."""
     at = np.flatnonzero(apart)
     return float(time[at[0]] - WINDOW_S / 2) if at.size else None
+
+
+def _at_release(analysis: Analysis) -> float:
+    """Return the speed at the release, Hz, or the greatest that is known; infinite where none is."""
+    if analysis.rundown is not None and analysis.rundown.initial.value is not None:
+        return analysis.rundown.initial.value
+    return float(np.max(analysis.speed_hz)) if len(analysis.speed_hz) else math.inf
 
 
 def _peak(analysis: Analysis, order: float, critical: float) -> tuple[float, float] | None:

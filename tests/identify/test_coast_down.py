@@ -201,6 +201,20 @@ def test_resonances_are_found_where_they_are_and_nowhere_else(long_drop):
     assert found[1, 1.0].measured is None  # the flank of another resonance is none either
 
 
+def test_a_drop_passes_no_resonance_above_its_own_release(long_drop):
+    """Of drops fitted together each has a release of its own; the critical speeds are told up to the fastest of them."""
+    analysis, calibration = long_drop
+    natural = natural_frequencies(calibration)
+    every = resonances(CoastDown(analysis, analysis, 0.0), natural)
+    assert len(every) == sum(speed is not None for mode in natural.modes for speed in mode.critical)
+    highest, *others = every
+    slower = replace(analysis.rundown, initial=Estimate(0.99 * highest.critical, unit="Hz", why="made up"))
+    found = resonances(CoastDown(replace(analysis, rundown=slower), analysis, 0.0), natural)
+    assert [(each.mode, each.order) for each in found] == [(each.mode, each.order) for each in others]
+    bare = replace(analysis, rundown=None, speed_hz=np.full(3, 0.99 * highest.critical), speed_time=np.arange(3.0))
+    assert len(resonances(CoastDown(bare, analysis, 0.0), natural)) == len(others)
+
+
 def test_lines_pair_by_name_and_else_by_place(long_drop):
     def line(kind, name, place):
         hz = Estimate(place, unit="Hz", why="made up")
