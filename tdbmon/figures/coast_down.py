@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from tdbmon.figures.style import (
     MEASURED,
@@ -22,16 +23,20 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.identify.coast_down_comparison import Course
 
+Array = NDArray[np.float64]
+
+_USUAL_PERCENT = -5.0, 25.0  # of the measured speed
 _LEAST_HZ = 1e-3  # of a speed on a logarithmic axis
 
 
 @styled
-def coast_down(course: Course) -> Figure:
-    """Draw speed, its difference, and the rms of x and y of each end, in windows of a second."""
+def coast_down(course: Course, runout: str) -> Figure:
+    """Draw speed, its difference, and the rms of x and y of each end, in windows of a second.
+
+    `runout` says what became of it in both records.
+    """
     ends = list(course.measured_rms)
-    figure = new_figure(
-        74 + 30 * len(ends), "Mean and rms over windows of 1 s · displacement not filtered, runout in both"
-    )
+    figure = new_figure(74 + 30 * len(ends), f"Mean and rms over windows of 1 s · displacement not filtered, {runout}")
     axes = subplots(
         figure, 2 + len(ends), 2, Margins(17, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
         sharex=True,
@@ -52,7 +57,7 @@ def coast_down(course: Course) -> Figure:
         below.plot(time, left, color=VERMILION)
         below.set_ylabel("speed error\n[Hz]" if scale == "linear" else "speed error\n[%]")
         if scale == "log":
-            below.set_ylim(-5, 25)
+            below.set_ylim(*_percent_shown(course, left))
         top.set_ylabel("speed [Hz]")
     for row, end in enumerate(ends, start=2):
         for column, axis in enumerate("xy"):
@@ -67,3 +72,10 @@ def coast_down(course: Course) -> Figure:
         ax.set_xlim(0, time[-1] + 0.5)
     legend_below(figure)
     return figure
+
+
+def _percent_shown(course: Course, left: Array) -> tuple[float, float]:
+    """Return the limits of the speed error in percent: all of it where the rotor still turns well, and no less than usual."""
+    turning = left[course.turning & np.isfinite(left)]
+    low, high = _USUAL_PERCENT
+    return min(low, 1.1 * float(turning.min(initial=0.0))), max(high, 1.1 * float(turning.max(initial=0.0)))

@@ -37,6 +37,8 @@ class Course:
         Middle of each window, s after the release.
     measured_speed, simulated_speed : (k,) arrays
         Mean, Hz; NaN where there is none.
+    turning : (k,) array
+        True where the measured speed is enough for a share of it to say something.
     measured_rms, simulated_rms : dict
         By the end's name, rms of x and y about their means (2, k), m; NaN where samples are missing.
     speed_parts, motion_parts : float or None
@@ -47,6 +49,7 @@ class Course:
     time: Array
     measured_speed: Array
     simulated_speed: Array
+    turning: NDArray[np.bool_]
     measured_rms: dict[str, Array]
     simulated_rms: dict[str, Array]
     speed_parts: float | None
@@ -94,6 +97,7 @@ def course(whole: CoastDown) -> Course:
         time=time,
         measured_speed=speeds[0],
         simulated_speed=speeds[1],
+        turning=turning,
         measured_rms=motions[0],
         simulated_rms=motions[1],
         speed_parts=_first(time, speed_apart),

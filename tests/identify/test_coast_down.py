@@ -6,20 +6,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 from tdbsim.effect import from_setting
 from tdbsim.machine import EffectSetting
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
 from tdbmon.estimate import Estimate
+from tdbmon.figures import coast_down as figures
 from tdbmon.identify import coast_down as module
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.coast_down import CoastDown, coast_down, simulated_record
 from tdbmon.identify.coast_down_comparison import course, paired_lines, resonances, scalars
 from tdbmon.identify.contract import coast_down_json
 from tdbmon.identify.natural_frequencies import natural_frequencies
+from tdbmon.record.finding import Check
 from tdbmon.report.document import Figure, Paragraph, Table
 from tdbmon.report.sections import coast_down as section
+from tests.figure_checks import rendered
 from tests.identify import drops
 
 
@@ -136,6 +140,28 @@ def coasting(analysis, speed, motion, tracks=None, lines=()):
     return replace(
         analysis, planes=planes, release=None, speed_time=time, speed_hz=speed(time), tracks=tracks, lines=lines
     )
+
+
+def test_a_speed_error_beyond_the_usual_stays_within_its_panel(long_drop):
+    """A simulated rotor that slows by a third too much: the panel of percent reached down to -5 before."""
+    one = coasting(long_drop[0], lambda t: 90 - 2 * t, lambda t: 1e-4 * np.sin(2 * np.pi * 30 * t))
+    for factor, limits in ((1.01, (-5, 25)), (0.67, (-1.1 * 33, 25)), (1.5, (-5, 1.1 * 50))):
+        other = coasting(
+            long_drop[0], lambda t, f=factor: f * (90 - 2 * t), lambda t: 1e-4 * np.sin(2 * np.pi * 30 * t)
+        )
+        figure = rendered(figures.coast_down(course(CoastDown(one, other, 0.0)), "runout in both"))
+        assert figure.axes[3].get_ylabel() == "speed error\n[%]"
+        assert figure.axes[3].get_ylim() == pytest.approx(limits, rel=1e-3)
+
+
+@pytest.mark.parametrize("taken_off", [False, True])
+def test_the_figure_says_whether_slow_roll_was_taken_off(whole, long_drop, taken_off):
+    measured = replace(whole.measured, checks=[Check("slow roll", "", True, "taken off all readings")] * taken_off)
+    made = section.section(replace(whole, measured=measured), natural_frequencies(long_drop[1]), 0.014)
+    figure = next(b for b in made.blocks if isinstance(b, Figure) and b.name == "coast-down")
+    words = " ".join(text.get_text() for text in rendered(figure.draw()).findobj(Text))
+    assert ("slow roll compensated in both" in words) == taken_off
+    assert ("runout in both" in words) != taken_off
 
 
 def test_course_tells_from_when_speed_and_motion_part(long_drop):

@@ -9,6 +9,7 @@ import numpy as np
 
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import off_by, percent, short, words
+from tdbmon.record.slow_roll import COMPENSATED, runout_words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
     from tdbmon.identify.coast_down_comparison import course, resonances
 
     found, passed = course(whole), resonances(whole, natural)
+    runout = f"{COMPENSATED if runout_words(whole.measured.checks) == COMPENSATED else 'runout'} in both"
     blocks: list[Block] = [
         Paragraph(
             f"The calibrated model, simulated to the record's end and recorded by sensors with the same noise; both records"
@@ -56,7 +58,7 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
             "Speed, what simulation and measurement differ by (in Hz and in percent), and the rms of the displacement at each"
             " end. Its last level is noise and runout.",
             "Speed and rms displacement against time, measured and simulated.",
-            partial(coast_down, found),
+            partial(coast_down, found, runout),
         ),
         Figure(
             "coast-down-waterfalls",
