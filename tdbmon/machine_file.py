@@ -169,7 +169,7 @@ def calibration_head(calibration: Calibration, machine_file: Path) -> str:
         lines.append(f"Hardly determined by what was fitted: {names}.")
     if calibration.at_bound:
         names = ", ".join(each.name for each in calibration.at_bound)
-        lines.append(f"At the edge of their tolerance, so the truth may lie beyond: {names}.")
+        lines.append(f"Gone as far as they may, so the truth may lie beyond: {names}.")
     return "\n".join(lines)
 
 

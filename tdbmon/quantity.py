@@ -67,6 +67,11 @@ def printed(estimate: Estimate, unit: str | None = None) -> str:
     return plain(words(estimate, unit))
 
 
+def why_no_interval(estimate: Estimate) -> str:
+    """Return why a value has no interval, in brackets to stand behind it; nothing where it has one, or has no value."""
+    return f" ({estimate.why})" if estimate.known and estimate.low is None and estimate.why else ""
+
+
 def plain(text: str) -> str:
     """Return text with its numbers and units in letters that every terminal has: ``-3 um`` for ``−3 µm``."""
     return _MINUS.sub("-", _MICRO.sub("u", text))

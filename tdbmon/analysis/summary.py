@@ -9,7 +9,7 @@ from tdbmon.analysis.coast_down_times import how_told
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import printed
+from tdbmon.quantity import printed, why_no_interval
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
 _DRAG = "constant drag"
@@ -60,8 +60,8 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
 
 def _beside(name: str, value: Estimate) -> str:
     """Return what the interval of a number holds, or why it has none."""
-    if value.known and value.low is None and value.why:
-        return f" ({value.why})"
+    if said := why_no_interval(value):
+        return said
     if name.startswith(_COASTED):
         return f", {how_told(value)}"
     return _BY_INERTIA if name == _DRAG and value.known else ""

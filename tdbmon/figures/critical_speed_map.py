@@ -77,9 +77,11 @@ def _map(ax: Axes, found: NaturalFrequencies) -> None:
             here = (found.turning.sideways[:, k] > 0.5) == (direction == "sideways")
             curve = np.where(here, found.turning.frequencies[:, k], np.nan)
             ax.semilogx(x, curve, color=colour, linewidth=1.0, label=f"{direction}, at {found.speed:.0f} Hz")
+    label = "stiffness of the machine file"
     if first.low is not None and first.high is not None:
         ax.axvspan(first.low, first.high, color=SKY, alpha=0.8, linewidth=0)
-    ax.axvline(base, color=BLACK, linewidth=0.8, label="fitted stiffness (95 % in blue)")
+        label = "fitted stiffness (95 % in blue)"
+    ax.axvline(base, color=BLACK, linewidth=0.8, label=label)
     for mode in found.modes:
         ax.plot(base, mode.frequency.value or 0.0, "o", color=COLOUR[mode.direction], markersize=3.5, zorder=5)
     ax.set_xlim(x[0], x[-1])

@@ -7,7 +7,7 @@ from typing import Any
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.agreement import Agreement
-from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.calibration import AtBound, Calibration
 from tdbmon.identify.coast_down import CoastDown
 from tdbmon.identify.coast_down_comparison import course, paired_lines, resonances, scalars
 from tdbmon.identify.fitted import FittedDrop
@@ -15,7 +15,7 @@ from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
 from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
-from tdbmon.quantity import printed
+from tdbmon.quantity import plain, printed, short, why_no_interval
 
 
 def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
@@ -217,5 +217,13 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
         lines.append(f"{name}  (fitted model, first {forces.seconds:g} s)")
         lines.append(f"  {'peak force on the ring':<24}{printed(end.peak)}")
         lines.append(f"  {'peak stress of a ball':<24}{printed(end.stress.greatest)}")
-        lines.append(f"  {'ring at speed after':<24}{printed(end.ring_at_speed)}")
+        lines.append(f"  {'ring at speed after':<24}{printed(end.ring_at_speed)}{why_no_interval(end.ring_at_speed)}")
+    if calibration.at_bound:
+        told = ", ".join(_value_of(calibration, each) for each in calibration.at_bound)
+        lines.append(f"  gone as far as they may, so that the truth may lie beyond: {told}")
     return lines + [f"  remark: {remark}" for remark in calibration.remarks]
+
+
+def _value_of(calibration: Calibration, bound: AtBound) -> str:
+    """Return a value that has gone as far as it may without its interval, which does not hold for it."""
+    return f"{bound.name} {plain(short(calibration.values[bound.name]))}"

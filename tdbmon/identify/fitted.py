@@ -87,8 +87,10 @@ def fit_drop(
         If a record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
     """
     calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
-    later = [remark for drop in calibration.problem.drops for remark in later_remarks(drop, machine)]
-    calibration = replace(calibration, remarks=(*calibration.remarks, *later))
+    measured = calibration.problem.drops
+    faults = [fault for drop in measured[1:] for fault in drop.faults]  # the analysis tells those of the first
+    later = [remark for drop in measured for remark in later_remarks(drop, machine)]
+    calibration = replace(calibration, remarks=(*faults, *calibration.remarks, *later))
     progress("simulating the forces")
     first, *others = forces_of(calibration)
     return FittedDrop(calibration, first, others=tuple(others))

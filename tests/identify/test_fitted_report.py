@@ -18,12 +18,14 @@ from tdbmon.figures.forces import forces
 from tdbmon.identify import fitted as module
 from tdbmon.identify.agreement import agreement
 from tdbmon.identify.calibrate import fit_drops
-from tdbmon.identify.contract import fitted_json
+from tdbmon.identify.calibration import AtBound
+from tdbmon.identify.contract import fitted_json, force_lines
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table
 from tdbmon.report.sections import natural_frequencies
+from tdbmon.report.sections.agreement import section as agreement_section
 from tdbmon.report.sections.forces import section as forces_section
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
@@ -200,6 +202,62 @@ def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report
     assert not re.search(r"\d", said)
     pages = re.findall(r"docs/\w+\.md", said)
     assert len(pages) == 2 and all((ROOT / page).is_file() for page in pages)
+
+
+def test_a_value_without_interval_has_its_reason_in_terminal_and_report(fitted) -> None:
+    """Of the ring, which some simulations see reach the journal's speed and others do not."""
+    why = "in 3 of 8 simulations the ring does not reach the journal's speed"
+    late = Estimate(0.19, unit="s", method="made up", why=why)
+    ends = {name: replace(end, ring_at_speed=late) for name, end in fitted.forces.ends.items()}
+    told = replace(fitted, forces=replace(fitted.forces, ends=ends))
+    lines = [line for line in force_lines(told.calibration, told.forces) if "ring at speed" in line]
+    assert len(lines) == 2 and all(line.endswith(f"0.1900 s ({why})") for line in lines)
+    rows = [row for block in forces_section(told).blocks if isinstance(block, Table) for row in block.rows]
+    (cells,) = [row.cells[1:] for row in rows if row.cells[0].startswith("Inner ring at shaft speed")]
+    assert cells == (f"0.1900 s ({why})",) * 2
+
+
+def test_values_that_went_as_far_as_they_may_are_told_in_terminal_and_report(fitted) -> None:
+    """One by its tolerance, and one that no machine file states: an edge of a tolerance is that of the former alone."""
+    bound = tuple(AtBound(n, fitted.calibration.values[n].value) for n in ("NDE.friction", "DE.centre_x"))
+    told = replace(fitted, calibration=replace(fitted.calibration, at_bound=bound))
+    (line,) = [line for line in force_lines(told.calibration, told.forces) if "as far as they may" in line]
+    friction = told.calibration.values["NDE.friction"].value
+    assert f"NDE.friction {friction:.3f}"[:-1] in line and "DE.centre_x" in line and " um" in line and "µ" not in line
+    assert not any("as far as they may" in line for line in force_lines(fitted.calibration, fitted.forces))
+    rows = [row for block in forces_section(told).blocks if isinstance(block, Table) for row in block.rows]
+    said = {row.cells[0]: row.cells[2] for row in rows if row.cells[0] in ("NDE.friction", "DE.centre_x")}
+    assert said["NDE.friction"].startswith("at the edge of its tolerance:")
+    assert said["DE.centre_x"].startswith("as far off as it may go:")
+
+
+def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
+    """Of a machine file that states supports and friction without tolerance."""
+    stated = {f"{end}.{field}" for end in ("NDE", "DE") for field in ("support_stiffness", "friction")}
+    values = {name: value for name, value in fitted.calibration.values.items() if name not in stated}
+    bare = FittedDrop(replace(fitted.calibration, values=values), fitted.forces)
+    texts = [block.text for block in agreement_section(bare).blocks if isinstance(block, Paragraph)]
+    (text,) = [text for text in texts if text.startswith("Friction by sensitivity")]
+    assert "each end by itself" not in text and text.count("(the machine file states no tolerance)") == 2
+    natural = natural_frequencies.section(analysed, bare)
+    assert any(
+        isinstance(b, Paragraph) and "MN/m (the machine file states no tolerance)" in b.text for b in natural.blocks
+    )
+    figure = next(b for b in natural.blocks if isinstance(b, Figure) and b.name == "critical-speed-map")
+    labels = {text.get_text() for text in rendered(figure.draw()).legends[0].get_texts()}
+    assert "stiffness of the machine file" in labels and not any("95 %" in label for label in labels)
+
+
+def test_faults_of_other_records_are_told(same_model, monkeypatch) -> None:
+    """The analysis is of the first record alone: what is wrong with another one, nothing else tells."""
+    machine, (first, second) = same_model
+    turned = second.copy()
+    turned["NDE_A"], turned["NDE_B"] = second["NDE_B"], second["NDE_A"]
+    monkeypatch.setattr(module, "fit_drops", partial(fit_drops, horizons=(0.006,)))
+    monkeypatch.setattr(module, "forces_of", partial(forces_of, seconds=0.02, members=8))
+    found = module.fit_drop(machine, first, lambda _: None, [turned])
+    assert any(each.startswith("drop_148.nc: NDE: ") for each in found.calibration.remarks)
+    assert not any(each.startswith("drop_97.nc: NDE: ") for each in found.calibration.remarks)
 
 
 def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> None:

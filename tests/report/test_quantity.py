@@ -14,7 +14,19 @@ from hypothesis import strategies as st
 
 import tdbmon
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import moment, number, off_by, percent, plain, printed, rpm, short, subtracted, words
+from tdbmon.quantity import (
+    moment,
+    number,
+    off_by,
+    percent,
+    plain,
+    printed,
+    rpm,
+    short,
+    subtracted,
+    why_no_interval,
+    words,
+)
 from tdbmon.record.finding import um
 
 
@@ -22,6 +34,14 @@ def test_a_value_has_the_digits_that_its_interval_bears() -> None:
     assert words(Estimate(282.13e-6, 279.04e-6, 285.22e-6, "um")) == "282 µm (279 to 285)"
     assert words(Estimate(282.13e-6, 281.04e-6, 283.22e-6, "um")) == "282.1 µm (281.0 to 283.2)"
     assert words(Estimate(95.0095, 95.0081, 95.0109, "Hz")) == "95.0095 Hz (95.0081 to 95.0109)"
+
+
+def test_why_there_is_no_interval_stands_behind_a_value_that_has_none() -> None:
+    assert why_no_interval(Estimate(0.2, unit="s", why="in 3 of 32 simulations it takes longer")) == (
+        " (in 3 of 32 simulations it takes longer)"
+    )
+    assert why_no_interval(Estimate(0.2, 0.1, 0.3, "s", why="told otherwise")) == ""
+    assert why_no_interval(Estimate.missing("s", "nothing told it")) == ""  # the words for it say so
 
 
 def test_a_value_near_an_end_of_its_interval_does_not_stand_at_it() -> None:

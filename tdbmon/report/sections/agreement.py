@@ -6,7 +6,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tdbmon.quantity import number, words
+from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.record.slow_roll import COMPENSATED, NOT_COMPENSATED
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -102,7 +102,9 @@ def _span(contact: Contact | None) -> str:
 def _friction(choice: FrictionChoice) -> list[Block]:
     from tdbmon.figures.friction_choice import friction_choice
 
-    by_least_squares = "; ".join(f"{words(value)} at {end}" for end, value in choice.fitted.items())
+    beside = "; ".join(f"{words(value)}{why_no_interval(value)} at {end}" for end, value in choice.fitted.items())
+    fitted = any(value.low is not None for value in choice.fitted.values())
+    rule = "Least squares, each end by itself" if fitted else "Least squares left the friction as it is stated"
     at = list(choice.tried).index(choice.chosen)
     near = "; ".join(
         f"{end}: {choice.distance[end][at] * 1e6:.1f} µm rms apart, deepest {choice.deepest[end][at] * 1e6:.0f} µm against"
@@ -114,7 +116,7 @@ def _friction(choice: FrictionChoice) -> list[Block]:
             f"Friction by sensitivity: of {len(choice.tried)} coefficients, the same at both ends, {choice.chosen:.3f} brings"
             f" the orbits of the first {choice.seconds * 1e3:.0f} ms nearest to the measured ones ({near}). This is the way of"
             " N. Neisi's dissertation (sec. 3.1); it has no interval, and since all else stays as fitted it is no independent"
-            f" proof. Least squares, each end by itself: {by_least_squares}."
+            f" proof. {rule}: {beside}."
         ),
         Figure(
             "friction-choice",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tdbmon.quantity import number, words
+from tdbmon.identify.parameters import sensor_parameters, stated_parameters
+from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
 from tdbmon.report.remarks import grouped
 
@@ -65,7 +66,12 @@ def section(fitted: FittedDrop) -> Section:
                 *(_impulse(e.impulse, e.impulse_low, e.impulse_high) for e in ends),
             )
         ),
-        Row(("Inner ring at shaft speed, after the release", *(words(end.ring_at_speed) for end in ends))),
+        Row(
+            (
+                "Inner ring at shaft speed, after the release",
+                *(words(e.ring_at_speed) + why_no_interval(e.ring_at_speed) for e in ends),
+            )
+        ),
     ]
     blocks: list[Block] = [
         Paragraph(
@@ -182,11 +188,13 @@ def _values(fitted: FittedDrop) -> Table:
     calibration = fitted.calibration
     bound = {each.name for each in calibration.at_bound}
     loose = {each.name: each for each in calibration.undetermined}
+    untold = {p.name for p in (*stated_parameters(calibration.machine), *sensor_parameters(calibration.machine))}
     rows = []
     for name, value in calibration.values.items():
         remark = ""
         if name in bound:
-            remark = "at the edge of its tolerance: the truth may lie beyond, or the model lacks something"
+            edge = "as far off as it may go" if name in untold else "at the edge of its tolerance"
+            remark = f"{edge}: the truth may lie beyond, or the model lacks something"
         elif name in loose:
             partners = ", ".join(partner for partner, _ in loose[name].partners)
             remark = (

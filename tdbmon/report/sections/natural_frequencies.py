@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tdbmon.identify.natural_frequencies import ORDERS, RestingMode
-from tdbmon.quantity import off_by, words
+from tdbmon.quantity import off_by, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def section(analysis: Analysis, fitted: FittedDrop) -> Section:
 
     found = fitted.natural_frequencies
     lines = own_lines(analysis.lines)
-    stiffness = "; ".join(f"{end} {words(value)}" for end, value in found.support.items())
+    stiffness = "; ".join(f"{end} {words(value)}{why_no_interval(value)}" for end, value in found.support.items())
     series = "; ".join(f"{end.end} {end.series / 1e6:.1f} MN/m" for end in found.ends)
     blocks: list[Block] = [
         Paragraph(
