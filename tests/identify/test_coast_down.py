@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.text import Text
 from tdbsim.effect import from_setting
-from tdbsim.machine import EffectSetting
+from tdbsim.machine import EffectSetting, SlowRoll
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
@@ -93,6 +93,20 @@ def test_pieces_make_no_difference(calibration, monkeypatch):
     names = [probe.name for probe in calibration.machine.probes]
     early = whole.time.to_numpy() < calibration.problem.drops[0].release + 0.02
     assert readings(parts, names)[:, early] == pytest.approx(readings(whole, names)[:, early], abs=0.15e-6)
+
+
+def test_slow_roll_that_stayed_in_the_readings_is_not_put_on_twice(calibration):
+    """Without a keyphasor nothing takes it off the record, and the fitted runout holds what there is of it."""
+    names = [probe.name for probe in calibration.machine.probes]
+    plain = readings(simulated_record(calibration, 0)[0], names)
+    roll = SlowRoll(peak_to_peak=20e-6, phase_lag=0.7)
+    probes = tuple(probe.model_copy(update={"slow_roll": roll}) for probe in calibration.machine.probes)
+    stated = replace(calibration, machine=calibration.machine.model_copy(update={"probes": probes}))
+    with_roll = readings(simulated_record(stated, 0)[0], names)
+    assert np.ptp(with_roll - plain, axis=1) == pytest.approx(20e-6, rel=0.01)
+    drop = replace(calibration.problem.drops[0], angle_sigma=np.inf)
+    without = replace(stated, problem=replace(calibration.problem, drops=(drop, *calibration.problem.drops[1:])))
+    assert readings(simulated_record(without, 0)[0], names) == pytest.approx(plain, abs=1e-9)
 
 
 def test_a_short_record_holds_no_coast_down(calibration, same_model):
