@@ -315,15 +315,15 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
         high=high,
         parted=parted,
     )
-    impulses = np.asarray(np.trapezoid(normal, time, axis=1))
+    impulse, impulse_low, impulse_high = _impulse(normal, time)
     return EndForces(
         end=name,
         history=history,
         peak=_peak(np.array([m.peak[end] for m in members])),
         contacts=_contacts(time, normal, parted),
-        impulse=float(impulses[0]),
-        impulse_low=float(np.quantile(impulses, BAND[0])),
-        impulse_high=float(np.quantile(impulses, BAND[1])),
+        impulse=impulse,
+        impulse_low=impulse_low,
+        impulse_high=impulse_high,
         stress=stress_box([m.stress[end][m.time >= 0] for m in members], machine.bearing(name)),
         ring_at_speed=_at_speed(members, end),
         fatigue=tuple(m.fatigue[end] for m in members),
@@ -335,6 +335,17 @@ def _peak(peaks: Array, sampled: bool = False) -> Estimate:
     rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
     beside = f"; but for the greatest of each, at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
     return of_members(peaks, FORCE, "N", rule + beside)
+
+
+def _impulse(normal: Array, time: Array) -> tuple[float, float, float]:
+    """Return the impulse of the fitted drop, the first of the members (n, k), and its 95 % interval, N s.
+
+    The fitted drop is one of the members, and may be an odd one: the interval holds it all the same.
+    """
+    impulses = np.asarray(np.trapezoid(normal, time, axis=1))
+    fitted = float(impulses[0])
+    low, high = (float(q) for q in np.quantile(impulses, BAND))
+    return fitted, min(low, fitted), max(high, fitted)
 
 
 def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, ...]:
@@ -354,17 +365,18 @@ def _contacts(time: Array, normal: Array, parted: float) -> tuple[ContactForce, 
         left = (spans[k - 1][1] + begin) // 2 if k else 0
         right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
         part = normal[:, left:right]
-        peaks, impulses = part.max(axis=1), np.asarray(np.trapezoid(part, time[left:right], axis=1))
+        peaks = part.max(axis=1)
         if np.median(peaks) == 0.0:  # a graze that most members miss
             continue
+        impulse, impulse_low, impulse_high = _impulse(part, time[left:right])
         found.append(
             ContactForce(
                 start=float(time[begin]),
                 seconds=float(time[stop - 1] - time[begin]),
                 peak=_peak(peaks, sampled=bool(np.any(peaks < normal.max(axis=1)))),
-                impulse=float(impulses[0]),
-                impulse_low=float(np.quantile(impulses, BAND[0])),
-                impulse_high=float(np.quantile(impulses, BAND[1])),
+                impulse=impulse,
+                impulse_low=impulse_low,
+                impulse_high=impulse_high,
             )
         )
     return tuple(found)

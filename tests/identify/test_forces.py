@@ -13,7 +13,7 @@ from tdbsim.hertz import BearingGeometry
 from tdbmon.estimate import Estimate
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.identify.contract import calibration_json, end_json
-from tdbmon.identify.forces import _at_speed, _Member, _peak, forces_of
+from tdbmon.identify.forces import _at_speed, _contacts, _Member, _peak, forces_of
 from tdbmon.identify.model_share import FORCE
 from tdbmon.identify.stress import ball_stress, stress_box
 
@@ -148,6 +148,18 @@ def test_a_ring_that_stays_slow_in_some_members_bounds_the_time_from_below_only(
     assert "in 2 of 32 simulations" in most.why
     few = _at_speed(ring([*times[:15], *[math.inf] * 17]), 0)
     assert few.value is None and "does not reach" in few.why
+
+
+def test_the_interval_of_an_impulse_holds_the_fitted_drop():
+    """Of 39 members with half the force of the fitted one, the 95 % band of all is that half."""
+    time = np.linspace(0.0, 0.01, 401)
+    blow = np.where((time > 0.002) & (time < 0.006), 1000 * np.sin(np.pi * (time - 0.002) / 0.004), 0.0)
+    found = _contacts(time, np.stack([blow, *[0.5 * blow] * 39]), 0.01)
+    (contact,) = found
+    whole = 1000 * 0.004 * 2 / np.pi
+    assert contact.impulse == pytest.approx(whole, rel=1e-3)
+    assert (contact.impulse_low, contact.impulse_high) == pytest.approx((whole / 2, whole), rel=0.03)
+    assert contact.impulse_low <= contact.impulse <= contact.impulse_high
 
 
 def test_unloaded_bearing_has_no_stress(calibration):
