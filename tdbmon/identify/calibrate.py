@@ -22,7 +22,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Residual, Undetermined
+from tdbmon.identify.calibration import LACKS, AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -48,7 +48,6 @@ _EARLY = 0.025  # s; further on the path of one drop may part, and not those of 
 TRUSTED = 0.06  # s: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
-_LACKS = 4.0  # times the noise, from which on it is remarked that the model does not explain the drops
 
 
 def fit_drops(
@@ -106,7 +105,7 @@ def fit_drops(
         trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
         misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
         mistaken = None
-        if misfit > _LACKS:
+        if misfit > LACKS:
             progress("looking for what the machine file may have wrong")
             plain = build_problem(machine, drops, crew)
             mistaken = exchanged_ends(machine, plain) or mistaken_entry(plain)
@@ -115,10 +114,12 @@ def fit_drops(
     remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
-    elif misfit > _LACKS:
+    elif misfit > LACKS:
+        checks = "see first to what the records' checks found; " if any(drop.faults for drop in drops) else ""
         remarks.append(
             f"the model leaves {misfit:.2f} times the noise of the first contacts: it lacks something, and its values, forces and"
-            " stresses may be off by more than their intervals; `tdbmon diagnose` seeks what is missing, best from several drops"
+            f" stresses may be off by more than their intervals; {checks}`tdbmon diagnose` seeks what is missing, best from"
+            " several drops"
         )
     return Calibration(
         machine=machine,

@@ -14,6 +14,8 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
+LACKS = 4.0  # times the noise, from which on the model does not explain the drops
+
 
 @dataclass(frozen=True)
 class Residual:
@@ -162,6 +164,11 @@ class Calibration:
     problem: Problem
     point: Array
     covariance: Array
+
+    @property
+    def explains(self) -> bool:
+        """False where the model leaves so much that its values and forces may be off by more than their intervals."""
+        return self.misfit <= LACKS
 
     def value(self, name: str, stated: float, unit: str) -> Estimate:
         """Return a fitted value, or what the machine file states without tolerance (SI) where it was not fitted."""

@@ -173,7 +173,7 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
         end = next(probe.end for probe in machine.probes if probe.name == name)
         left = sum(probe.name in ds for probe in machine.probes_at(end))
         follows = (
-            f"end {end} has {left} of two directions, hence no orbit, gap or contact force there"
+            f"end {end} has {left} of two directions, hence no orbit, gap or contacts there"
             if left < 2
             else f"end {end} has {left} probes left"
         )

@@ -76,6 +76,16 @@ def test_a_model_that_does_not_explain_the_drop_is_remarked(same_model):
     found = fit_drops(machine, [record], horizons=HORIZON)
     assert found.misfit > 4
     assert any(f"leaves {found.misfit:.2f} times the noise" in remark for remark in found.remarks)
+    assert not found.explains
+
+
+def test_a_model_that_fails_on_a_record_with_faults_sends_to_the_checks_first(same_model):
+    machine, records = same_model
+    record = records[0].copy()
+    record["NDE_A"], record["NDE_B"] = records[0]["NDE_B"], records[0]["NDE_A"]
+    found = fit_drops(machine, [record], horizons=HORIZON)
+    (remark,) = [remark for remark in found.remarks if "times the noise" in remark]
+    assert not found.explains and "see first to what the records' checks found" in remark
 
 
 def test_value_that_the_drop_cannot_tell_is_reported(same_model):

@@ -23,10 +23,11 @@ from tdbmon.identify.contract import fitted_json, force_lines
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
-from tdbmon.report.document import Document, Figure, Paragraph, Table
+from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
 from tdbmon.report.sections import natural_frequencies
 from tdbmon.report.sections.agreement import section as agreement_section
 from tdbmon.report.sections.forces import section as forces_section
+from tdbmon.report.sections.summary import section as summary_section
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
 
@@ -192,6 +193,15 @@ def test_the_first_page_says_how_hard_the_bearings_were_hit(report: Document, fi
     over, against = (row.cells[1] for row in table.rows[2:])
     assert float(over.split()[0]) == pytest.approx(end.peak.value / load, rel=0.02)
     assert f"{100 * end.stress.greatest.value / 4.2e9:.0f} %" in against and against.startswith("below")
+
+
+@pytest.mark.parametrize(("misfit", "doubted"), [(1.3, False), (76.6, True)])
+def test_the_first_page_doubts_forces_of_a_model_that_fails(analysed, fitted, misfit, doubted) -> None:
+    """Their intervals hold only what a model leaves that is about right."""
+    calibration = replace(fitted.calibration, misfit=misfit)
+    summary = summary_section(analysed, replace(fitted, calibration=calibration))
+    said = [block.text for block in summary.blocks if isinstance(block, Verdict) and block.tone == "attention"]
+    assert any("does not follow the first contacts" in text for text in said) == doubted
 
 
 def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report: Document) -> None:

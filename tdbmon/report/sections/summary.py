@@ -151,11 +151,20 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
             "attention" if max(dented) > STATIC_LIMIT else "plain",
         ),
     )
+    calibration = fitted.calibration
+    doubts = [
+        Verdict(
+            "The fitted model does not follow the first contacts: forces and stresses may be off by more than their intervals"
+            " (see Forces and stresses).",
+            "attention",
+        )
+    ]
     return [
+        *([] if calibration.explains else doubts),
         Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
         Paragraph(
-            f"No sensor measures these. The simulation was fitted to the first {fitted.calibration.horizon * 1e3:.0f} ms after"
-            f" the release; of the first contacts it leaves {fitted.calibration.misfit:.2f} times the probes' noise."
+            f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
+            f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
         ),
     ]
 
