@@ -69,7 +69,7 @@ class AnalysisView:
     def __repr__(self) -> str:
         from tdbmon.analysis.summary import summary_lines
 
-        lines = summary_lines(self.result)
+        lines = summary_lines(self.result, self.fitted is not None)
         if self.fitted is not None:
             from tdbmon.identify.contract import force_lines
 

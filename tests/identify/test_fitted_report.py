@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from tdbsim.rotor import build_rotor, static_loads
 
+from tdbmon.accessor import AnalysisView
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
+from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
 from tdbmon.figures.forces import forces
 from tdbmon.identify import fitted as module
@@ -256,6 +258,13 @@ def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
     figure = next(b for b in natural.blocks if isinstance(b, Figure) and b.name == "critical-speed-map")
     labels = {text.get_text() for text in rendered(figure.draw()).legends[0].get_texts()}
     assert "stiffness of the machine file" in labels and not any("95 %" in label for label in labels)
+
+
+def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) -> None:
+    assert analysed.forces_tell_contacts
+    assert FORCES_TELL in repr(AnalysisView(analysed))
+    shown = repr(AnalysisView(analysed, fitted))
+    assert FORCES_TELL not in shown and "peak force on the ring" in shown
 
 
 def test_faults_of_other_records_are_told(same_model, monkeypatch) -> None:
