@@ -240,7 +240,7 @@ def fit_of(machine, values):
     return Calibration(
         machine=machine,
         calibrated=calibrated_machine(machine, values),
-        values={},
+        values={"DE.radial_gap": Estimate.from_sigma(values["DE.radial_gap"], 1e-6, "um", "made up")},
         at_bound=(AtBound("DE.radial_gap", values["DE.radial_gap"]),),
         undetermined=(Undetermined("NDE.friction", 0.9, ()),),
         drops=(DropFit("drop_100.nc", 100.0, nothing, nothing, {}, {}, ()),),
@@ -278,6 +278,7 @@ def test_analyse_writes_the_calibrated_machine(capsys, tmp_path, monkeypatch):
     code, out, _ = run(capsys, "analyse", shipped("short/machine.toml"), record, "--calibrated", file)
     assert code == 0
     assert f"machine: {file}" in out
+    assert "gone as far as they may, so that the truth may lie beyond: DE.radial_gap 300.0 um" in out
     written = load_machine(file)
     assert written.bearing("DE").radial_gap.nominal == 300e-6
     assert written.bearing("NDE").support_stiffness.nominal == 1.4147e8
