@@ -204,4 +204,5 @@ def _force_within(spans: Sequence[tuple[float, float]], contact: Contact) -> tup
 
 def _residuals(since: Array, left: Array, drop: MeasuredDrop, seconds: float) -> tuple[Residual, ...]:
     last = min(seconds, float(since[-1])) + 1.5 * drop.interval
-    return tuple(Residual.of(left, since, drop, horizon) for horizon in HORIZONS if horizon <= last)
+    found = (Residual.of(left, since, drop, horizon) for horizon in HORIZONS if horizon <= last)
+    return tuple(each for each in found if each.rms)

@@ -26,7 +26,7 @@ class Residual:
     horizon : float
         s after the release.
     rms : dict
-        Measured less simulated, by probe, m.
+        Measured less simulated, by probe, m; a probe of which all samples are missing so far is not among them.
     noise : dict
         Standard deviation of each probe's noise, m.
     """
@@ -41,11 +41,19 @@ class Residual:
 
         `since` is s after the release, (k,).
         """
-        rms = np.sqrt(np.nanmean(left[:, (since >= 0) & (since <= horizon)] ** 2, axis=1))
         names = [probe.name for probe in drop.probes]
+        here = left[:, (since >= 0) & (since <= horizon)]
+        seen = np.asarray(np.isfinite(here).any(axis=1))
+        rms = np.sqrt(np.nanmean((here if seen.all() else here[seen]) ** 2, axis=1))
         return cls(
             horizon,
-            dict(zip(names, rms.tolist(), strict=True)),
+            dict(
+                zip(
+                    (name for name, any_sample in zip(names, seen.tolist(), strict=True) if any_sample),
+                    rms.tolist(),
+                    strict=True,
+                )
+            ),
             dict(zip(names, (noise.sigma for noise in drop.noise), strict=True)),
         )
 

@@ -81,7 +81,7 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
                 "file": fit.name,
                 "speed_hz": fit.speed,
                 "release_time_s": fit.release.to_json(),
-                "residual_over_noise": [{"horizon_s": r.horizon, "ratio": r.ratio} for r in fit.residuals],
+                "residual_over_noise": [{"horizon_s": r.horizon, "ratio": r.ratio} for r in fit.residuals if r.rms],
                 "ends": {name: end_json(calibration, end) for name, end in found.items()},
             }
             for fit, found in _with_forces(calibration, forces)

@@ -10,6 +10,7 @@ from tdbmon.analysis.contact_events import Contact
 from tdbmon.identify.agreement import _contacts, agreement
 from tdbmon.identify.contract import agreement_json
 from tdbmon.identify.friction_choice import GRID, choose_friction
+from tdbmon.report.sections.agreement import _residuals
 from tests.identify import drops
 
 
@@ -96,6 +97,21 @@ def test_friction_by_sensitivity_finds_a_common_coefficient():
         assert choice.deepest[end][at] == pytest.approx(choice.measured_deepest[end], rel=0.01)
         assert choice.fitted[end].low < choice.fitted[end].value < choice.fitted[end].high
     assert len(choice.tried) > len(GRID) and np.all(np.diff(choice.tried) > 0)
+
+
+def test_a_probe_without_samples_so_far_has_no_residual(calibration):
+    """As of a probe that drops out from the release to past the first horizon: its rms was NaN, which no JSON holds."""
+    problem = calibration.problem
+    whole = problem.drops[0]
+    reading = whole.reading.copy()
+    reading[2, (whole.time > whole.release - 0.001) & (whole.time < whole.release + 0.015)] = np.nan
+    lost = replace(calibration, problem=replace(problem, drops=(replace(whole, reading=reading), *problem.drops[1:])))
+    late = agreement(lost, 0, 0.03)
+    first, second = late.residuals
+    assert set(second.rms) - set(first.rms) == {whole.probes[2].name}
+    assert first.ratio == pytest.approx(1.0, abs=0.3)
+    json.dumps(agreement_json(late, None), allow_nan=False)
+    assert [row.cells[4] == "–" for row in _residuals(late).rows] == [True, False]
 
 
 def test_json_is_plain(found):

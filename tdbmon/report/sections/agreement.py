@@ -60,10 +60,12 @@ def section(fitted: FittedDrop) -> Section:
 
 
 def _residuals(found: Agreement) -> Table:
-    probes = list(found.residuals[0].rms)
+    probes = list(found.residuals[-1].rms)
     rows = []
     for each in found.residuals:
-        cells = [f"{each.rms[p] * 1e6:.2f} µm, {each.rms[p] / each.noise[p]:.2f}" for p in probes]
+        cells = [
+            f"{each.rms[p] * 1e6:.2f} µm, {each.rms[p] / each.noise[p]:.2f}" if p in each.rms else "–" for p in probes
+        ]
         scope = "" if each.horizon <= found.fitted_to + 1e-9 else " (not fitted)"
         rows.append(Row((f"{each.horizon * 1e3:.0f} ms{scope}", f"{each.ratio:.2f}", *cells)))
     caption = "Residual from the release on: rms, and the same over the noise of the probe (1 where only noise is left)"
