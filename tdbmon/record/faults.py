@@ -16,6 +16,7 @@ _TOP = 3  # samples of one value at an extreme that are no turning point
 _CLIPPED = 5  # equal samples at the extreme below full scale: fewer are a rounded peak
 _SPIKE = 5  # samples at most
 _ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
+_MANY = 10_000  # steps that tell the usual one
 _AROUND = 50  # samples on either side of a run that tell whether the signal moves
 
 
@@ -48,9 +49,9 @@ def prepare(values: np.ndarray) -> Signal:
     steps = np.diff(values)
     size = np.abs(steps)
     moving = size[size > 0]
-    # rounding of decimal values makes differences of 1e-16: they are no resolution
-    largest = float(moving.max()) if moving.size else 0.0
-    moving = moving[moving > 1e-9 * largest]
+    # rounding of decimal values makes differences of 1e-16: they are no resolution; nor is a step to 1e30 and back a motion
+    usual = float(np.quantile(moving[:: moving.size // _MANY + 1], 0.9)) if moving.size else 0.0
+    moving = moving[moving > 1e-9 * usual]
     quantum = float(moving.min()) if moving.size else 0.0
     equal = runs_of(steps == 0)
     equal = equal.where(equal.length >= _TOP - 1)

@@ -15,6 +15,12 @@ _NEAR = 6  # intervals on either side that hold at least one without a missed pu
 _WINDOW = 9  # pulses around an interval that tell what is usual there
 _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
 _LONG = 1.5  # times the usual interval: above, a pulse was missed
+_NO_LEVELS = 0.3  # of the difference of the levels: noise alone, cut at its middle, scatters by 0.37 around the two
+_BOUNCE = 0.1  # of the long intervals around: an edge that follows so soon belongs to the same pulse
+_PASSES, _FEW = (
+    0.75,
+    0.375,
+)  # quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
 
 
 @dataclass(frozen=True)
@@ -84,10 +90,13 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     if levels is None:
         return _none("the signal has one level only")
     low, high = levels
+    if _noise_of((values - low) / (high - low)) > _NO_LEVELS:
+        return _none("the signal is noise, without two levels")
     edges, sigma = _edges(time, values, low, high, machine.keyphasor.edge == "rising")
     if edges.size == 0:
         return _none("no edge in the signal")
-    kept, extra = _without_extra(edges)
+    kept = _without_extra(_without_bounces(edges))
+    extra = int(edges.size - kept.size)
     turns, missed = _turns(kept)
     count = machine.keyphasor.pulses_per_revolution
     first_of_turn = turns % count == 0
@@ -213,7 +222,7 @@ def _edges(
     level = (values - low) / (high - low)
     if not rising:
         level = 1.0 - level
-    half = float(np.clip(4 * _noise(level), 0.1, 0.4))
+    half = float(np.clip(4 * _noise_of(level), 0.1, 0.4))
     state = np.where(level > 0.5 + half, 1, np.where(level < 0.5 - half, -1, 0))
     known = np.flatnonzero(state)
     rises = np.flatnonzero(np.diff(state[known]) > 0)
@@ -230,10 +239,14 @@ def _edges(
     return edges, (None if np.mean(analogue) > 0.5 and edges.size >= 12 else sampled)
 
 
-def _noise(level: np.ndarray) -> float:
-    """Return the standard deviation around the two levels, robustly."""
+def _noise_of(level: np.ndarray) -> float:
+    """Return the standard deviation around the two levels, robustly, or from one sample to the next where that is less.
+
+    Hum and drift make no edge, and a hysteresis of their size swallows pulses.
+    """
     away = np.abs(level - (level > 0.5))
-    return float(1.4826 * np.median(away))
+    steps = np.abs(np.diff(level)) / np.sqrt(2)
+    return 1.4826 * min(float(np.median(away)), float(np.median(steps)))
 
 
 def _usual(intervals: np.ndarray, share: float) -> np.ndarray:
@@ -245,7 +258,17 @@ def _usual(intervals: np.ndarray, share: float) -> np.ndarray:
     return middle[np.clip(np.arange(n) - width // 2, 0, middle.size - 1)]
 
 
-def _without_extra(edges: np.ndarray) -> tuple[np.ndarray, int]:
+def _without_bounces(edges: np.ndarray) -> np.ndarray:
+    """Keep the first edge of each pulse where most pulses have two or three: the usual interval is then one of theirs."""
+    intervals = np.diff(edges)
+    if intervals.size < _WINDOW:
+        return edges
+    long = _usual(intervals, _PASSES)
+    bounced = (intervals < _BOUNCE * long) & (_usual(intervals, _FEW) < _BOUNCE * long)
+    return edges[np.concatenate(([True], ~bounced))]
+
+
+def _without_extra(edges: np.ndarray) -> np.ndarray:
     """Drop pulses that come much too early after the one before: bounces and double pulses."""
     kept = edges
     for _ in range(10):
@@ -261,7 +284,7 @@ def _without_extra(edges: np.ndarray) -> tuple[np.ndarray, int]:
             break
         drop = [_surplus(intervals, int(i), float(usual[i])) for i in short]
         kept = np.delete(kept, drop)
-    return kept, int(edges.size - kept.size)
+    return kept
 
 
 def _surplus(intervals: np.ndarray, i: int, usual: float) -> int:

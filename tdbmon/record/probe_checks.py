@@ -19,6 +19,7 @@ from tdbmon.runs import Runs, runs_of
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
 _STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
+_STUCK = 0.3  # of the record: a probe that stands at one value as long is stuck
 _FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
 _SOON = 3.0  # times the fall through the gap: within it the record ends, and a shaft may have moved straight down alone
 _LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
@@ -43,7 +44,11 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     gap = machine.bearing(probe.end).radial_gap.nominal
     peaks = spikes(signal, machine, probe)
     apart = peaks.mask(array.size)
-    held = signal.values[~apart & ~np.isnan(signal.values)]
+    clipped = clipped_of(array, signal)
+    lost = dropouts(signal, clipped)
+    # what a logger writes for nothing, such as -9999, has no unit
+    absent = lost.where(faults.jumped_runs(signal, lost)).mask(array.size)
+    held = signal.values[~apart & ~absent & ~np.isnan(signal.values)]
     low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # a few odd samples decide no unit
     swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
@@ -57,14 +62,12 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
         if dead
         else Check("dead", name, True, f"moves by {um(moved)} pk-pk")
     )
-    if dead and not _moves_slowly(finite):
-        return found  # noise has no unit that is written wrong
+    if dead and (not _moves_slowly(finite) or lost.longest > _STUCK * array.size):
+        return found  # noise has no unit that is written wrong, nor has what stands still
     unit = _unit(name, moved, swing, gap, str(array.attrs.get("source_units", "")))
     found.append(unit)
     if dead:
         return found
-    clipped = clipped_of(array, signal)
-    lost = dropouts(signal, clipped)
     found += [_clipping(name, time, signal, flat_tops(signal, clipped)), dropout_check(name, time, lost)]
     if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
         measured = faults.prepare(np.where(lost.mask(array.size) | apart, np.nan, signal.values))

@@ -14,16 +14,21 @@ from tdbmon.record.keyphasor import Pulses, pulses
 
 COMPENSATED = "slow roll compensated"  # in the words of figures
 NOT_COMPENSATED = "runout not compensated"
+_BEFORE, _AFTER = (
+    3,
+    1,
+)  # revolutions beyond the pulses: the levitated shaft turns steadily, that which runs down does not
 
 
 def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record laid over its machine less the slow roll of its probes (m); where no angle is known it stays.
 
-    The angle goes on from the first and the last pulses as between them, for one revolution at most.
+    The angle goes on from the first and the last pulses as between them, for three revolutions before and one after.  Where
+    pulses begin later than that, nothing is taken off: readings would jump there, which looks like a release.
     """
     stated = _stated(record, machine)
     key = _pulses(record, machine) if stated else None
-    if key is None:
+    if key is None or _begins_late(key, record, stated) is not None:
         return record
     out = record.copy()
     for probe in stated:
@@ -43,6 +48,13 @@ def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
     key = _pulses(record, machine)
     if key is None:
         detail = f"{said}: not taken off, since the record has no keyphasor pulses that tell the shaft's angle"
+        return [Check("slow roll", "", False, detail)]
+    begins = _begins_late(key, record, stated)
+    if begins is not None:
+        detail = (
+            f"{said}: not taken off, since keyphasor pulses tell the shaft's angle from {begins:.5g} s on only, and readings"
+            " would jump there; where the shaft still levitates then, cut the record there"
+        )
         return [Check("slow roll", "", False, detail)]
     (dim,) = record[stated[0].name].dims
     time = record[dim].to_numpy()
@@ -79,8 +91,18 @@ def _pulses(record: xr.Dataset, machine: Machine) -> Pulses | None:
     return key if len(key.times) > 2 else None
 
 
+def _begins_late(key: Pulses, record: xr.Dataset, stated: Sequence[Probe]) -> float | None:
+    """Return from when on the angle is known, s, where that is later than a probe's first reading."""
+    for probe in stated:
+        time = record[record[probe.name].dims[0]].to_numpy()
+        known = np.isfinite(_turned(key, time))
+        if known.any() and not known[0]:
+            return float(time[known][0])
+    return None
+
+
 def _turned(key: Pulses, time: np.ndarray) -> np.ndarray:
-    """Return how far the shaft has turned since a pulse at times (n,), s, rad; NaN more than a revolution off all pulses."""
+    """Return how far the shaft has turned since a pulse at times (n,), s, rad; NaN far off all pulses."""
     from scipy.interpolate import PchipInterpolator
 
     course = PchipInterpolator(key.times, key.turns)
@@ -88,5 +110,5 @@ def _turned(key: Pulses, time: np.ndarray) -> np.ndarray:
     turns = np.asarray(course(np.clip(time, first, last)))
     turns += np.clip(time - first, None, 0.0) / (second - first) * (key.turns[1] - key.turns[0])
     turns += np.clip(time - last, 0.0, None) / (last - before) * (key.turns[-1] - key.turns[-2])
-    near = (turns >= key.turns[0] - 1) & (turns <= key.turns[-1] + 1)
+    near = (turns >= key.turns[0] - _BEFORE) & (turns <= key.turns[-1] + _AFTER)
     return np.where(near, 2 * np.pi * turns, np.nan)

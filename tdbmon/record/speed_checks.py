@@ -13,6 +13,7 @@ from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses, speed, stated_over_counted
+from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
 
@@ -74,6 +75,13 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         if stated is not None and wrong is not None:
             detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
             return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
+        late = lag(ds, marks)
+        if late is not None:
+            detail = (
+                f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
+                f" late, as from a tachometer that averages{_KEYED}"
+            )
+            return Check("speed", "speed", False, detail)
         return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
@@ -262,7 +270,7 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Return a record without the channels of the speed that the others refute (see `refuted`), and without its floor.
 
-    A signal that is dead or counts backwards goes where a keyphasor tells the speed.
+    A signal that is dead, counts backwards or comes late goes where a keyphasor tells the speed.
     """
     ds = _without_unfit(ds, machine)
     while wrong := refuted(ds, machine):  # what is left when one goes is judged anew, by itself
@@ -279,8 +287,13 @@ def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         return ds
     marks = _marks(ds, machine)
     empty = not np.isfinite(ds["speed"].values).any()
-    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "")
+    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or _late(ds, marks))
     return ds.drop_vars("speed") if empty or unfit else ds
+
+
+def _late(ds: xr.Dataset, marks: Pulses | None) -> bool:
+    compared = _over_pulses(ds, marks)
+    return compared is not None and compared.agree and lag(ds, marks) is not None
 
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:

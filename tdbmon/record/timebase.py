@@ -27,6 +27,7 @@ LONG = 1.5  # times the usual interval: above, the time axis skips a sample
 
 _PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
+_DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # what is left of them is no thousands separator
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
@@ -132,6 +133,7 @@ def _stated(text: str, si: str, unit: str | None) -> float:
         text = _in_hz(text)
         if in_name.lower() in ("", "hz"):  # no drop is recorded at 20.000 Hz
             text = _THOUSANDS.sub(lambda found: re.sub("[.,]", "", found[0]), text)
+    text = _DECIMAL_COMMA.sub(r"\1.", text)
     known = si_unit_of(in_name) if in_name and is_bare(text) else None
     return to_si(text, si) * (known[1] if known is not None and known[0] == si else 1.0)
 

@@ -43,6 +43,13 @@ SAME = {
     "10.03.2026,09:00:00.000,1.5,-2\n10.03.2026,09:00:00.001,2.5,-3\n10.03.2026,09:00:00.002,1e1,-4\n",
     "labelled rows, one of units": "Title,Run 1\nPoint Id,,A,B\nDirection,,S,S\nUnit,s,um,V\n"
     ",0,1.5,-2\n,0.001,2.5,-3\n,0.002,1e1,-4\n",
+    "bars": "time|A|B\n0|1.5|-2\n0.001|2.5|-3\n0.002|1e1|-4\n",
+    "exponents of Fortran": "time,A,B\n0,1.5D0,-2\n0.001,2.5D0,-3\n0.002,1D+1,-4\n",
+    "minutes and seconds": "time,A,B\n59:59.999,1.5,-2\n60:00.000,2.5,-3\n60:00.001,1e1,-4\n",
+    "clock with its form for a unit": "time;A;B\nhh:mm:ss.fff;um;V\n"
+    "09:00:00,000;1,5;-2\n09:00:00,001;2,5;-3\n09:00:00,002;1e1;-4\n",
+    "end of DOS": "time,A,B\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n\x1a",
+    "empty end of a disk block": "time,A,B\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n" + 600 * "\0",
     "whole numbers": "time,A,B\n0,1.5,-2\n0.001,2.5,-3\n0.002,10,-4\n",
 }
 
@@ -51,7 +58,7 @@ SAME = {
     "rate",
     ["Samples/s: 20000", "Samples/s;20000", "Samples/sec = 20000", "Sample rate: 20 kS/s", "Sample rate: 20000 Sa/s",
      "Abtastrate: 20.000 Hz", "Abtastrate;20.000", "Abtastrate [kHz];20", "Abtastrate [kHz];20.000", "dt [us];50",
-     "Scan rate;20,000", "fs (S/s);20000"],
+     "Abtastrate: 20,0 kHz", "Abtastrate [kHz];20,0", "dt [us];50,0", "Scan rate;20,000", "fs (S/s);20000"],
 )  # fmt: skip
 def test_a_rate_in_many_dresses(rate: str, tmp_path: Path) -> None:
     record = _read(tmp_path, f"{rate}\nA;B\n1,5;-2\n2,5;-3\n")
@@ -208,6 +215,10 @@ BAD = {
     "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is no number"),
     "short row": ("time,A,B\n0,1,2\n0.1,1\n0.2,1,2\n", "line 3 has 2 columns instead of 3"),
     "long row": ("time,A,B\n0,1,2\n0.1,1,5,7\n0.2,1,2\n", "line 3 has 4 columns instead of 3"),
+    "words at the end": (
+        "time,A,B\n0,1,2\n0.1,1,5\nEnd of file\n",
+        r"line 4 \('End of file'\) is no row of numbers: delete it",
+    ),
     "cut row": ("time,A,B\n0,1,2\n0.1,1,5\n0.2,1", r"line 4 \(the last: the file was cut off\)"),
     "short row of blanks": ("time A B\n0 1 2\n0.1 1\n0.2 1 2\n", "line 3 has 2 columns instead of 3"),
     "header too long": (

@@ -197,6 +197,35 @@ def test_signals_without_pulses_are_no_error(signal: np.ndarray) -> None:
     assert np.all(np.isnan(shaft_angle(found, np.arange(5) / RATE, machine())))
 
 
+@pytest.mark.parametrize("edges", [2, 3])
+def test_every_pulse_may_bounce(edges: int) -> None:
+    time, signal = _digital(80.0, 1.0, 0.2)
+    rises = np.flatnonzero(np.diff(signal) > 0) + 1
+    for k in range(1, edges):
+        signal[rises + 3 * k - 1] = 0.0  # falls back for a sample, 0.2 ms after the edge and again
+    found = pulses(_record(signal, time), machine())
+    truth = _true_pulses(80.0, 1.0)
+    assert np.abs(found.times - truth[: found.times.size]).max() <= 0.5001 / RATE
+    assert (found.missed, found.extra) == (0, (edges - 1) * len(truth))
+    assert speed(found)[1] == pytest.approx(80.0, rel=0.08)
+
+
+def test_hum_on_the_signal_swallows_no_pulse() -> None:
+    time, signal = _digital(80.0, 1.0)
+    noise = np.random.default_rng(4).normal(0, 0.02, time.size)
+    found = pulses(_record(5 * (signal + 0.3 * np.sin(2 * np.pi * 50 * time) + noise), time), machine())
+    assert (found.missed, found.extra) == (0, 0)
+    assert np.abs(found.times - _true_pulses(80.0, 1.0)[: found.times.size]).max() <= 1 / RATE
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_alone_has_no_pulses(seed: int) -> None:
+    signal = np.random.default_rng(seed).normal(0, 0.01, 20_000)
+    found = pulses(_record(signal, np.arange(20_000) / RATE), machine())
+    assert found.times.size == 0
+    assert found.quality == "no pulses: the signal is noise, without two levels"
+
+
 def test_missing_samples_are_passed_over() -> None:
     time, signal = _digital(100.0, 1.0)
     holes = np.where(np.random.default_rng(1).random(time.size) < 0.01, np.nan, signal)

@@ -197,6 +197,22 @@ def test_what_dropped_out_is_missing_afterwards(level: float | None, sound: xr.D
     np.testing.assert_array_equal(out["NDE_A"].values, sound["NDE_A"].values)
 
 
+@pytest.mark.parametrize("fill", [-9999e-6, 1e30])
+def test_what_a_logger_writes_for_nothing_has_no_unit(fill: float, sound: xr.Dataset) -> None:
+    values = sound["NDE_B"].values.copy()
+    values[4000:4020] = fill
+    ds = _changed(sound, "NDE_B", values)
+    assert list(_failed(ds)) == [("dropout", "NDE_B")]
+    assert not left_out(ds, machine(), check(ds, machine()))
+
+
+def test_a_stuck_probe_is_in_no_wrong_unit(sound: xr.Dataset) -> None:
+    values = sound["NDE_B"].values.copy()
+    values[2000:] = values[2000]  # from the release on
+    failed = _failed(_changed(sound, "NDE_B", values))
+    assert ("dead", "NDE_B") in failed and ("unit", "NDE_B") not in failed
+
+
 def test_a_peak_that_is_cut_off_is_no_dropout(sound: xr.Dataset) -> None:
     ds = _changed(sound, "NDE_B", np.maximum(sound["NDE_B"].values, np.quantile(sound["NDE_B"].values, 0.05)))
     assert ("clipping", "NDE_B") in _failed(ds) and ("dropout", "NDE_B") not in _failed(ds)

@@ -123,6 +123,18 @@ def test_where_the_keyphasor_has_ended_readings_stay_and_that_is_said(machine: M
     assert check.passed and "from 0 s to 0.19995 s" in check.detail
 
 
+@pytest.mark.parametrize(("since", "taken_off"), [(0.015, True), (0.1, False)])  # at 100 Hz
+def test_where_the_keyphasor_begins_late_readings_do_not_jump(machine: Machine, since: float, taken_off: bool) -> None:
+    stated = rolling(machine)
+    record = turned_record(stated)
+    record["keyphasor"] = record.keyphasor.where(record.time > since, 0.0)
+    changed = np.abs(without_slow_roll(record, stated).NDE_A - record.NDE_A).to_numpy() > 0
+    assert changed.mean() == pytest.approx(float(taken_off), abs=0.01)
+    (check,) = check_slow_roll(record, stated)
+    assert check.passed == taken_off
+    assert taken_off or "readings would jump there" in check.detail
+
+
 def test_without_a_keyphasor_nothing_is_taken_off_and_that_fails(machine: Machine) -> None:
     stated = rolling(machine)
     record = turned_record(stated).drop_vars("keyphasor")

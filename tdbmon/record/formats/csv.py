@@ -11,7 +11,7 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.text_cells import CLOCK, DATE, MOMENT, split
+from tdbmon.record.formats.text_cells import CLOCK, DATE, MOMENT, is_number, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
 
@@ -27,7 +27,8 @@ class CSV:
     def recognises(self, head: bytes, path: Path) -> bool:
         if head.startswith((b"\xff\xfe", b"\xfe\xff")):
             return len(head) > 2 and b"\0" in head
-        return len(head.translate(None, _CONTROL)) == len(head)
+        text = head.rstrip(b"\0")
+        return bool(text) and len(text.translate(None, _CONTROL)) == len(text)
 
     def read(self, path: Path) -> Content:
         lines = decoded(path.read_bytes()).split("\n")
@@ -106,7 +107,8 @@ def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -
         return None  # the day beside a clock column
     import pandas as pd
 
-    numbers = pd.to_numeric(texts.str.replace(layout.decimal, ".", regex=False), errors="coerce")
+    plain = texts.str.replace(layout.decimal, ".", regex=False).str.replace("[dD]", "e", regex=True)  # 1D-3 of Fortran
+    numbers = pd.to_numeric(plain, errors="coerce")
     wrong = np.flatnonzero(numbers.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
         return np.asarray(numbers, dtype=np.float64), None
@@ -156,7 +158,12 @@ def _check_width(body: list[str], lines: list[str], layout: Layout, width: int, 
         wrong = next((i for i, line in enumerate(body) if len(split(line, layout.separator)) != width), None)
     if wrong is None:
         return
-    cells = len(split(body[wrong], layout.separator))
+    row = split(body[wrong], layout.separator)
+    cells = len(row)
+    if not any(is_number(cell, layout.decimal) for cell in row):
+        raise InputError(
+            f"{path}: line {_line_number(lines, layout, wrong)} ('{body[wrong].strip()[:40]}') is no row of numbers: delete it"
+        )
     last = " (the last: the file was cut off)" if wrong == len(body) - 1 else ""
     raise InputError(
         f"{path}: line {_line_number(lines, layout, wrong)}{last} has {cells} columns instead of {width};"

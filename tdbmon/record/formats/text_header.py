@@ -17,6 +17,7 @@ _MOST_ROWS = 3  # of names, units and remarks
 _FEWEST_NAMES = 3  # cells of text in a line that make it a row of names
 _REMARKS = {"comment", "comments", "kommentar", "bemerkung", "remark", "remarks", "note", "notes", "marker"}
 _UNIT_LABELS = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
+_CLOCK_FORM = re.compile(r"(?i)h{1,2}:m{1,2}(:s{1,2}([.,:][a-z0]+)?)?")  # stands for the unit of a clock
 _LABVIEW_TIME = "X_Value"
 
 
@@ -145,15 +146,20 @@ def is_unit_row(cells: list[str]) -> bool:
     """Tell whether a row holds the columns' units, some of which may be words that nobody knows."""
     texts = [cell.strip("[]() ") for cell in cells]
     filled = [text for text in texts if text]
-    known = [text for text in filled if text == "-" or si_unit_of(text) is not None or split_kind(text)[1] is not None]
+    known = [text for text in filled if _says_a_unit(text)]
     if not filled:
         return False
     twice = len(set(filled)) < len(filled)
     if len(known) == len(filled):  # single capitals may be the names A, B, or V as well
         return twice or any(not re.fullmatch("[A-Z]", text) for text in filled)
     bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in cells if cell)
-    time_first = bool(texts[0]) and time_factor(texts[0]) is not None
+    time_first = bool(texts[0]) and (time_factor(texts[0]) is not None or _CLOCK_FORM.fullmatch(texts[0]) is not None)
     return bracketed or (time_first and (twice or (2 * len(known) >= len(filled) and max(map(len, filled)) <= 6)))
+
+
+def _says_a_unit(text: str) -> bool:
+    clock = _CLOCK_FORM.fullmatch(text) is not None
+    return clock or text == "-" or si_unit_of(text) is not None or split_kind(text)[1] is not None
 
 
 def _labelled_units(lines: list[str], separator: str, row: list[str]) -> list[str | None]:

@@ -37,7 +37,8 @@ def decoded(raw: bytes) -> str:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("cp1252", "replace")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    # what DOS ends a file with, and the empty blocks of a disk that was not told how long it was
+    return text.rstrip("\x1a\0").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def layout_of(lines: list[str], path: Path) -> Layout:
@@ -70,7 +71,7 @@ def _signs(lines: list[str]) -> tuple[str, str]:
     """Return separator and decimal sign of a row of numbers and those that follow it."""
     line = lines[0]
     rows = [each for each in lines if each.strip() and not COMMENT.match(each)]
-    for separator in ("\t", ";"):
+    for separator in ("\t", ";", "|"):
         if separator in line:
             cells = [cell for row in rows for cell in split(row, separator)]
             commas, points = (sum(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
