@@ -14,10 +14,8 @@ from tdbmon.record.keyphasor import Pulses, pulses
 
 COMPENSATED = "slow roll compensated"  # in the words of figures
 NOT_COMPENSATED = "runout not compensated"
-_BEFORE, _AFTER = (
-    3,
-    1,
-)  # revolutions beyond the pulses: the levitated shaft turns steadily, that which runs down does not
+# revolutions beyond the pulses: the levitated shaft turns steadily, that which runs down does not
+_BEFORE, _AFTER = 3, 1
 
 
 def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:

@@ -27,12 +27,13 @@ def section(fitted: FittedDrop) -> Section:
     found, problem = fitted.agreement, fitted.calibration.problem
     stated = any(probe.slow_roll is not None for probe in problem.drops[0].probes)
     runout = COMPENSATED if stated and math.isfinite(problem.drops[0].angle_sigma) else NOT_COMPENSATED
+    rate = problem.drops[0].divergence
     horizon = f"{found.fitted_to * 1e3:.0f} ms"
     blocks: list[Block] = [
         Paragraph(
             f"The fitted model, simulated on from its state at the release. To {horizon} the agreement was sought by the fit;"
-            " what follows was not fitted. Trajectories with impacts part exponentially, by some 40 a second: beyond the"
-            " first contacts a small error of the model or of a fitted value grows into a different path, and only statistics"
+            f" what follows was not fitted. Trajectories with impacts part exponentially, these by some {rate:.0f} a second:"
+            " beyond the first contacts a small error of the model or of a fitted value grows into a different path, and only statistics"
             " of the two can be compared."
         ),
         _residuals(found),

@@ -90,7 +90,7 @@ def parting(found: Course) -> str:
     if np.isfinite(left).any():
         at = int(np.nanargmax(np.abs(left)))
         said.append(
-            f"The speeds differ by at most {left[at]:+.2f} Hz (simulated less measured, {found.time[at]:.0f} s after the"
+            f"The speeds differ by at most {left[at]:+.2f} Hz (simulated less measured, {found.time[at]:.1f} s after the"
             " release)".replace("-", "−")
             + (
                 f" and by more than {percent(SPEED_APART)} from {found.speed_parts:.0f} s on."
