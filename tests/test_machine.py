@@ -83,6 +83,13 @@ def test_a_number_is_already_si():
         ('"0.00075 kg m^2"', '"0.75 kg m^2"', "put the ring on a radius of 1.29e+03 mm"),
         ('rotation = "ccw"', 'rotation = "ccw"\nmains = "0.5 kHz"', "mains 500 Hz is no mains frequency"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
+        ("nominal = 0.12", 'nominal = "much"', "'much' is not a quantity; write a number, e.g. 1.5"),
+        (
+            '"45 deg"',
+            '"45 deg"\nslow_roll = "9 um"',
+            "write slow_roll = { peak_to_peak = ..., phase_lag = ... }, not '9 um'",
+        ),
+        ('"45 deg"', '"45 deg"\nsensitivity = 0', "[probe] 'NDE_A': sensitivity 0 V/m gives no displacement"),
     ],
 )
 def test_mistakes_are_said_with_their_cure(old, new, says):
@@ -132,6 +139,14 @@ def test_of_several_mistakes_each_is_named():
         assert f"[touchdown_bearing] '{end}' [balls]: 'diametral_clearance' is missing" in said
     assert said.count("'radial_clearance'") == 2
     assert "\n" not in said
+
+
+def test_a_table_that_is_wrong_as_a_whole_is_named_by_its_name():
+    with pytest.raises(InputError) as error:
+        parse_machine(
+            tomllib.loads(TEXT.replace('angle = "45 deg"', 'angle = "45 deg"\nsensitivity = 0')), "machine.toml"
+        )
+    assert str(error.value).endswith("(also [probe] 'DE_A' is wrong)")
 
 
 def test_channels_map_only_what_the_machine_has():

@@ -37,6 +37,10 @@ def explain(error: ValidationError, data: dict[str, Any], whole: type[BaseModel]
     if finding["type"] == "tuple_type" and isinstance(finding["input"], dict):
         name = str(finding["loc"][-1])
         return f"{place}[{name}] may come more than once: write [[{name}]], in two brackets{more}"
+    if finding["type"] == "model_type" and isinstance(finding["loc"][-1], str):
+        name, model = str(finding["loc"][-1]), _model_at(finding["loc"], whole)
+        keys = ", ".join(f"{field.alias or key} = ..." for key, field in model.model_fields.items())
+        return f"{place}{name} is a table: write {name} = {{ {keys} }}, not {finding['input']!r}{more}"
     message = finding["msg"].removeprefix("Value error, ")
     where = f"{place}{finding['loc'][-1]}: " if finding["loc"] and isinstance(finding["loc"][-1], str) else place
     if finding["type"] != "value_error":
@@ -49,8 +53,9 @@ def _more(others: list[ErrorDetails], data: dict[str, Any]) -> str:
     what = {"extra_forbidden": "unknown", "missing": "missing"}
     words = []
     for other in others:
-        key = f"'{other['loc'][-1]}'" if other["loc"] else "the whole"
-        words.append(f"{_place(other['loc'], data)}{key} is {what.get(other['type'], 'wrong')}")
+        loc, place = other["loc"], _place(other["loc"], data)
+        key = "the whole" if not loc else f"'{loc[-1]}'" if isinstance(loc[-1], str) else ""
+        words.append(f"{place if key else place.removesuffix(': ')}{key} is {what.get(other['type'], 'wrong')}")
     left = f"; and {len(words) - _NAMED} more" if len(words) > _NAMED else ""
     return f" (also {'; '.join(words[:_NAMED])}{left})" if words else ""
 
@@ -81,7 +86,7 @@ def _missing_key(loc: tuple[int | str, ...], whole: type[BaseModel]) -> str:
 def _place(loc: tuple[int | str, ...], data: Any) -> str:
     words: list[str] = []
     node = data
-    for key in loc[:-1]:
+    for key in loc if loc and isinstance(loc[-1], int) else loc[:-1]:  # of several tables one may be wrong as a whole
         try:
             node = node[key]
         except (KeyError, IndexError, TypeError):
@@ -95,12 +100,15 @@ def _place(loc: tuple[int | str, ...], data: Any) -> str:
 
 
 def _known_keys(loc: tuple[int | str, ...], whole: type[BaseModel]) -> list[str]:
+    return [field.alias or name for name, field in _model_at(loc, whole).model_fields.items()]
+
+
+def _model_at(loc: tuple[int | str, ...], whole: type[BaseModel]) -> Any:
     model: Any = whole
     for key in loc:
-        if isinstance(key, int):
-            continue
-        model = _model_in(_field(model, key).annotation)
-    return [field.alias or name for name, field in model.model_fields.items()]
+        if not isinstance(key, int):
+            model = _model_in(_field(model, key).annotation)
+    return model
 
 
 def _field(model: Any, key: str) -> Any:

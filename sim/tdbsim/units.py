@@ -124,7 +124,8 @@ def to_si(value: Any, si: str) -> float:
     elif isinstance(value, str):
         found = _NUMBER.match(value)
         if not found:
-            raise InputError(f"'{value}' is not a quantity; write a number and a unit, e.g. \"1.5 {si}\"")
+            example = "a number, e.g. 1.5" if si == "1" else f'a number and a unit, e.g. "1.5 {si}"'
+            raise InputError(f"'{value}' is not a quantity; write {example}")
         number = float(found.group(1))
         if found.group(2):
             number *= scale(found.group(2), si)
