@@ -9,6 +9,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.units import is_unit, scale
 
 from tdbmon.record.dataset import as_record
+from tdbmon.record.held_values import at_own_rates
 from tdbmon.record.one_time import Series, on_one_time
 
 _PAUSE = 0.5  # s
@@ -50,7 +51,7 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     if not found:
         raise InputError(_nothing_found(source, ds, wanted))
     _once(source, found)
-    held, ds = ds, as_record(ds[list(found.values())])
+    whole, ds = ds, as_record(ds[list(found.values())])
     for dimension in dict.fromkeys(ds[channel].dims[0] for channel in found.values()):
         _without_pause(ds[dimension].values, source)
     probes = {probe.name: probe for probe in machine.probes}
@@ -70,12 +71,15 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
             lacking.append(lack)
     if lacking:
         raise InputError(str(lacking[0]) if len(lacking) == 1 else _all_lacking(source, lacking))
-    data, times, remarks = on_one_time(data, {str(dimension): ds[dimension] for dimension in ds.sizes}, machine)
+    times = {str(dimension): ds[dimension] for dimension in ds.sizes}
+    data, times, remarks = at_own_rates(data, times, [name for name in data if name in probes])
+    data, times, moved = on_one_time(data, times, machine)
+    remarks += moved
     out = _collect(data, times)
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]
     used = {found[name] for name in data}
-    out.attrs["unused"] = [str(name) for name in held.data_vars if name not in used]
+    out.attrs["unused"] = [str(name) for name in whole.data_vars if name not in used]
     if remarks:
         out.attrs["time_remarks"] = remarks
     return out
