@@ -109,7 +109,12 @@ def _collect(
     for i, leaf in data:
         name, unit = _label(leaf, branch, alone=len(data) == 1)
         channel = Channel(
-            name, leaf.values, unit, long_name=first_text(leaf.attributes, ("long_name", "description")) or ""
+            name,
+            leaf.values,
+            unit,
+            scale=_number(leaf, "scale_factor", 1.0),
+            offset=_number(leaf, "add_offset", 0.0),
+            long_name=first_text(leaf.attributes, ("long_name", "description")) or "",
         )
         time = _time_for(i, leaf, own, times)
         interval = interval_of(leaf.attributes)
@@ -164,6 +169,12 @@ def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:
         Leaf(names[k], np.ascontiguousarray(values[:, k]), {**plain, **({"units": units[k]} if units else {})})
         for k in range(width)
     ]
+
+
+def _number(leaf: Leaf, attribute: str, without: float) -> float:
+    """Return an attribute of the packing that the CF conventions of netCDF have, which loggers use in other files too."""
+    stated = np.asarray(leaf.attributes.get(attribute, without))
+    return float(stated.reshape(-1)[0]) if stated.size == 1 and stated.dtype.kind in "iuf" else without
 
 
 def _texts(entries: Mapping[str, Any], keys: tuple[str, ...], count: int) -> list[str] | None:

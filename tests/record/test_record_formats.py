@@ -195,6 +195,19 @@ def test_a_record_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: py
         write(record, tmp_path / "no such folder" / "a.nc")
 
 
+def test_hdf5_values_that_are_packed_as_in_netcdf_are_unpacked(tmp_path: Path) -> None:
+    codes = np.array([-32768, -5, 0, 7, 32767], dtype=np.int16)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["NDE_A"], file["whole"] = codes, codes
+        file["NDE_A"].attrs.update({"units": "um", "scale_factor": 0.02, "add_offset": 3.0})
+        file["whole"].attrs["units"] = "um"
+        file.attrs["sampling_rate"] = 1000.0
+    record = read(tmp_path / "a.h5")
+    np.testing.assert_allclose(record["NDE_A"].values, (codes * 0.02 + 3.0) * 1e-6, rtol=1e-12)
+    np.testing.assert_allclose(record["NDE_A"].attrs["full_scale"], [-652.36e-6, 658.34e-6], rtol=1e-9)
+    np.testing.assert_allclose(record["whole"].values, codes * 1e-6, rtol=1e-12)
+
+
 def test_hdf5_matrix_with_names_and_foreign_things(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["data"] = np.arange(30.0).reshape(10, 3)
