@@ -105,7 +105,7 @@ def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None
     if wrong is not None:
         detail = _contradicted(stated, wrong, "by the keyphasor") + (_UNUSED if wrong.sure else "")
         return Check("speed", "keyphasor", False, detail)
-    if not lines.bears_out(stated):
+    if not lines.bears_out(stated) or lines.is_hum(stated, machine.mains):
         return None
     return Check("speed", "keyphasor", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
 
