@@ -265,6 +265,9 @@ def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) ->
     assert FORCES_TELL in repr(AnalysisView(analysed))
     shown = repr(AnalysisView(analysed, fitted))
     assert FORCES_TELL not in shown and "peak force on the ring" in shown
+    greatest = ">Greatest normal force on the ring</td>"
+    assert AnalysisView(analysed, fitted)._repr_html_().count(greatest) == len(fitted.forces.ends)
+    assert greatest not in AnalysisView(analysed)._repr_html_()
 
 
 def test_faults_of_other_records_are_told(same_model, monkeypatch) -> None:
