@@ -75,7 +75,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     Returns
     -------
     Turns
-        Whole revolutions; none where less than one is known.
+        Whole revolutions; none where less than one is known, or they are sampled less than twice each.
     """
     known = np.flatnonzero(np.isfinite(turned))
     step = usual_interval(time) if len(time) > 1 else 0.0
@@ -83,8 +83,11 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     if known.size < 2:
         return empty
     at, angle = time[known], turned[known]
-    count = int((angle[-1] - angle[0]) / (2 * np.pi)) * PER_TURN
-    if count == 0:
+    turns = (angle[-1] - angle[0]) / (2 * np.pi)
+    count = int(turns) * PER_TURN
+    if count == 0 or turns > (at[-1] - at[0]) / (
+        2 * step
+    ):  # sampled less than twice a turn, or a speed in a wrong unit
         return empty
     edges = np.interp(angle[0] + 2 * np.pi / PER_TURN * np.arange(count + 1), angle, at)
     width = np.maximum(np.diff(edges), 1e-12)

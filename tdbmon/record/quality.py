@@ -16,6 +16,7 @@ from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
+from tdbmon.record.speed_spikes import check_speed_spikes, without_speed_spikes
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import runs_of
 
@@ -65,6 +66,8 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
         found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
+        found += check_speed_spikes(ds)
+        ds = without_speed_spikes(ds)
     if "keyphasor" in ds:
         found += _key_signal(ds)
     found += twins(ds, probes)

@@ -16,6 +16,7 @@ from tdbmon.record.keyphasor import Pulses, pulses, speed, stated_over_counted
 from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
+from tdbmon.record.speed_spikes import without_speed_spikes
 
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 _SAME = 0.03  # relative: of speeds that are one
@@ -279,7 +280,7 @@ def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def _without_unfit(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    return _without_floor(_without_dead(ds, machine), machine)
+    return _without_floor(_without_dead(without_speed_spikes(ds), machine), machine)
 
 
 def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:

@@ -20,6 +20,7 @@ from tdbmon.record.levitated_lines import levitated_lines
 from tdbmon.record.quality import Check, check
 from tdbmon.record.read import read
 from tdbmon.record.speed_checks import refuted, require_one_speed, speed_check, without_refuted
+from tdbmon.record.speed_spikes import spiked
 from tdbmon.shipped import shipped
 
 SHORT = sorted((Path(__file__).parents[2] / "datasets" / "short").glob("*.nc"))
@@ -329,3 +330,33 @@ def test_a_speed_signal_that_comes_late_is_told_and_left_out(path: Path) -> None
     assert found.source == "keyphasor pulses"
     # 2 % less by the signal; five levitated turns are too few for the keyphasor to tell
     assert found.initial.value == (pytest.approx(full.initial.value, rel=0.002) if path.stem != "drop_060" else None)
+
+
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_spikes_of_a_speed_signal_are_missing_values(keyphasor: bool) -> None:
+    raw = _record(SHORT[1], 1.0, keyphasor)
+    sound = raw["speed"].values
+    hit = np.random.default_rng(3).random(sound.size) < 0.01
+    raw["speed"] = raw["speed"].copy(data=np.where(hit, 1e6, sound))
+    found = analyse(raw, machine())
+    (said,) = [each for each in found.checks if each.check == "spikes" and each.channel == "speed"]
+    assert not said.passed
+    assert said.detail.startswith(f"{hit.sum()} values of up to 1e+06 Hz beside {sound[~hit].max():.4g} Hz at most")
+    assert not [each for each in found.checks if each.check in ("nan", "speed") and not each.passed]
+    truth = analyse(_record(SHORT[1], 1.0, keyphasor), machine()).rundown
+    assert found.rundown.initial.value == pytest.approx(truth.initial.value, rel=1e-4)
+
+
+def test_a_rotor_that_comes_to_rest_has_no_spikes() -> None:
+    time = np.linspace(0.0, 100.0, 20001)
+    assert not spiked(np.clip(100.0 - 20.0 * time, 0.0, None)).any()  # nine tenths of the record at rest
+    assert not spiked(np.zeros(1000)).any()
+    assert not spiked(np.full(1000, np.nan)).any()
+
+
+@pytest.mark.parametrize("keyphasor", [True, False])
+def test_a_speed_beyond_all_sampling_tells_no_orders(keyphasor: bool) -> None:
+    """Angles of 1e12 turns a second are not resampled: that took all memory."""
+    found = analyse(_record(SHORT[1], 1e10, keyphasor), machine())
+    assert [each for each in found.checks if each.check == "speed" and not each.passed]
+    assert not [line for line in found.lines if line.kind == "order"]

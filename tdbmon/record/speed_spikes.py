@@ -1,0 +1,49 @@
+"""Spikes of a speed signal: single values far beyond all others, as interference and counters that slip make them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from tdbmon.quantity import counted
+from tdbmon.record.finding import Check
+
+_BEYOND = 5.0  # times what the rotor turned at: no rotor gets there from one sample to the next
+_UPPER = 0.9  # of the values lie below, of a rotor that runs down too
+_HEAD = 0.01  # of the record at its start, where it turns fastest
+_FEW = 0.05  # of the values: more are no spikes
+
+
+def spiked(values: np.ndarray) -> np.ndarray:
+    """Return which values of a speed signal (n,) are spikes."""
+    known = np.isfinite(values)
+    size = np.abs(values)
+    if not known.any():
+        return known
+    head = size[known][: max(1, round(_HEAD * known.sum()))]
+    usual = max(float(np.quantile(size[known], _UPPER)), float(np.median(head)))
+    found = known & (size > _BEYOND * usual)
+    return found if usual > 0 and found.sum() <= _FEW * known.sum() else np.zeros_like(known)
+
+
+def without_speed_spikes(ds: xr.Dataset) -> xr.Dataset:
+    """Return a record whose speed signal has no value where it has a spike."""
+    if "speed" not in ds:
+        return ds
+    speed = ds["speed"]
+    found = spiked(speed.values)
+    return ds.assign(speed=(speed.dims, np.where(found, np.nan, speed.values), speed.attrs)) if found.any() else ds
+
+
+def check_speed_spikes(ds: xr.Dataset) -> list[Check]:
+    """Say how many spikes a speed signal has, if any."""
+    values = ds["speed"].values
+    found = spiked(values)
+    if not found.any():
+        return []
+    usual = float(np.max(np.abs(values[np.isfinite(values) & ~found])))
+    detail = (
+        f"{counted(int(found.sum()), 'value')} of up to {float(np.max(np.abs(values[found]))):.4g} Hz beside {usual:.4g} Hz at"
+        " most: spikes, taken as missing; check the cable's screen"
+    )
+    return [Check("spikes", "speed", False, detail)]
