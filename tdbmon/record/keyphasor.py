@@ -17,10 +17,8 @@ _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
 _LONG = 1.5  # times the usual interval: above, a pulse was missed
 _NO_LEVELS = 0.3  # of the difference of the levels: noise alone, cut at its middle, scatters by 0.37 around the two
 _BOUNCE = 0.1  # of the long intervals around: an edge that follows so soon belongs to the same pulse
-_PASSES, _FEW = (
-    0.75,
-    0.375,
-)  # quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
+# quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
+_PASSES, _FEW = 0.75, 0.375
 
 
 @dataclass(frozen=True)
