@@ -378,9 +378,9 @@ def _told(path: Path) -> Iterator[None]:
         if "locked" in said:
             cure = "another program holds it: wait for it to end"
         elif "full" in said:
-            cure = "the disk is full; nothing was filed: free some room and try again"
+            cure = "the disk is full; nothing was changed: free some room and try again"
         elif "readonly" in said or "unable to open" in said:
-            cure = "it cannot be written; nothing was filed: get write permission to the folder"
+            cure = "it cannot be written; nothing was changed: get write permission to the folder"
         else:
             cure = "run 'tdbmon archive verify --rebuild'"
         raise InputError(f"{path}: {said}; {cure}") from None

@@ -176,7 +176,7 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progres
         typer.echo(f"{'note' if fault.harmless else 'FAULT'}: {fault.file}: {fault.what}")
     wrong = [fault for fault in faults if not fault.harmless]
     if not wrong:
-        typer.echo(f"{folder}: sound, {len(archive.entries())} drops")
+        typer.echo(f"{folder}: sound, {counted(len(archive.entries()), 'drop')}")
     rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
     write_json(json_file, {"sound": not wrong, "faults": rows})
     if wrong:
