@@ -74,9 +74,7 @@ def _missing(places: list[tuple[int | str, ...]], data: dict[str, Any], findings
 
 
 def _missing_key(loc: tuple[int | str, ...], whole: type[BaseModel]) -> str:
-    model: Any = whole
-    for key in loc:
-        model = model if isinstance(key, int) else _model_in(_field(model, key).annotation)
+    model = _model_at(loc, whole)
     if model in (None, Tolerant):
         return f"'{loc[-1]}'"
     needs = [field.alias or name for name, field in model.model_fields.items() if field.is_required()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,13 +48,7 @@ class Residual:
         rms = np.sqrt(np.nanmean((here if seen.all() else here[seen]) ** 2, axis=1))
         return cls(
             horizon,
-            dict(
-                zip(
-                    (name for name, any_sample in zip(names, seen.tolist(), strict=True) if any_sample),
-                    rms.tolist(),
-                    strict=True,
-                )
-            ),
+            dict(zip(compress(names, seen.tolist()), rms.tolist(), strict=True)),
             dict(zip(names, (noise.sigma for noise in drop.noise), strict=True)),
         )
 

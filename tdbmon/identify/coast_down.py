@@ -129,7 +129,7 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
         angle=angle,
         speed_hz=np.abs(omega) / (2 * np.pi),
     )
-    if not math.isfinite(measured.angle_sigma):  # slow roll stayed in the readings, and the fitted runout holds it
+    if not measured.compensated:  # slow roll stayed in the readings, and the fitted runout holds it
         probes = tuple(probe.model_copy(update={"slow_roll": None}) for probe in machine.probes)
         machine = machine.model_copy(update={"probes": probes})
     record = measure(motion, chain, machine, np.random.default_rng(0), f"simulation of {measured.name}")

@@ -76,6 +76,8 @@ class MeasuredDrop:
         What the record lacks and how it was met.
     faults : tuple of str
         Other checks of the record's channels that failed.
+    compensated : bool
+        Whether slow roll that the machine file states was taken off the readings.
     divergence : float
         1/s, by which paths near its own part (`tdbmon.identify.divergence`).
     """
@@ -96,6 +98,7 @@ class MeasuredDrop:
     pulse_sigma: float
     remarks: tuple[str, ...]
     faults: tuple[str, ...] = ()
+    compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
 
     @cached_property
@@ -206,6 +209,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             for each in failed
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
+        compensated=compensated is not laid,
     )
 
 

@@ -6,7 +6,6 @@ Held values look like flat tops and dropouts, and date what happens half a step 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -48,9 +47,9 @@ def at_own_rates(data: Series, times: Series, probes: Sequence[str]) -> tuple[Se
         if times_held == 1:
             continue
         own, once = f"{dim} from {first} by {times_held}", slice(first, None, times_held)
-        pick = partial(_picked, own=own, once=once)
-        times.setdefault(own, pick(times[dim]))
-        data[name] = pick(array)
+        if own not in times:
+            times[own] = _picked(times[dim], own, once)
+        data[name] = _picked(array, own, once)
         hz = usual_rate(times[own].to_numpy())
         remarks.append(
             Check("held values", name, True, f"every value stands {times_held} times: taken once each, at {hz:.5g} Hz")

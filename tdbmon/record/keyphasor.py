@@ -88,9 +88,11 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     if levels is None:
         return _none("the signal has one level only")
     low, high = levels
-    if _noise_of((values - low) / (high - low)) > _NO_LEVELS:
+    level = (values - low) / (high - low)
+    noise = _noise_of(level)
+    if noise > _NO_LEVELS:
         return _none("the signal is noise, without two levels")
-    edges, sigma = _edges(time, values, low, high, machine.keyphasor.edge == "rising")
+    edges, sigma = _edges(time, level if machine.keyphasor.edge == "rising" else 1.0 - level, noise)
     if edges.size == 0:
         return _none("no edge in the signal")
     kept = _without_extra(_without_bounces(edges))
@@ -158,8 +160,10 @@ def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return (pulses.times[1:] + pulses.times[:-1]) / 2, hz, np.sqrt(2) * pulses.sigma * hz / interval
 
 
-def stated_over_counted(ds: xr.Dataset, pulses: Pulses) -> tuple[np.ndarray, np.ndarray]:
+def stated_over_counted(ds: xr.Dataset, pulses: Pulses, slowest: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
     """Return the speed that a channel states over that of the pulses, turn by turn while the channel goes, and its scatter.
+
+    Of turns faster than `slowest`, Hz.
 
     Returns
     -------
@@ -172,7 +176,7 @@ def stated_over_counted(ds: xr.Dataset, pulses: Pulses) -> tuple[np.ndarray, np.
     if not known.any():
         return np.empty(0), np.empty(0)
     time, stated = channel[channel.dims[0]].values[known], channel.values[known]
-    inside = (at >= time[0]) & (at <= time[-1])
+    inside = (at >= time[0]) & (at <= time[-1]) & (hz > slowest)
     return np.interp(at[inside], time, stated) / hz[inside], sigma[inside] / hz[inside]
 
 
@@ -213,14 +217,9 @@ def _levels(values: np.ndarray) -> tuple[float, float] | None:
     return low, high
 
 
-def _edges(
-    time: np.ndarray, values: np.ndarray, low: float, high: float, rising: bool
-) -> tuple[np.ndarray, float | None]:
-    """Return the times of the wanted edges, and their standard deviation where sampling alone sets it."""
-    level = (values - low) / (high - low)
-    if not rising:
-        level = 1.0 - level
-    half = float(np.clip(4 * _noise_of(level), 0.1, 0.4))
+def _edges(time: np.ndarray, level: np.ndarray, noise: float) -> tuple[np.ndarray, float | None]:
+    """Return the times of the rising edges from level 0 to 1, and their standard deviation where sampling alone sets it."""
+    half = float(np.clip(4 * noise, 0.1, 0.4))
     state = np.where(level > 0.5 + half, 1, np.where(level < 0.5 - half, -1, 0))
     known = np.flatnonzero(state)
     rises = np.flatnonzero(np.diff(state[known]) > 0)

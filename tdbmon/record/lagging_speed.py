@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from tdbmon.record.keyphasor import Pulses, speed
+from tdbmon.record.keyphasor import Pulses, speed, stated_over_counted
 
 _FIRST = 10  # turns at the start
 _FEWEST = 4  # of them, and of those after
@@ -25,14 +25,10 @@ def lag(ds: xr.Dataset, marks: Pulses | None) -> float | None:
     """
     if marks is None or marks.missed or marks.extra or "speed" not in ds:
         return None
-    at, hz, _ = speed(marks)
-    signal = ds["speed"]
-    known = np.isfinite(signal.values)
-    if not known.any() or not hz.size:
+    _, hz, _ = speed(marks)
+    if not hz.size:
         return None
-    time, stated = signal[signal.dims[0]].values[known], signal.values[known]
-    near = (at >= time[0]) & (at <= time[-1]) & (hz > _NEAR * float(np.median(hz[:_FIRST])))
-    ratio = np.interp(at[near], time, stated) / hz[near]
+    ratio, _ = stated_over_counted(ds, marks, _NEAR * float(np.median(hz[:_FIRST])))
     few = min(_FIRST, ratio.size // 3)
     first, later = ratio[:few], ratio[few + (ratio.size - few) // 2 :]
     if few < _FEWEST or later.size < _FEWEST:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -26,12 +26,15 @@ def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
     """
     stated = _stated(record, machine)
     key = _pulses(record, machine) if stated else None
-    if key is None or _begins_late(key, record, stated) is not None:
+    if key is None:
+        return record
+    angles = _angles(key, record, stated)
+    if _begins_late(angles, record) is not None:
         return record
     out = record.copy()
     for probe in stated:
         (dim,) = record[probe.name].dims
-        turned = _turned(key, record[dim].to_numpy())
+        turned = angles[str(dim)]
         roll = np.where(np.isfinite(turned), slow_roll(probe, turned), 0.0)
         out[probe.name] = (dim, record[probe.name].to_numpy() - roll, record[probe.name].attrs)
     return out
@@ -47,18 +50,18 @@ def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
     if key is None:
         detail = f"{said}: not taken off, since the record has no keyphasor pulses that tell the shaft's angle"
         return [Check("slow roll", "", False, detail)]
-    begins = _begins_late(key, record, stated)
+    angles = _angles(key, record, stated)
+    begins = _begins_late(angles, record)
     if begins is not None:
         detail = (
             f"{said}: not taken off, since keyphasor pulses tell the shaft's angle from {begins:.5g} s on only, and readings"
             " would jump there; where the shaft still levitates then, cut the record there"
         )
         return [Check("slow roll", "", False, detail)]
-    (dim,) = record[stated[0].name].dims
-    time = record[dim].to_numpy()
-    known = np.isfinite(_turned(key, time))
+    dim, turned = next(iter(angles.items()))
+    known = np.isfinite(turned)
     if not known.all():
-        first, last = time[known][0], time[known][-1]
+        first, last = record[dim].to_numpy()[known][[0, -1]]
         detail = f"{said}: taken off from {first:.5g} s to {last:.5g} s, where keyphasor pulses tell the shaft's angle"
         return [Check("slow roll", "", True, detail)]
     return [Check("slow roll", "", True, f"{said}: taken off all readings, by the keyphasor's angle")]
@@ -89,13 +92,18 @@ def _pulses(record: xr.Dataset, machine: Machine) -> Pulses | None:
     return key if len(key.times) > 2 else None
 
 
-def _begins_late(key: Pulses, record: xr.Dataset, stated: Sequence[Probe]) -> float | None:
-    """Return from when on the angle is known, s, where that is later than a probe's first reading."""
-    for probe in stated:
-        time = record[record[probe.name].dims[0]].to_numpy()
-        known = np.isfinite(_turned(key, time))
+def _angles(key: Pulses, record: xr.Dataset, stated: Sequence[Probe]) -> dict[str, np.ndarray]:
+    """Return how far the shaft has turned at the samples of each time base that the probes are on, rad."""
+    bases = dict.fromkeys(str(record[probe.name].dims[0]) for probe in stated)
+    return {dim: _turned(key, record[dim].to_numpy()) for dim in bases}
+
+
+def _begins_late(angles: Mapping[str, np.ndarray], record: xr.Dataset) -> float | None:
+    """Return from when on the angle is known, s, where that is later than the first reading of a time base."""
+    for dim, turned in angles.items():
+        known = np.isfinite(turned)
         if known.any() and not known[0]:
-            return float(time[known][0])
+            return float(record[dim].to_numpy()[known][0])
     return None
 
 

@@ -20,8 +20,11 @@ def spiked(values: np.ndarray) -> np.ndarray:
     size = np.abs(values)
     if not known.any():
         return known
-    head = size[known][: max(1, round(_HEAD * known.sum()))]
-    usual = max(float(np.quantile(size[known], _UPPER)), float(np.median(head)))
+    size_known = size[known]
+    head = float(np.median(size_known[: max(1, round(_HEAD * size_known.size))]))
+    if float(size_known.max()) <= _BEYOND * head:
+        return np.zeros_like(known)
+    usual = max(float(np.quantile(size_known, _UPPER)), head)
     found = known & (size > _BEYOND * usual)
     return found if usual > 0 and found.sum() <= _FEW * known.sum() else np.zeros_like(known)
 

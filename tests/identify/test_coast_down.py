@@ -102,9 +102,11 @@ def test_slow_roll_that_stayed_in_the_readings_is_not_put_on_twice(calibration):
     roll = SlowRoll(peak_to_peak=20e-6, phase_lag=0.7)
     probes = tuple(probe.model_copy(update={"slow_roll": roll}) for probe in calibration.machine.probes)
     stated = replace(calibration, machine=calibration.machine.model_copy(update={"probes": probes}))
+    taken_off = replace(calibration.problem.drops[0], compensated=True)
+    stated = replace(stated, problem=replace(calibration.problem, drops=(taken_off, *calibration.problem.drops[1:])))
     with_roll = readings(simulated_record(stated, 0)[0], names)
     assert np.ptp(with_roll - plain, axis=1) == pytest.approx(20e-6, rel=0.01)
-    drop = replace(calibration.problem.drops[0], angle_sigma=np.inf)
+    drop = replace(calibration.problem.drops[0], compensated=False)
     without = replace(stated, problem=replace(calibration.problem, drops=(drop, *calibration.problem.drops[1:])))
     assert readings(simulated_record(without, 0)[0], names) == pytest.approx(plain, abs=1e-9)
 

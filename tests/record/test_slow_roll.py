@@ -101,6 +101,7 @@ def test_fits_are_made_to_readings_without_it(machine: Machine) -> None:
     truth = measured_drop(simulate(machine, plan), machine)
     found = measured_drop(simulate(rolling(machine), plan), rolling(machine))
     assert np.abs(found.reading - truth.reading).max() < LEFT
+    assert found.compensated and not truth.compensated
 
 
 def turned_record(machine: Machine, until: float = math.inf) -> xr.Dataset:

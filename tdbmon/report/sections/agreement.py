@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -25,8 +24,7 @@ def section(fitted: FittedDrop) -> Section:
     from tdbmon.figures.orbits_against_simulated import orbits_against_simulated
 
     found, problem = fitted.agreement, fitted.calibration.problem
-    stated = any(probe.slow_roll is not None for probe in problem.drops[0].probes)
-    runout = COMPENSATED if stated and math.isfinite(problem.drops[0].angle_sigma) else NOT_COMPENSATED
+    runout = COMPENSATED if problem.drops[0].compensated else NOT_COMPENSATED
     rate = problem.drops[0].divergence
     horizon = f"{found.fitted_to * 1e3:.0f} ms"
     blocks: list[Block] = [
