@@ -33,12 +33,18 @@ class LevitatedLines:
         Resolution, Hz.
     each : numpy.ndarray, shape (probes, n)
         Power of each probe.
+    time : numpy.ndarray, shape (m,)
+        Of the levitated stretch, s.
+    levels : numpy.ndarray, shape (probes, m)
+        Displacements in it less their straight line, m.
     """
 
     hz: np.ndarray
     power: np.ndarray
     cell: float
     each: np.ndarray
+    time: np.ndarray
+    levels: np.ndarray
 
     def at(self, hz: float) -> float:
         """Greatest power within a line's width, and nought outside what the spectrum resolves."""
@@ -46,10 +52,14 @@ class LevitatedLines:
 
     def contrast(self, hz: float) -> float:
         """Power of a line over the median of what lies around it; nought where the spectrum does not resolve it."""
+        usual = self.usual(hz)
+        return self.at(hz) / usual if usual > 0 else 0.0
+
+    def usual(self, hz: float) -> float:
+        """Median power of what lies around a line; nought where the spectrum holds nothing there."""
         far = np.abs(self.hz - hz) / self.cell
         around = self.power[(far > _AROUND[0]) & (far < _AROUND[1])]
-        usual = float(np.median(around)) if around.size else 0.0
-        return self.at(hz) / usual if usual > 0 else 0.0
+        return float(np.median(around)) if around.size else 0.0
 
     def bears_out(self, hz: float) -> bool:
         """Whether a line stands at this frequency: a peak, and no flank of a neighbour."""
@@ -140,8 +150,7 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
     seconds = float(time[until - 1] - time[0]) * until / (until - 1)
     since = np.linspace(-1.0, 1.0, until)
     size = 4 * until
-    each = np.empty((len(whole), size // 2 + 1))
-    for power, row in zip(each, whole, strict=True):
-        level = row - np.polyval(np.polyfit(since, row, 1), since)
-        power[:] = np.abs(np.fft.rfft(level * np.hanning(until), size)) ** 2
-    return LevitatedLines(np.fft.rfftfreq(size, seconds / until), each.sum(axis=0), 1 / seconds, each)
+    levels = np.array([row - np.polyval(np.polyfit(since, row, 1), since) for row in whole])
+    each = np.abs(np.fft.rfft(levels * np.hanning(until), size)) ** 2
+    hz = np.fft.rfftfreq(size, seconds / until)
+    return LevitatedLines(hz, each.sum(axis=0), 1 / seconds, each, time[:until], levels)

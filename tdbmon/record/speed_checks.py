@@ -16,6 +16,7 @@ from tdbmon.record.keyphasor import Pulses, pulses, speed, stated_over_counted
 from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
+from tdbmon.record.misscaled_speed import true_speed
 from tdbmon.record.speed_spikes import without_speed_spikes
 
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
@@ -198,28 +199,32 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     if factor is not None:
         detail = f"{stated:.4g} Hz at the start, but the levitated shaft turns at {stated / factor:.4g} Hz"
         return Check("speed", "speed", False, f"{detail}: {_UNITS[factor]}? {_CHECK.capitalize()}{_UNUSED}")
-    other = _elsewhere(lines, stated, machine.mains)
+    other = _elsewhere(ds, lines, stated, machine.mains)
     wrong = _miscounted(lines, stated, machine)
     if wrong is not None:
         left_out = _UNUSED if wrong.sure or other is not None else ""
         return Check("speed", "speed", False, _contradicted(stated, wrong, "") + left_out)
-    if lines.bears_out(stated):
-        return Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
     if other is None:
-        return None
+        drawn = lines.bears_out(stated)
+        return (
+            Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there") if drawn else None
+        )
     detail = (
         f"{stated:.4g} Hz at the start, but the levitated shaft draws no line there, and a strong one at {other:.4g} Hz"
     )
     return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {_CHECK}, and {_CLOCK}{_UNUSED}")
 
 
-def _elsewhere(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
+def _elsewhere(ds: xr.Dataset, lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
     """Return the frequency of the levitated shaft's strong line where none stands at the stated speed; else None."""
-    other = lines.strongest(mains_hz)
-    near = abs(other - stated) < WIDTH * lines.cell
-    if near or not lines.resolves(stated) or lines.bears_out(stated) or not lines.outdoes(other, stated, _STRONGER):
+    if not lines.resolves(stated):
         return None
-    return other
+    near = true_speed(ds, lines, stated)
+    if near is not None and not lines.is_hum(near, mains_hz):
+        return near
+    other = lines.strongest(mains_hz)
+    apart = abs(other - stated) >= WIDTH * lines.cell
+    return other if apart and not lines.bears_out(stated) and lines.outdoes(other, stated, _STRONGER) else None
 
 
 def _miscounted(lines: LevitatedLines | None, stated: float | None, machine: Machine) -> Miscounted | None:
@@ -264,7 +269,7 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
         return tuple(name for name in ("speed", "keyphasor") if name in ds)
     if signal is None or compared is not None:
         return ()
-    elsewhere = _elsewhere(lines, stated, machine.mains) is not None
+    elsewhere = _elsewhere(ds, lines, stated, machine.mains) is not None
     return ("speed",) if elsewhere or _unit_factor(lines, stated, machine.mains) is not None else ()
 
 

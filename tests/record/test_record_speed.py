@@ -17,6 +17,7 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import pulses
 from tdbmon.record.levitated_lines import levitated_lines
+from tdbmon.record.misscaled_speed import true_speed
 from tdbmon.record.quality import Check, check
 from tdbmon.record.read import read
 from tdbmon.record.speed_checks import refuted, require_one_speed, speed_check, without_refuted
@@ -129,6 +130,33 @@ def test_a_speed_that_nothing_bears_out_is_flagged_and_left_out(factor: float) -
     assert "left out: nothing is said about the speed" in found.detail
     assert refuted(ds, machine()) == ("speed",)
     assert analyse(raw, machine()).rundown is None
+
+
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+@pytest.mark.parametrize("factor", [0.92, 1.04, 1.08])
+def test_a_scale_that_is_off_by_some_per_cent_is_told_by_the_shaft(path: Path, factor: float) -> None:
+    """At 8 % and 100 Hz the two lie within one line's width: the record has a tenth of a second of levitation."""
+    ds = assign(_record(path, factor, False), machine())
+    right = assign(_record(path, 1.0, True), machine())
+    found, lines = _speed_check(ds), levitated_lines(right, machine())
+    assert lines is not None
+    marks = pulses(right, machine()).times
+    counted = 5 / float(marks[5] - marks[0])
+    told = true_speed(ds, lines, factor * counted)
+    assert told is not None
+    assert told == pytest.approx(counted, rel=0.004)
+    assert not found.passed
+    assert "left out: nothing is said about the speed" in found.detail
+    assert refuted(ds, machine()) == ("speed",)
+
+
+def test_a_stronger_line_beside_that_of_the_shaft_contradicts_no_speed() -> None:
+    ds = assign(_record(SHORT[1], 1.0, False), machine())
+    time = ds[ds["NDE_A"].dims[0]].values
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        ds[name] = ds[name].copy(data=ds[name].values + 30e-6 * np.sin(2 * np.pi * 91.5 * time))
+    assert _speed_check(ds).passed
+    assert refuted(ds, machine()) == ()
 
 
 def test_signal_and_keyphasor_that_no_line_judges_are_not_fitted() -> None:
