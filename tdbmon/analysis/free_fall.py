@@ -7,6 +7,7 @@ import math
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
+from tdbmon.analysis.release_fit import PROBE_SCALE
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
@@ -32,21 +33,25 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
     A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  A field that dies
     away slowly changes it as well, though rarely by so much; and so does a bent shaft, which turns on in the fall, by about
     what its wide orbit turned with.  A speed signal that reads `over_pulses` times the keyphasor's speed (1 where nothing is
-    known of it) tells the wrong time by itself: the two together prove it.
+    known of it) tells the wrong time by itself: the two together prove it.  `Release.scales` tell a wrong scale from a field that
+    holds on, where the drop allows it.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
     found = []
     for end, (_, y) in release.fall.items():
-        share = -y / machine.gravity
-        detail = f"falls with {-y:.3g} m/s2, {share:.2f} of gravity, before it touches"
+        scale = release.scales.get(end)
+        share = -y / machine.gravity if scale is None else scale
+        detail = f"falls with {share * machine.gravity:.3g} m/s2, {share:.2f} of gravity, before it touches"
         others = [whirl for other, whirl in release.whirl.items() if other != end]
         turning = release.whirl[end] + _ACROSS * max(others, default=0.0)
         doubt = turning / machine.gravity
-        passed = _LEAST - doubt < share < _MOST + doubt
-        if doubt > _TELLING:
+        passed = _LEAST - doubt < share < _MOST + doubt and (scale is None or abs(scale - 1) <= PROBE_SCALE)
+        if scale is not None:
+            detail += ", from the release on: no magnetic force that dies away explains it as well"
+        elif doubt > _TELLING:
             detail += f", which tells little: the wide orbit turns with {turning:.3g} m/s2"
-        cure = "" if passed else f": {_suspects(share, machine, end, over_pulses)}"
+        cure = "" if passed else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None)}"
         found.append(Check("free fall", end, passed, detail + cure))
     return found
 
@@ -154,7 +159,7 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
     return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"
 
 
-def _suspects(share: float, machine: Machine, end: str, over_pulses: float) -> str:
+def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_once: bool) -> str:
     """Return what would make an end fall with this share of gravity, and so what to look at."""
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
@@ -173,6 +178,8 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float) -> s
         )
     times = f"times {_stretch(longer)} would do that (check sampling rate and unit of the time)"
     lengths = f"or displacements {_stretch(share)} (check the sensitivity of {names})"
+    if at_once:
+        return f"{times}, {lengths}"
     field = ", or a magnetic field that holds on for milliseconds" if share < 1 else ", or a great unbalance"
     return f"{times}, {lengths}{field}"
 

@@ -19,6 +19,7 @@ from tdbsim.modes import free_free
 from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import seen_ends, to_planes
+from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
@@ -85,6 +86,9 @@ class Release:
     shares : dict
         Share of gravity that each probe shows in the free fall, for probes that stand upright enough to see it; empty where
         speed or bending of the rotor are not known, or not all probes show the fall.
+    scales : dict
+        How many times as far as it went each end reads, where a sudden release on these scales explains the fall, and neither a
+        decaying force nor the probes' tolerance does; else empty.
     force_decay : Estimate
         Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
     """
@@ -97,6 +101,7 @@ class Release:
     fall: dict[str, tuple[float, float]] = field(default_factory=dict)
     whirl: dict[str, float] = field(default_factory=dict)
     shares: dict[str, Estimate] = field(default_factory=dict)
+    scales: dict[str, float] = field(default_factory=dict)
 
 
 def find_release(
@@ -152,7 +157,7 @@ def find_release(
     best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
     if best.time < t[0]:
         return None
-    fall = _points(fit.acceleration(best.time), ends)
+    fall = _points(fall_acceleration(fit, best.time), ends)
     whirl = dict(zip(ends, fit.whirl(best.time)[1::2].tolist(), strict=True))
     if why := _no_fall(fall, whirl, machine.gravity):
         return not_told(why, fall, whirl)
@@ -175,6 +180,7 @@ def find_release(
         fall=fall,
         whirl=whirl,
         shares=shares,
+        scales=dict(zip(ends, best.scales, strict=False)),
     )
 
 
@@ -243,7 +249,7 @@ def _shares(
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
         return {}
     decay = 0.0 if release.decay is None else release.decay[0]
-    found = replace(fit, data=np.linalg.solve(maps, fit.data)).free_fall(release.time, decay)
+    found = gravity_alone(replace(fit, data=np.linalg.solve(maps, fit.data)), release.time, decay)
     if found is None:
         return {}
     acceleration, sigma = found

@@ -8,7 +8,8 @@ A probe that errs at one end must not date the release: each end counts by what 
 instants of the ends alone widen the interval where they disagree (R. T. Birge, Phys. Rev. 40 (1932) 207), and a soft
 start is believed only where no end alone speaks against it.  Between a sudden and a soft start that explain the fall about as
 well the interval holds both.  A fall that probes show on a scale a few per cent off looks like a soft start too: what a sudden
-release on a scale within their tolerance explains about as well is no sure decay.
+release on a scale within their tolerance explains about as well is no sure decay.  Further off the two part: what a sudden
+release on a scale of its own explains better than any decay, leaving noise alone, is a wrong sensitivity.
 """
 
 from __future__ import annotations
@@ -25,21 +26,18 @@ _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on syntheti
 _ALONE_S = 25e-6  # the same of one end alone: two ends' errors largely cancel
 _SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
 _SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
+_WITHIN = 3.84  # of a chi-square of one degree of freedom, 95 %
 _SURE = 36.0  # improvement of the misfit (chi-square) from which on a soft start is believed
 _DOUBT = 12.0  # from which on it is held possible
 _AGAINST = 10.0  # by which an end alone, released suddenly at an instant of its own, may be better explained
 PROBE_SCALE = 0.05  # of a reading: by so much the scale of an eddy-current probe may be off (API Standard 670)
+_BEYOND, _ANY_SCALE = 0.075, 0.5  # the same, of a sensitivity that is wrong: surely beyond the tolerance, and at most
+_NOISE_ALONE = 2.0  # times the noise's mean square: at most left in the fall where scales explain it
 _MISREAD = 50.0  # improvement of the misfit by such a scale that sound records do not show
 _STEP_S = 2.5e-4  # of the first search
 _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
-_ANEW_S = 8e-3  # the same where gravity is left free
 _LEAST_DECAY_S = 1e-4
 _WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
-_GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
-_LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
-_BENDING = 0.05  # of a model's bending frequency, standard deviation
-_QUICK_HZ = 500.0  # from which on a mode does not look like gravity in a fall of some milliseconds
-_HELD = 0.2  # of the sag in a mode that does
 _SAG = 1.0  # of gravity over the square of a bending mode's angular frequency, standard deviation: the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
@@ -49,6 +47,7 @@ class FittedRelease:
     """Instant and its 95 % interval, s; decay time with its limits, s, where the fall may start soft.
 
     `misread` is the decay time, s, that a sudden release on a scale within the probes' tolerance explains about as well; else 0.
+    `scales` says how many times too long each end reads, where a sudden release explains the fall on these alone; else empty.
     """
 
     time: float
@@ -56,6 +55,7 @@ class FittedRelease:
     high: float
     decay: tuple[float, float, float] | None
     misread: float = 0.0
+    scales: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,26 +127,33 @@ class ReleaseFit:
         best, alone = self._sudden(*near)
         t0, decay = self._soft(best)
         gain = self.cost(best) - self.cost(t0, decay)
-        each = np.array([self.costs(instant)[end] for end, instant in enumerate(alone)]) - self.costs(t0, decay)
+        apart = self._apart(alone)
+        each = apart - self.costs(t0, decay)
         if decay <= _LEAST_DECAY_S or gain <= _DOUBT or np.any(each <= -_AGAINST):
             return None
         soft = self._profile(t0, decay)
         if gain <= _SURE:
             return self._either(best, soft)
+        misscaled = self._misscaled(min(self.cost(t0, decay), apart.sum()) - _DOUBT, best, t0)
+        if misscaled is not None:
+            return misscaled
         soft, scaled = self._with_scale(soft), self._sudden_on_any_scale(best, t0)
-        if self._on_any_scale(scaled) - self.cost(t0, decay) < _SURE:
+        if self._on_any_scale(scaled)[0] - self.cost(t0, decay) < _SURE:
             return replace(self._either(scaled, soft), misread=decay)
         return soft
 
     def _suddenly(self, near: tuple[float, float]) -> FittedRelease:
         """Return the release about some instants as a sudden one."""
         best, alone = self._sudden(*near)
+        misscaled = self._misscaled(min(self.cost(best) - _MISREAD, self._apart(alone).sum() - _DOUBT), best)
+        if misscaled is not None:
+            return misscaled
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
         half = 1.96 * float(np.hypot(self._sigma(best), self._model) * np.sqrt(max(1.0, scatter)))
         low, high = best - half, best + half
         scaled = self._sudden_on_any_scale(best)
-        if self.cost(best) - self._on_any_scale(scaled) > _MISREAD:
+        if self.cost(best) - self._on_any_scale(scaled)[0] > _MISREAD:
             low, high = min(low, scaled - half), max(high, scaled + half)
         return FittedRelease(best, low, high, None)
 
@@ -177,9 +184,13 @@ class ReleaseFit:
 
     def costs(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> Array:
         """Sum of squares an end, in units of its variance; for readings on a `scale`."""
-        _, residual, _ = self._solve(t0, decay, scale)
+        _, residual, _ = self.solved(t0, decay, scale)
         rows = np.sum(residual**2, axis=1) / self._variances
         return np.asarray(rows.reshape(-1, 2).sum(axis=1))
+
+    def _apart(self, alone: Sequence[float]) -> Array:
+        """Sum of squares of each end, released suddenly at an instant of its own."""
+        return np.array([self.costs(instant)[end] for end, instant in enumerate(alone)])
 
     def cost(self, t0: float, decay: float = 0.0) -> float:
         """Sum over the ends."""
@@ -202,23 +213,51 @@ class ReleaseFit:
             found.append(float(best.x))
         return found[0], found[1:]
 
-    def _on_any_scale(self, t0: float) -> float:
-        """Sum of squares of a sudden release, each end on the scale within the probes' tolerance that explains it best.
+    def _on_any_scale(self, t0: float, reach: float = PROBE_SCALE) -> tuple[float, Array]:
+        """Sum of squares of a sudden release, each end on the scale within reach that explains it best, and those scales.
 
         What is left is linear in the scale, so that three scales tell its square.
         """
-        low, middle, high = (self.costs(t0, scale=1 + off) for off in (-PROBE_SCALE, 0.0, PROBE_SCALE))
+        low, middle, high = (self.costs(t0, scale=1 + off) for off in (-reach, 0.0, reach))
         bend, slope = np.maximum(low - 2 * middle + high, 1e-12), (high - low) / 2
         off = np.clip(-slope / bend, -1.0, 1.0)
-        return float(np.sum(middle + slope * off + bend * off**2 / 2))
+        return float(np.sum(middle + slope * off + bend * off**2 / 2)), 1 + reach * off
 
-    def _sudden_on_any_scale(self, *near: float) -> float:
+    def _sudden_on_any_scale(self, *near: float, reach: float = PROBE_SCALE) -> float:
         from scipy.optimize import minimize_scalar
 
+        def left(instant: float) -> float:
+            return self._on_any_scale(instant, reach)[0]
+
         grid = np.arange(min(near) - 1e-3, max(near) + 1e-3, _STEP_S / 2)
-        rough = float(min(grid, key=self._on_any_scale))
+        rough = float(min(grid, key=left))
         span = (rough - _STEP_S / 2, rough + _STEP_S / 2)
-        return float(minimize_scalar(self._on_any_scale, bounds=span, method="bounded", options={"xatol": 1e-7}).x)
+        return float(minimize_scalar(left, bounds=span, method="bounded", options={"xatol": 1e-7}).x)
+
+    def _misscaled(self, least: float, *near: float) -> FittedRelease | None:
+        """Return a sudden release on scales beyond the probes' tolerance that leave less than `least`; None where none does."""
+        found = self._sudden_on_any_scale(*near, reach=_ANY_SCALE)
+        left, scales = self._on_any_scale(found, _ANY_SCALE)
+        within = self._on_any_scale(self._sudden_on_any_scale(*near))[0]
+        beyond = bool(np.any(np.abs(scales - 1) > _BEYOND))
+        if not beyond or left > min(least, within - _DOUBT) or not self._noise_alone(found, scales):
+            return None
+        about = found + np.arange(-1e-3, 1e-3, _STEP_S / 10)
+        also = about[[self._on_any_scale(instant, _ANY_SCALE)[0] - left <= _WITHIN for instant in about]]
+        model = 1.96 * _ALONE_S
+        return FittedRelease(
+            found, float(also.min()) - model, float(also.max()) + model, None, scales=tuple(scales.tolist())
+        )
+
+    def _noise_alone(self, t0: float, scales: Array) -> bool:
+        """Whether a sudden release on such scales leaves about what noise would in the fall: a late channel leaves more."""
+        white = self.noise(t0) ** 2
+        for end, scale in enumerate(scales):
+            rows = slice(2 * end, 2 * end + 2)
+            left = self.solved(t0, 0.0, float(scale))[1][rows][:, self.t > t0]
+            if np.mean(left**2 / white[rows, None]) > _NOISE_ALONE:
+                return False
+        return True
 
     def _soft(self, start: float, end: int | None = None, scale: float = 1.0) -> tuple[float, float]:
         """Return instant and decay time of a soft release, of all ends together or of one alone; for readings on a `scale`."""
@@ -240,8 +279,8 @@ class ReleaseFit:
         factors = []
         for end, (t0, decay) in enumerate(laws):
             rows = slice(2 * end, 2 * end + 2)
-            left = self._solve(t0, decay)[1][rows][:, self.t > t0]
-            factors.append(max(1.0, float(np.mean(left**2 / white[rows, None]))) * self._colour(left))
+            left = self.solved(t0, decay)[1][rows][:, self.t > t0]
+            factors.append(max(1.0, float(np.mean(left**2 / white[rows, None]))) * self.colour(left))
         return np.repeat(factors, 2)
 
     def _profile(self, t0: float, decay: float) -> FittedRelease:
@@ -255,7 +294,7 @@ class ReleaseFit:
             for d in decays
         ]
         costs, instants = np.array([f.fun for f in found]), np.array([f.x for f in found])
-        near = costs - costs.min() <= 3.84
+        near = costs - costs.min() <= _WITHIN
         value, best = float(instants[int(np.argmin(costs))]), float(decays[int(np.argmin(costs))])
         reach = max(value - instants[near].min(), instants[near].max() - value) + 1.96 * self._sigma(t0)
         half = float(np.hypot(reach, 1.96 * np.hypot(_SOFT_S, _SOFT_MODEL * best)))
@@ -266,12 +305,13 @@ class ReleaseFit:
     def _sigma(self, t0: float, end: int | None = None) -> float:
         """Standard deviation of the instant of all ends together or of one alone, the linear part projected off."""
         h = 1e-5
-        ahead, behind = self._solve(t0 + h)[1], self._solve(t0 - h)[1]
+        ahead, behind = self.solved(t0 + h)[1], self.solved(t0 - h)[1]
         slope = (ahead - behind) / (2 * h) / np.sqrt(self._variances)[:, None]
         rows = slice(None) if end is None else slice(2 * end, 2 * end + 2)
         return float(1 / np.sqrt(np.sum(slope[rows] ** 2)))
 
-    def _colour(self, residual: Array) -> float:
+    @staticmethod
+    def colour(residual: Array) -> float:
         """Variance inflation of a sum by autocorrelation (AR(1), mean over channels), at least one."""
         if residual.shape[1] < 4 or np.any(np.ptp(residual, axis=1) == 0):
             return 1.0
@@ -281,20 +321,20 @@ class ReleaseFit:
 
     def noise(self, t0: float) -> Array:
         """Standard deviation a channel of what the levitated law leaves."""
-        _, residual, design = self._solve(t0)
+        _, residual, design = self.solved(t0)
         levitated = self.t < t0
         freedom = max(int(levitated.sum()) - design.shape[1], 4)
         return np.asarray(np.sqrt(np.sum(residual[:, levitated] ** 2, axis=1) / freedom))
 
     def place(self, t0: float) -> Array:
         """Mean levitated position a channel, m."""
-        return np.asarray(self._solve(t0)[0][0])
+        return np.asarray(self.solved(t0)[0][0])
 
     def whirl(self, t0: float) -> Array:
         """Acceleration of a wide levitated orbit a channel, 0-pk, m/s^2; 0 where it is narrow, or the speed is not known."""
         if not self.speed_hz:
             return np.zeros(len(self.data))
-        size = np.hypot(*self._solve(t0)[0][1:3])
+        size = np.hypot(*self.solved(t0)[0][1:3])
         return np.where(size > _WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
 
     def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
@@ -302,7 +342,7 @@ class ReleaseFit:
 
         Hum and the shaft's surface are left out.
         """
-        coefficients, residual, design = self._solve(t0, decay)
+        coefficients, residual, design = self.solved(t0, decay)
         at = np.zeros((2, design.shape[1]))
         at[0, 0] = 1.0
         if self.speed_hz:
@@ -310,79 +350,13 @@ class ReleaseFit:
             at[1, 2] = 2 * np.pi * self.speed_hz
         covariance = np.linalg.pinv(design.T @ design)
         sigma = np.sqrt(np.diag(at @ covariance @ at.T))
-        noise = np.sqrt(np.mean(residual**2, axis=1) * self._colour(residual))
+        noise = np.sqrt(np.mean(residual**2, axis=1) * self.colour(residual))
         return np.asarray(at @ coefficients), np.asarray(np.outer(sigma, noise))
 
-    def acceleration(self, t0: float) -> Array:
-        """Acceleration a channel in the fall when it is left free, with an instant of its own near `t0`, m/s^2.
-
-        The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.  Sags that
-        spring back in modes slow enough to look like gravity are held small.
-        """
-        from scipy.optimize import minimize_scalar
-
-        variance = self.noise(t0) ** 2
-
-        noise = max(float(np.sqrt(np.mean(variance))), 1e-9)
-        sizes = np.where(np.array(self.bending_hz) > _QUICK_HZ, 1.0, _HELD) * self._sag_sizes
-
-        def fitted(instant: float) -> tuple[Array, float]:
-            after = np.maximum(self.t - instant, 0.0)
-            levitated, sags = self._levitated(instant, 0.0), self._sags(after, 0.0)
-            design = np.column_stack([*levitated, *sags, 0.5 * after**2])
-            spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
-            expected = np.zeros((len(spread), len(self.data)))
-            rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([self.data.T, expected])
-            coefficients, *_ = np.linalg.lstsq(rows, data, rcond=None)
-            left = np.sum((self.data - (design @ coefficients).T) ** 2, axis=1)
-            held = np.sum((coefficients[:-1] / spread[:-1, None]) ** 2)
-            return coefficients[-1], float(np.sum(left / variance) + held)
-
-        grid = np.arange(max(t0 - _ANEW_S, self.t[0] + _STEP_S), min(t0 + _ANEW_S, self.t[-1] - 2 * _STEP_S), _STEP_S)
-        near = min(grid, key=lambda instant: fitted(instant)[1])
-        best = minimize_scalar(
-            lambda instant: fitted(instant)[1], bounds=(near - _STEP_S, near + _STEP_S), method="bounded"
-        )
-        return np.asarray(fitted(float(best.x))[0])
-
-    def free_fall(self, t0: float, decay: float) -> tuple[Array, Array] | None:
-        """Acceleration a row in the fall freed of what is not gravity, and its standard deviation, m/s^2.
-
-        In a fall of less than a turn once per revolution looks like gravity; so it is held to what the levitated orbit lets
-        expect.  The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its
-        frequency in two, which beat.  A model's bending frequency is not exact.  None where speed or bending are not known.
-        """
-        if not self.speed_hz or len(self.bending_hz) == 0:
-            return None
-        found, sigma = self._freed(t0, decay)
-        others = [
-            replace(self, bending_hz=[share * hz for hz in self.bending_hz])._freed(t0, decay)[0]
-            for share in (1 - _BENDING, 1 + _BENDING)
-        ]
-        return found, np.hypot(sigma, (others[1] - others[0]) / 2)
-
-    def _freed(self, t0: float, decay: float) -> tuple[Array, float]:
-        """Acceleration of `free_fall` for the bending frequencies, and what noise and misfit leave unsure of it."""
-        after = np.maximum(self.t - t0, 0.0)
-        levitated, free = self._levitated(t0, decay), self._free(t0, decay)
-        orbit = max(_GOES_ON * float(np.hypot(*self._solve(t0)[0][1:3]).max()), _LEAST_ORBIT)
-        phases = [2 * np.pi * hz * after for hz in self.bending_hz]
-        beats = [np.sin(phase) - phase * np.cos(phase) for phase in phases]
-        design = np.column_stack([*levitated, *free, *beats, _let_go(0j, after, decay).real])
-        sizes = self._sag_sizes
-        spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit], sizes, sizes, [np.inf]])
-        noise = max(float(np.sqrt(np.mean(self.noise(t0) ** 2))), 1e-9)
-        normal = design.T @ design + np.diag((noise / spread) ** 2)
-        fitted = np.linalg.solve(normal, design.T @ self.data.T)
-        left = (self.data - (design @ fitted).T)[:, self.t > t0]
-        # what a wrong bending frequency leaves is no noise: counted in full
-        misfit = max(1.0, float(np.mean((left / noise) ** 2)))
-        sigma = noise * misfit * float(np.sqrt(self._colour(left) * np.linalg.inv(normal)[-1, -1]))
-        return np.asarray(fitted[-1]), sigma
-
-    def _solve(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
-        design = np.column_stack(self._levitated(t0, decay) + self._free(t0, decay))
-        fall = -scale * self.gravity * _let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
+    def solved(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
+        """Return coefficients (p, 2 n), what is left (2 n, k) and columns (k, p) for an instant; for readings on a `scale`."""
+        design = np.column_stack(self.levitated(t0, decay) + self.free(t0, decay))
+        fall = -scale * self.gravity * let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
         target = self.data - np.where(self.vertical[:, None], fall, 0.0)
         # normal equations: solved hundreds of times a search, and the columns are of one scale
         normal = design.T @ design
@@ -390,7 +364,7 @@ class ReleaseFit:
         coefficients = np.linalg.solve(normal, design.T @ target.T).astype(np.float64)
         return coefficients, target - (design @ coefficients).T, design
 
-    def _levitated(self, t0: float, decay: float) -> list[Array]:
+    def levitated(self, t0: float, decay: float) -> list[Array]:
         """Columns of the levitated orbit up to t0; then position and velocity go on, and its force dies away.
 
         Hum and twice per revolution are the probes' and the shaft surface's: they go on as they were.
@@ -409,21 +383,21 @@ class ReleaseFit:
         return columns
 
     @property
-    def _sag_sizes(self) -> Array:
+    def sag_sizes(self) -> Array:
         """Standard deviation of the sag in each bending mode, m."""
         return _SAG * self.gravity / (2 * np.pi * np.array(self.bending_hz, dtype=float)) ** 2
 
-    def _free(self, t0: float, decay: float) -> list[Array]:
+    def free(self, t0: float, decay: float) -> list[Array]:
         """Columns of the free motion besides the fall, each starting with neither displacement nor velocity."""
         after = np.maximum(self.t - t0, 0.0)
         columns = []
         if self.speed_hz:
             s = 2j * np.pi * self.speed_hz
-            turning = s**2 * _let_go(s, after, decay)
+            turning = s**2 * let_go(s, after, decay)
             columns += [turning.real, turning.imag]
-        return columns + self._sags(after, decay)
+        return columns + self.sags(after, decay)
 
-    def _sags(self, after: Array, decay: float) -> list[Array]:
+    def sags(self, after: Array, decay: float) -> list[Array]:
         """Columns of the sag that springs back in each bending mode, from 1 at rest, less that 1."""
         columns = []
         for hz in self.bending_hz:
@@ -450,6 +424,6 @@ def _path(s: complex, after: Array) -> NDArray[np.complex128]:
     return np.asarray((np.expm1(s * after) - s * after) / s**2)
 
 
-def _let_go(s: complex, after: Array, decay: float) -> NDArray[np.complex128]:
+def let_go(s: complex, after: Array, decay: float) -> NDArray[np.complex128]:
     """Return the displacement by an acceleration exp(s t) (1 - exp(-t / decay)) from rest: by what is held no more."""
     return _path(s, after) - _path(s - 1 / decay, after) if decay > 0 else _path(s, after)

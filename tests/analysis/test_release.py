@@ -277,6 +277,23 @@ def test_probes_that_read_five_per_cent_too_much_widen_the_interval(machine, nam
     assert found.low <= 0.1 <= found.high
 
 
+@pytest.mark.parametrize("name", ["short/drop_150", "short/drop_210", "loose/drop_150", "loose/drop_210"])
+@pytest.mark.parametrize("factor", [0.8, 0.9, 1.1])
+def test_probes_that_all_read_a_tenth_or_a_fifth_wrong_are_told_from_a_decaying_force(machine, name, factor):
+    """They were told as a force that decays in 1.3 ms, released 0.65 ms early."""
+    found = _on_a_scale(machine, name, factor)
+    assert found.time.low <= 0.1 <= found.time.high
+    assert found.time.value == pytest.approx(0.1, abs=8e-5)
+    assert not found.force_decay.known
+    assert found.scales == {end: pytest.approx(factor, abs=0.035) for end in machine.ends}
+
+
+def test_a_force_that_dies_away_is_no_wrong_scale(machine):
+    for seed in range(8):
+        planes, _ = drop(seed, decay=2e-3, rate=10000.0)
+        assert find_release(planes, machine, 97.0).scales == {}
+
+
 @pytest.mark.parametrize("factor", [0.95, 1.05])
 def test_a_decay_holds_its_time_on_another_scale(machine, factor):
     held = []

@@ -1,0 +1,109 @@
+"""The acceleration that probes see in the free fall when it is left free: gravity's, if lengths and times are right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tdbmon.analysis.release_fit import Array, ReleaseFit, let_go
+
+_ANEW_S, _STEP_S = 8e-3, 2.5e-4  # of the release: where its instant is sought anew, in which steps
+_GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
+_LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
+_BENDING = 0.05  # of a model's bending frequency, standard deviation
+_QUICK_HZ = 500.0  # from which on a mode does not look like gravity in a fall of some milliseconds
+_HELD = 0.2  # of the sag in a mode that does
+
+
+def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
+    """Return the acceleration in the fall, with an instant of its own near the release.
+
+    The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.  Sags that spring back in
+    modes slow enough to look like gravity are held small.
+
+    Parameters
+    ----------
+    fit : ReleaseFit
+        Of `n` ends.
+    t0 : float
+        The release, s.
+
+    Returns
+    -------
+    (2 n,) array
+        A row of the data each, m/s^2.
+    """
+    from scipy.optimize import minimize_scalar
+
+    variance = fit.noise(t0) ** 2
+    noise = max(float(np.sqrt(np.mean(variance))), 1e-9)
+    sizes = np.where(np.array(fit.bending_hz) > _QUICK_HZ, 1.0, _HELD) * fit.sag_sizes
+
+    def fitted(instant: float) -> tuple[Array, float]:
+        after = np.maximum(fit.t - instant, 0.0)
+        levitated, sags = fit.levitated(instant, 0.0), fit.sags(after, 0.0)
+        design = np.column_stack([*levitated, *sags, 0.5 * after**2])
+        spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
+        expected = np.zeros((len(spread), len(fit.data)))
+        rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([fit.data.T, expected])
+        coefficients, *_ = np.linalg.lstsq(rows, data, rcond=None)
+        left = np.sum((fit.data - (design @ coefficients).T) ** 2, axis=1)
+        held = np.sum((coefficients[:-1] / spread[:-1, None]) ** 2)
+        return coefficients[-1], float(np.sum(left / variance) + held)
+
+    grid = np.arange(max(t0 - _ANEW_S, fit.t[0] + _STEP_S), min(t0 + _ANEW_S, fit.t[-1] - 2 * _STEP_S), _STEP_S)
+    near = min(grid, key=lambda instant: fitted(instant)[1])
+    best = minimize_scalar(
+        lambda instant: fitted(instant)[1], bounds=(near - _STEP_S, near + _STEP_S), method="bounded"
+    )
+    return np.asarray(fitted(float(best.x))[0])
+
+
+def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array] | None:
+    """Return the acceleration in the fall freed of what is not gravity, and its standard deviation.
+
+    In a fall of less than a turn once per revolution looks like gravity; so it is held to what the levitated orbit lets expect.
+    The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its frequency in two, which
+    beat.  A model's bending frequency is not exact.
+
+    Parameters
+    ----------
+    fit : ReleaseFit
+        Of `n` rows of data.
+    t0, decay : float
+        The release, and the decay time of the magnetic force, s.
+
+    Returns
+    -------
+    two (n,) arrays, or None
+        A row of the data each, m/s^2; None where speed or bending are not known.
+    """
+    if not fit.speed_hz or len(fit.bending_hz) == 0:
+        return None
+    found, sigma = _freed(fit, t0, decay)
+    others = [
+        _freed(replace(fit, bending_hz=[share * hz for hz in fit.bending_hz]), t0, decay)[0]
+        for share in (1 - _BENDING, 1 + _BENDING)
+    ]
+    return found, np.hypot(sigma, (others[1] - others[0]) / 2)
+
+
+def _freed(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array]:
+    """Acceleration of `gravity_alone` for the bending frequencies, and what noise and misfit leave unsure of it."""
+    after = np.maximum(fit.t - t0, 0.0)
+    levitated, free = fit.levitated(t0, decay), fit.free(t0, decay)
+    orbit = max(_GOES_ON * float(np.hypot(*fit.solved(t0)[0][1:3]).max()), _LEAST_ORBIT)
+    phases = [2 * np.pi * hz * after for hz in fit.bending_hz]
+    beats = [np.sin(phase) - phase * np.cos(phase) for phase in phases]
+    design = np.column_stack([*levitated, *free, *beats, let_go(0j, after, decay).real])
+    sizes = fit.sag_sizes
+    spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit], sizes, sizes, [np.inf]])
+    noise = max(float(np.sqrt(np.mean(fit.noise(t0) ** 2))), 1e-9)
+    normal = design.T @ design + np.diag((noise / spread) ** 2)
+    fitted = np.linalg.solve(normal, design.T @ fit.data.T)
+    left = (fit.data - (design @ fitted).T)[:, fit.t > t0]
+    # what a wrong bending frequency leaves is no noise: counted in full
+    misfit = max(1.0, float(np.mean((left / noise) ** 2)))
+    sigma = noise * misfit * float(np.sqrt(fit.colour(left) * np.linalg.inv(normal)[-1, -1]))
+    return np.asarray(fitted[-1]), np.asarray(sigma)
