@@ -6,6 +6,7 @@ values follows from their slopes; of the probe with most, the readings are put r
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -74,12 +75,20 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
     # a drift has two values; a ball, lobes or waves, which fit as much, have one more of each drop at least
     if found.fails and (not best.causes or found.ratio > EXPLAINED or found.excess > best.excess):
         return None
+    # of other causes that leave noise alone too, who leaves less is likelier
+    if best.causes and not best.fails and not best.fits_much and _criterion(found, drift) > best.bic:
+        return None
     moved = drift.by(np.array([found.horizon]))
     return (
         f"probe '{drift.probe}' drifts: it reads {float(moved[0]) * 1e6:+.2g} um more {found.horizon * 1e3:g} ms after the"
         f" release than at it, in all drops; without that the plain model leaves {found.times_noise} times what noise would, and"
         " no effect of the catalogue does that"
     )
+
+
+def _criterion(found: Contender, drift: Drift) -> float:
+    """Return the Bayesian information criterion of a model fitted to readings that are put right by a drift."""
+    return found.bic + drift.shape.size * math.log(found.residuals)
 
 
 def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tdbmon.diagnosis.drifting_probe import drifting_probe
+from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022)
@@ -26,6 +27,22 @@ def test_a_probe_that_drifts_is_told_with_how_far(drifted):
     said = drifting_probe(drifted, drifted, HORIZONS)
     assert said.startswith("probe 'DE_B' drifts: it reads -4")
     assert "22 ms" in said
+
+
+@pytest.mark.parametrize(
+    ("cause", "left", "told"), [("thermal_growth@NDE", 0.7, False), ("race_waviness@NDE", 0.7, True)]
+)
+def test_a_cause_that_leaves_less_than_a_drift_is_likelier_but_for_one_that_fits_much(drifted, cause, left, told):
+    """A growth by heat left 2400 less than a drift (chi-square), which was told instead of it."""
+    best = contender(drifted, (cause,), 0, left)
+    assert not best.fails
+    assert (drifting_probe(drifted, best, HORIZONS) is not None) == told
+
+
+def test_a_drift_that_leaves_less_than_a_cause_is_told_instead_of_it(drifted):
+    best = contender(drifted, ("thermal_growth@NDE",), 0, 1.15 * drifted.floor)
+    assert not best.fails
+    assert drifting_probe(drifted, best, HORIZONS) is not None
 
 
 def test_an_oval_clearance_is_no_drift(crew):
