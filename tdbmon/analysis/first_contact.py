@@ -14,6 +14,7 @@ from tdbmon.record.timebase import usual_interval
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
 _LEVELS = 25  # tried over the interval of the touching radius
 _PASSING_S = 4e-4  # on either side of a crossing, for its velocity: a small part of a contact
+_FEWEST_STEPS = 1.5  # on either side, where the samples lie far apart: three samples tell a velocity
 _SLOWEST = 1e-3  # m/s, of a passage: where the shaft turns round at the level its velocity is none
 
 
@@ -169,7 +170,7 @@ def _duration_and_rebound(
 
 def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float, step: float) -> float:
     """Standard deviation of the instant of a crossing whose level is uncertain by sigma, between samples a step apart."""
-    near = np.abs(t - at) < _PASSING_S
+    near = np.abs(t - at) < max(_PASSING_S, _FEWEST_STEPS * step)
     slope = np.polyfit(t[near] - at, depth[near], 1)[0] if near.sum() > 2 else 0.0
     return float(np.hypot(sigma / max(abs(slope), _SLOWEST), step / 4))
 

@@ -164,8 +164,9 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
         return (
-            f"a shaft that stands upright does not fall, and only horizontal ones are covered; of a horizontal one check sampling"
-            f" rate and unit of the time, and sensitivity and angle of {names}"
+            "a shaft that stands upright does not fall, and only horizontal ones are covered; nor does one that the magnetic"
+            " bearings lower; of one that was dropped check sampling rate and unit of the time, and sensitivity and angle of"
+            f" {names}"
         )
     if share <= 0:
         return f"check sign of the sensitivity and angle of {names}"

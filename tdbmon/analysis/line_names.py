@@ -65,7 +65,7 @@ def name_constants(
         for i, trace in enumerate(traces):
             if i not in named and (name := _combination(trace, traces, parents, resolution)):
                 named[i] = name
-    for name, low, high in expected:
+    for name, low, high in (band for band in expected if not band[0].startswith("swing")):
         inside = [i for i, t in enumerate(traces) if i not in named and low <= _hz(t) <= high]
         if inside and name not in named.values():
             named[max(inside, key=lambda i: _height(traces[i]))] = name
@@ -109,9 +109,12 @@ def _mains(traces: Sequence[Trace], mains_hz: float, resolution: float) -> list[
 
 
 def _swings(traces: Sequence[Trace], expected: Sequence[tuple[str, float, float]], mains: set[int]) -> dict[str, int]:
-    """The swings: the strongest line in each band so named, or else the two strongest horizontal lines."""
+    """The swings: the strongest horizontal line in each band so named, or else the two strongest of all.
+
+    A shaft that whirls round its clearance and a floor that shakes draw lines in those bands too, which are not horizontal.
+    """
     bands = [band for band in expected if band[0].startswith("swing")]
-    free = [i for i in range(len(traces)) if i not in mains]
+    free = [i for i, trace in enumerate(traces) if i not in mains and trace.horizontal >= _HORIZONTAL]
     parents: dict[str, int] = {}
     for name, low, high in bands:
         inside = [i for i in free if low <= _hz(traces[i]) <= high and i not in parents.values()]
@@ -119,7 +122,7 @@ def _swings(traces: Sequence[Trace], expected: Sequence[tuple[str, float, float]
             parents[name] = max(inside, key=lambda i: _height(traces[i]))
     if bands:
         return parents
-    level = [i for i in free if traces[i].horizontal >= _HORIZONTAL and _SWING_HZ[0] <= _hz(traces[i]) <= _SWING_HZ[1]]
+    level = [i for i in free if _SWING_HZ[0] <= _hz(traces[i]) <= _SWING_HZ[1]]
     level = sorted(level, key=lambda i: -_height(traces[i]))[:2]
     level = [i for i in level if _height(traces[i]) >= _SECOND * _height(traces[level[0]])]
     return {f"swing {n}": i for n, i in enumerate(sorted(level, key=lambda i: _hz(traces[i])), start=1)}

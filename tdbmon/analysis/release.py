@@ -21,7 +21,7 @@ from tdbsim.rotor import RotorModel
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
 from tdbmon.analysis.missing_stretches import said
-from tdbmon.analysis.release_fit import PROBE_SCALE, FittedRelease, ReleaseFit
+from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
@@ -158,7 +158,9 @@ def find_release(
     if best.time < t[0]:
         return None
     fall = _points(fall_acceleration(fit, best.time), ends)
-    whirl = dict(zip(ends, fit.whirl(best.time)[1::2].tolist(), strict=True))
+    # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
+    wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
+    whirl = dict(zip(ends, np.where(wide, fit.whirl(best.time), 0.0)[1::2].tolist(), strict=True))
     if why := _no_fall(fall, whirl, machine.gravity):
         return not_told(why, fall, whirl)
     later = time < best.time + _LONGER * (t[-1] - best.time)
@@ -201,7 +203,8 @@ def _no_fall(fall: Mapping[str, tuple[float, float]], whirl: Mapping[str, float]
     if all(abs(fall[end][1]) < _FALLS * gravity and whirl[end] == 0.0 for end in fall):
         return (
             "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
-            " upright does not fall; of a horizontal one check sampling rate and sensitivities"
+            " upright does not fall, nor one that the magnetic bearings lower; of a horizontal one that was dropped check"
+            " sampling rate and sensitivities"
         )
     return ""
 

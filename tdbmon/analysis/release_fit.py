@@ -37,7 +37,7 @@ _MISREAD = 50.0  # improvement of the misfit by such a scale that sound records 
 _STEP_S = 2.5e-4  # of the first search
 _NEAR_S = 3e-3  # of the first search's instant: where the later ones look
 _LEAST_DECAY_S = 1e-4
-_WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
+WIDE = 10e-6  # m, 0-pk: an orbit of a bent or badly balanced shaft, which turns on in the fall about as widely
 _SAG = 1.0  # of gravity over the square of a bending mode's angular frequency, standard deviation: the sag that springs back
 _MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
 
@@ -335,7 +335,7 @@ class ReleaseFit:
         if not self.speed_hz:
             return np.zeros(len(self.data))
         size = np.hypot(*self.solved(t0)[0][1:3])
-        return np.where(size > _WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
+        return np.where(size > WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
 
     def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
         """Position and velocity a channel at the instant, and their standard deviations: (2, 2 n) each, m and m/s.

@@ -1,7 +1,8 @@
-"""A shaft that is back where it levitated when the record ends: then nothing lies at the bottom of the clearance.
+"""A shaft that is back where it levitated: then nothing lies at the bottom of the clearance.
 
 Channels behind a high-pass (AC coupling, usual for accelerometers) forget where the shaft is: their mean goes back to zero
-while it lies on its bearings.  Magnetic bearings that take the rotor up again do the same, and no probe tells which it was.
+while it lies on its bearings.  Magnetic bearings that take the rotor up again do the same, and no probe tells which it was;
+but what hovers there in between, or only as the record ends, is held.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import um
+from tdbmon.runs import runs_of
 
 BOUNCING_S = 0.25  # after the release: before, the shaft still bounces
 _TAIL_S = 0.07  # at least two swings, whose mean is where it rests
@@ -25,7 +27,7 @@ def at_rest(time: np.ndarray, xy: np.ndarray, release_s: float) -> np.ndarray:
 
 
 def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | None) -> str:
-    """Say that an end is back where it levitated; "" where it is not, or where the record cannot tell.
+    """Say that an end is, or was in between, back where it levitated; "" where not, or where the record cannot tell.
 
     Parameters
     ----------
@@ -47,10 +49,26 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
     apart = float(np.hypot(*(rest - start)))
     gap = machine.bearing(end).radial_gap.nominal
     moves = float(np.sqrt(np.nanmean(np.sum((tail - rest[:, None]) ** 2, axis=0))))
-    if reach < _WENT * gap or apart > _BACK * gap or moves > _WHIRLS * gap:
+    if reach < _WENT * gap:
         return ""
+    if apart <= _BACK * gap and moves <= _WHIRLS * gap:
+        return (
+            f"at the end the shaft is within {um(apart)} of where it levitated, though it went {um(reach)} from there: either"
+            " the channels are AC coupled or behind a high-pass (set the data acquisition to DC coupling), or the magnetic"
+            " bearings took the rotor up again (cut the record before that)"
+        )
+    near = _BACK * gap + float(np.nanmax(np.hypot(*(before - start[:, None]))))
+    return _held(time[time >= release_s], np.hypot(*(after - start[:, None])) < near) if apart > near else ""
+
+
+def _held(time: np.ndarray, near: np.ndarray) -> str:
+    """Say from when to when a shaft hovers `near` where it levitated, for longer than any bounce lasts; "" where it does not."""
+    runs = runs_of(near)
+    hovers = runs.where(time[runs.first + runs.length - 1] - time[runs.first] > _TAIL_S)
+    if not len(hovers):
+        return ""
+    begin, end = (float(time[i]) for i in (hovers.first[0], hovers.first[0] + hovers.length[0] - 1))
     return (
-        f"at the end the shaft is within {um(apart)} of where it levitated, though it went {um(reach)} from there: either the"
-        " channels are AC coupled or behind a high-pass (set the data acquisition to DC coupling), or the magnetic bearings took"
-        " the rotor up again (cut the record before that)"
+        f"from {begin:.4g} s to {end:.4g} s the shaft is back where it levitated: the magnetic bearings took the rotor up again"
+        " (cut the record before that)"
     )

@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 _FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more
+_LIES, _UPRIGHT = 0.7, 0.5  # of the gap below the probes' zero, as all probes see it that stand so upright (sine)
 _START_S = 10e-3  # that shows where the shaft levitates
 _LEAST_S = 40e-3  # of levitation, for a line to be told from its neighbours
 _MOST_S = 0.25  # of it that is looked at: a shaft that coasts at 200 Hz then slows by no more than a cell
@@ -118,9 +119,11 @@ class LevitatedLines:
 def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
     """Return the spectrum of the levitated shaft; None where the record holds too little of it.
 
-    A window of Hann over the stretch from the first sample until a probe has moved by a third of the gap.
+    A window of Hann over the stretch from the first sample until a probe has moved by a third of the gap.  A shaft that never
+    does and lies low in its clearance fell before the record began: it swings at frequencies of its own.
     """
     rows: list[np.ndarray] = []
+    low_all_along: list[bool] = []
     dimension, time, until = "", np.empty(0), 0
     for probe in machine.probes:
         if probe.name not in ds or (rows and str(ds[probe.name].dims[0]) != dimension):
@@ -136,12 +139,17 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
         if not np.isfinite(row[start]).any():
             continue
         low, high = np.nanmin(row[start]), np.nanmax(row[start])
-        reach = _FALLEN * machine.bearing(probe.end).radial_gap.nominal
+        gap, upright = machine.bearing(probe.end).radial_gap.nominal, float(np.sin(probe.angle))
+        reach = _FALLEN * gap
         away = np.flatnonzero((row < low - reach) | (row > high + reach))
         if away.size:
             falling = 1.2 * np.sqrt(2 * reach / max(machine.gravity, 1.0))  # what the fall to there took, and some more
             until = min(until, int(np.searchsorted(time, time[away[0]] - falling)))
+        if away.size or abs(upright) > _UPRIGHT:
+            low_all_along.append(not away.size and -np.nanmedian(row) / upright > _LIES * gap)
         rows.append(row)
+    if low_all_along and all(low_all_along):
+        return None
     if not rows or time[max(until - 1, 0)] - time[0] < _LEAST_S:
         return None
     whole = [row[:until] for row in rows if np.isfinite(row[:until]).all()]

@@ -123,6 +123,16 @@ def test_stiffness_intervals_hold_the_truth_with_noise():
     assert np.mean(inside) >= 0.95
 
 
+@pytest.mark.parametrize("rate", [2000.0, 2500.0, 5000.0])
+def test_samples_far_apart_tell_the_touch_to_about_one_of_them(rate):
+    """Two samples about the crossing tell no velocity, and without one the touch had an interval of seconds."""
+    for seed in range(20):
+        planes, touch, *_ = fall_on_a_spring(rate, noise=0.3e-6, seed=seed)
+        found = find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).first.touch
+        assert found.low <= touch <= found.high
+        assert found.high - found.low < 1.5 / rate
+
+
 def test_a_rotor_that_never_reaches_the_ring_has_no_contact():
     planes, *_ = fall_on_a_spring()
     short = planes.isel(time=planes.time < 0.014)

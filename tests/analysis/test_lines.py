@@ -189,6 +189,16 @@ def test_what_two_swings_make_on_their_arc_is_named_after_them(told):
     assert lines[mode].frequency.value == pytest.approx(134.7, abs=0.1)
 
 
+def test_what_goes_round_or_up_and_down_in_the_band_of_a_swing_is_none():
+    """A whirl right round the clearance at 28.6 Hz, and a floor that shakes at 44 Hz."""
+    channels = _white(8)
+    channels[[0, 2]] += 2.8e-4 * _cos(28.6)
+    channels[[1, 3]] += 2.8e-4 * _cos(28.6, -np.pi / 2) + 5e-6 * _cos(44.0)
+    lines = _by_name(_find(channels, expected=(("swing 1", 27.0, 30.0), ("swing 2", 42.0, 46.0))))
+    assert set(lines) == {"28.6 Hz", "44 Hz"}
+    assert lines["28.6 Hz"].direction == "forward"
+
+
 def test_expected_bands_name_and_do_not_find():
     bands = (("bending 1", 100.0, 170.0), ("bending 2", 200.0, 260.0))
     assert _find(_white(5), expected=bands) == ()

@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.release import find_release, release_of
 from tdbmon.record.assign import assign
 from tdbmon.record.read import read
@@ -155,6 +156,22 @@ def test_a_logger_that_starts_late_does_not_hide_the_release(machine):
     planes.displacement[:, :, :800] = np.nan
     found = find_release(planes, machine, 97.0).time
     assert found.low <= truth <= found.high
+
+
+@pytest.mark.parametrize("lasts", [0.05, 0.2, 0.5])
+def test_a_shaft_that_is_lowered_dates_no_release(machine, lasts):
+    """Magnetic bearings set it down without a fall, which no force that decays for a minute explains."""
+    time = np.arange(16000) / 20e3
+    down = np.clip((time - 0.2) / lasts, 0.0, 1.0)
+    path = np.stack(
+        [1e-6 * np.cos(2 * np.pi * 97 * time), 1e-6 * np.sin(2 * np.pi * 97 * time) - 270e-6 * down**2 * (3 - 2 * down)]
+    )
+    noise = 0.25e-6 * np.random.default_rng(1).standard_normal((2, 2, time.size))
+    planes = planes_of(time, {end: (path + noise[k]).T for k, end in enumerate(("NDE", "DE"))})
+    found = find_release(planes, machine, 97.0)
+    assert not found.time.known and not found.force_decay.known
+    assert "lower" in found.time.why
+    assert not any(check.passed for check in check_free_fall(found, machine))
 
 
 def test_a_wide_orbit_is_no_fall_wherever_on_it_the_record_begins(machine):

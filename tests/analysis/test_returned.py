@@ -1,4 +1,4 @@
-"""Records at whose end the shaft is back where it levitated: by a high-pass, or taken up again."""
+"""Records in which the shaft is back where it levitated: by a high-pass, or taken up again."""
 
 import numpy as np
 import pytest
@@ -43,6 +43,18 @@ def taken_up(record):
     return out
 
 
+def held_for_a_while(record, begin_s, end_s):
+    """The record with the shaft held where it levitated from one time to another, as between two drops."""
+    out = record.copy()
+    for name in PROBES:
+        time, values = record[record[name].dims[0]].values, record[name].values
+        (held,) = np.nonzero((time > begin_s) & (time < end_s))
+        hovers = values.copy()
+        hovers[held] = values[held % np.searchsorted(time, RELEASE_S)]
+        out[name] = record[name].copy(data=hovers)
+    return out
+
+
 def told(record, machine, end="NDE"):
     return returned(to_planes(record, machine), end, machine, RELEASE_S)
 
@@ -57,6 +69,18 @@ def test_ac_coupling_and_a_shaft_taken_up_again_are_told(record, machine, faulty
     said = told(faulty(record), machine)
     assert "AC coupled" in said
     assert "took the rotor up again" in said
+
+
+def test_a_shaft_held_between_two_drops_is_told(record, machine):
+    """Where it comes to rest is right: the second drop ends at the bottom too."""
+    assert told(held_for_a_while(record, 0.3, 0.4), machine).startswith("from 0.3 s to 0.4 s")
+
+
+def test_a_shaft_held_only_as_a_long_record_ends_is_told(coastdown_record, machine):
+    """In the mean of the record's last tenth it still lies near the bottom."""
+    long = assign(coastdown_record, machine)
+    assert told(long, machine) == ""
+    assert told(held_for_a_while(long, 81.0, 90.0), machine).startswith("from 81 s to 85 s")
 
 
 def test_a_shaft_that_whirls_round_the_ring_has_not_returned(record, machine):
@@ -84,7 +108,7 @@ def test_no_clearance_circle_is_told_and_no_probe_accused(record, machine):
     result = analyse(high_passed(record, 3.0), machine)
     for end in machine.ends:
         assert result.ends[end].gap is None
-        assert "does not lie on its bearing" in result.ends[end].air_gap.why
+        assert "does not stay on its bearing" in result.ends[end].air_gap.why
         (row,) = (c for c in result.checks if c.check == "rest at the bottom" and c.channel == end)
         assert not row.passed
         assert "inverted" not in row.detail
