@@ -418,7 +418,10 @@ def parse(text: str) -> Effect:
 
 def from_setting(setting: EffectSetting) -> Effect:
     """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
-    return _placed(declaration(setting.name), setting.where, setting.parameters)
+    try:
+        return _placed(declaration(setting.name), setting.where, setting.parameters)
+    except InputError as wrong:
+        raise InputError(f"[[effect]] of the machine file: {wrong}") from None
 
 
 def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:

@@ -99,7 +99,7 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
     name = "levitated, from centre" if analysis.falls else "levitated, from zero"
     beside = f", no zone of ISO 14839-2: {found.share.why}"
     if found.share.known:
-        beside = f", {found.share.value:.2f} of the gap: zone {zone(found.share)} of ISO 14839-2"
+        beside = f", {found.share.value:.2f} of the machine file's gap: zone {zone(found.share)} of ISO 14839-2"
     if not analysis.falls:
         beside += f" ({found.reach.why})"
     return [f"  {name:<24}{printed(found.reach)}{beside}"]

@@ -13,7 +13,7 @@ from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import percent, plain
+from tdbmon.quantity import percent, plain, printed, why_no_interval
 
 _NOT_FITTED = "not fitted as far: it looks like another cause that is named"
 
@@ -67,11 +67,11 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     """Return what the command says."""
     verdict, out = diagnosis.verdict, []
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
-    for cause in causes_json(diagnosis):
+    for cause in _causes(diagnosis):
         values = ", ".join(
-            f"{name.replace('_', ' ')} {value_and_interval(q)}"
-            for name, q in cause["parameters"].items()
-            if q["value"] is not None
+            f"{name.replace('_', ' ')} {value_and_interval(size)}"
+            for name, size in cause["parameters"].items()
+            if size.known
         )
         size = values or "not fitted as far"
         out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {size}")
@@ -88,15 +88,21 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     return [plain(line) for line in out]
 
 
-def value_and_interval(quantity: dict[str, Any]) -> str:
-    """Return a quantity of the contract as a line on a terminal has it."""
-    if quantity["low"] is None:
-        return f"{quantity['value']:.4g} ({quantity['why']})"
-    return f"{quantity['value']:.4g} ({quantity['low']:.4g} to {quantity['high']:.4g})"
+def value_and_interval(estimate: Estimate) -> str:
+    """Return a known value as a line on a terminal has it, with its interval or the reason why there is none."""
+    return printed(estimate) + why_no_interval(estimate)
 
 
 def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return the causes of a diagnosis as the contract has them, the likeliest first."""
+    return [
+        {**cause, "parameters": {f"{name}{_suffix(q.unit)}": q.to_json() for name, q in cause["parameters"].items()}}
+        for cause in _causes(diagnosis)
+    ]
+
+
+def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return the same with parameters that are still estimates, by their own names."""
     by_contender = dict(zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True))
     found: dict[str, dict[str, Any]] = {}
     for contender in diagnosis.verdict.accused:
@@ -107,23 +113,18 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 found[cause.name]["probability"] += probability
                 continue
             words = {k: v for k, v in free.held.items() if not cause.declared.parameter(k).held}
-            known = sizes.get(cause.name, {})
-            parameters = {f"{name}{_suffix(estimate.unit)}": estimate.to_json() for name, estimate in known.items()}
-            found[cause.name] = _cause(cause, probability, parameters, words)
+            found[cause.name] = _cause(cause, probability, sizes.get(cause.name, {}), words)
     for model in diagnosis.verdict.alike:
         for cause in model.causes:
             if cause.name not in found:
-                unknown = {
-                    f"{p.name}{_suffix(p.unit)}": Estimate.missing(p.unit, _NOT_FITTED).to_json()
-                    for p, _ in cause.sizes
-                }
+                unknown = {p.name: Estimate.missing(p.unit, _NOT_FITTED) for p, _ in cause.sizes}
                 found[cause.name] = _cause(cause, 0.0, unknown, {})
             found[cause.name]["probability"] += model.probability
     return sorted(found.values(), key=lambda each: -each["probability"])
 
 
 def _cause(
-    cause: Suspect, probability: float, parameters: dict[str, Any], held: Mapping[str, float | str]
+    cause: Suspect, probability: float, parameters: Mapping[str, Estimate], held: Mapping[str, float | str]
 ) -> dict[str, Any]:
     return {
         "effect": cause.declared.identifier,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tdbmon.diagnosis.contract import causes_json, value_and_interval
-from tdbmon.diagnosis.reference import Reference
+from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.quantity import plain
 
 
@@ -32,8 +32,12 @@ def reference_lines(reference: Reference) -> list[str]:
         f"reference ({len(before.plain.problem.drops)} drops): {before.verdict.kind}{f' - {named}' if named else ''}"
     ]
     for each in reference.changes:
-        old, new = each.before.to_json(), each.since.to_json()
-        out.append(f"  changed since: {each.name} {value_and_interval(old)} -> {value_and_interval(new)} {new['unit']}")
+        out.append(
+            f"  changed since: {each.name} {value_and_interval(each.before)} before, {value_and_interval(each.since)} since"
+        )
     if not reference.changes:
-        out.append("  no value of the machine has changed by more than its intervals and half of its tolerance")
+        out.append(
+            f"  no value of the machine has changed by more than {APART:g} times the half widths of both intervals and by half of"
+            " its tolerance (a ball clearance: by all of it)"
+        )
     return [plain(line) for line in (*out, *(f"remark: {each}" for each in reference.remarks))]

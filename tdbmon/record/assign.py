@@ -120,8 +120,8 @@ def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
     near = next((f" ('{name}' expected{hint})" for name, hint in hints.items() if "did you mean" in hint), "")
     example = next(iter(wanted), "NDE_A")
     return (
-        f"{source}: none of the machine's channels is in the file; it holds {shown}{near}; say in the machine file"
-        f' which channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
+        f"{source}: none of the machine's channels is in the file; it holds {shown or 'no channel'}{near}; say in the machine"
+        f' file which channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
     )
 
 

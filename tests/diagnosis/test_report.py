@@ -15,11 +15,14 @@ from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.diagnosis.contender import without_cause
 from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence, evidence_of
 from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.late_record import LateRecord, acts_later
 from tdbmon.diagnosis.left_over import left_over
+from tdbmon.diagnosis.reference import Change, Reference
+from tdbmon.diagnosis.reference_contract import reference_lines
 from tdbmon.diagnosis.residual_force import residual_force
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
@@ -138,6 +141,25 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
     assert "Probe 'DE_B' was noisy" in words
     assert "Another drop." in words
     assert "The records are synthetic." in words
+
+
+def test_the_terminal_has_the_sizes_of_the_report(named: Diagnosis) -> None:
+    assert any(line.endswith(": decay time 3.00 ms (2.90 to 3.10)") for line in diagnosis_lines(named))
+    (cause,) = diagnosis_json(named)["causes"]
+    assert cause["parameters"]["decay_time_ms"]["value"] == pytest.approx(3.0)
+    moved = Change(
+        "DE.gap", Estimate(2.8e-4, 2.7e-4, 2.9e-4, "um", "fit"), Estimate(3e-4, unit="um", why="at its edge")
+    )
+    lines = reference_lines(Reference(named, (moved,), ()))
+    assert "  changed since: DE.gap 280 um (270 to 290) before, 300.0 um (at its edge) since" in lines
+
+
+def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosis) -> None:
+    since = Reference(named, (), ("a value ran to its edge",))
+    said = _words(build_diagnosis_report(named, since=since))
+    assert "\nA value ran to its edge." in said  # a sentence, as remarks are elsewhere in the report
+    rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
+    assert rule in said and any(rule in line for line in reference_lines(since))
 
 
 def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagnosis) -> None:

@@ -49,7 +49,7 @@ def test_a_size_at_the_end_of_what_the_catalogue_allows_has_no_interval(named):
     assert stuck.value == pytest.approx(5.0)  # the greatest gain in the catalogue
     assert stuck.low is None
     assert "may lie beyond" in stuck.why
-    assert value_and_interval(stuck.to_json()) == f"5 ({stuck.why})"
+    assert value_and_interval(stuck) == f"5 ({stuck.why})"
 
 
 def test_a_size_that_is_known_less_than_the_catalogue_knows_it_has_no_interval(named):

@@ -231,3 +231,8 @@ def test_a_record_that_pauses_is_refused(pause, refused):
         return
     with pytest.raises(InputError, match=r"drop.csv: no samples for .* s after 0.0119 s; cut the record there"):
         assign(record, machine())
+
+
+def test_a_record_that_holds_nothing_is_said_to() -> None:
+    with pytest.raises(InputError, match="it holds no channel; say"):
+        assign(xr.Dataset(attrs={"source_file": "drop.nc"}), machine())

@@ -265,6 +265,8 @@ def test_the_levitated_shaft_stands_beside_the_zones_of_the_standard(coastdown: 
         # the synthetic machine levitates within a tenth of its gap of 250 um about the middle
         assert reach.value < 0.3 * 250e-6
         assert row.cells[-1] == "A"
+    # beside the measured gap, another one
+    assert sum("of the machine file's gap: zone A" in line for line in summary_lines(coastdown)) == 2
 
 
 def test_units_are_printed_the_same_in_figures_checks_and_reasons(short: Analysis) -> None:

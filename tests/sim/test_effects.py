@@ -198,6 +198,12 @@ def test_parse_reads_what_a_person_writes():
     [
         ("oval_clearence:end=NDE", "did you mean 'oval_clearance'"),
         ("oval_clearance:end=NDE,amplitud=20 um", "did you mean 'amplitude'"),
+        ("stribek:end=NDE", "did you mean 'stribeck_friction'"),  # the beginning of a name
+        ("Magnet", "did you mean 'residual_magnetic_force'"),  # of a word within it
+        ("windage", "did you mean 'quadratic_windage'"),  # and not ring_drag, which has more of its letters in a row
+        ("bow", "did you mean 'shaft_bow'"),
+        ("probe_", "did you mean 'probe_angle' or 'probe_crosstalk' or 'probe_gain' or 'probe_runout'"),
+        ("", "known: channel_lag, cross"),
         ("oval_clearance:end=NDE,amplitude=20 kg", "amplitude: 'kg' is not a unit"),
         ("oval_clearance:end=NDE,amplitude=900 um", "amplitude 900 um is out of bounds; give -100 um to 100 um"),
         ("oval_clearance:amplitude=20 um", "no place given"),
@@ -221,7 +227,7 @@ def test_wrong_texts(text, says):
         ("oval_clearance:end=NED,amplitude=1 um", "did you mean 'NDE'"),
         ("oval_clearance:end=both,amplitude=1 um", "is no bearing"),
         ("unbalance:plane=impeler,amount=1 g mm", "did you mean 'impeller'"),
-        ("probe_gain:probe=NDE,gain=1.1", "is no probe"),
+        ("probe_gain:probe=NDE,gain=1.1", "is no probe of this machine; did you mean 'NDE_A' or 'NDE_B'"),
         ("off_sized_ball:end=NDE,ball=30,deviation=1 um", "has 11 balls"),
         ("cross_coupled_stiffness:plane=impeller,stiffness=5e6 N/m", "not stable"),
     ],
@@ -300,7 +306,9 @@ def test_effects_of_the_machine_file_act(machine, short_drop):
     assert float(np.abs(drop["rotor_y"] - short_drop["rotor_y"]).max()) > 1e-6
     np.testing.assert_array_equal(drop["rotor_y"].values, same["rotor_y"].values)
     wrong = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitud": "20 um"})
-    with pytest.raises(InputError, match="did you mean 'amplitude'"):
+    with pytest.raises(
+        InputError, match=r"\[\[effect\]\] of the machine file: oval_clearance: .* did you mean 'amplitude'"
+    ):
         simulate(machine.model_copy(update={"effects": (wrong,)}), SHORT)
 
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.quantity import words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
+from tdbmon.report.remarks import grouped
 
 
 def section(since: Reference) -> Section:
     """Return what the reference drops showed already, and the values that moved since."""
     before = since.before
-    drops = ", ".join(drop.name for drop in before.plain.problem.drops)
+    names = [drop.name for drop in before.plain.problem.drops]
     shown = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
     known = (
         f"They show {shown} already; the model of the later drops has it."
         if shown
         else f"Verdict: {before.verdict.kind}."
     )
-    blocks: list[Block] = [Paragraph(f"Reference: {drops}. {known}")]
+    blocks: list[Block] = [Paragraph(f"Reference: {', '.join(names)}. {known}")]
     if since.changes:
         rows = tuple(Row((each.name, words(each.before), words(each.since))) for each in since.changes)
         blocks.append(Table("Values of the machine that moved", ("Value", "Reference", "Since"), rows))
@@ -28,5 +29,5 @@ def section(since: Reference) -> Section:
                 " its tolerance (a ball clearance: by all of it)."
             )
         )
-    blocks += [Paragraph(remark) for remark in since.remarks]
+    blocks += [Paragraph(remark) for remark in grouped(since.remarks, names)]
     return Section("Changed since the reference drops", tuple(blocks))
