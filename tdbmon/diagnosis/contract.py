@@ -81,7 +81,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
             f"held out {proof.drop}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um, noise"
-            f" {proof.noise * 1e6:.2f} um; gain {percent(proof.gain)}"
+            f" {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"
         )
     out += [f"remark: {each}" for each in diagnosis.remarks]
     out.append(f"next test: {diagnosis.next_test}")

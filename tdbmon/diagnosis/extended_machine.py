@@ -30,5 +30,5 @@ def extended_head(diagnosis: Diagnosis) -> str:
     lines = [f"{diagnosis.machine.name}: values and effects as tdbmon diagnose found them in {names}"]
     lines.append(f"verdict: {diagnosis.verdict.kind} - {diagnosis.verdict.why}")
     if diagnosis.proof is not None and diagnosis.proof.gain is not None:
-        lines.append(f"gain on {diagnosis.proof.named}: {percent(diagnosis.proof.gain)}")
+        lines.append(f"gain on {diagnosis.proof.named}: {percent(diagnosis.proof.gain, 1)}")
     return "\n".join(lines)

@@ -33,7 +33,7 @@ def test_a_probe_that_drifts_is_told_with_how_far(drifted):
     ("cause", "left", "told"), [("thermal_growth@NDE", 0.7, False), ("race_waviness@NDE", 0.7, True)]
 )
 def test_a_cause_that_leaves_less_than_a_drift_is_likelier_but_for_one_that_fits_much(drifted, cause, left, told):
-    """A growth by heat left 2400 less than a drift (chi-square), which was told instead of it."""
+    """A growth by heat left 2200 less than a drift (sum of squares), which was told instead of it."""
     best = contender(drifted, (cause,), 0, left)
     assert not best.fails
     assert (drifting_probe(drifted, best, HORIZONS) is not None) == told

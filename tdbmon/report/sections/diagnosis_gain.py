@@ -32,7 +32,7 @@ def section(evidence: Evidence) -> Section | None:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
         said = Verdict(
-            f"The extended model takes away {percent(proof.gain)} of what the plain one leaves there beyond the noise."
+            f"The extended model takes away {percent(proof.gain, 1)} of what the plain one leaves there beyond the noise."
             + ("" if believed else " The verdict says why it is not believed all the same."),
             "good" if believed else "attention",
         )
