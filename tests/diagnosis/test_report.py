@@ -137,7 +137,7 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
     words = _words(report)
     assert "Named: residual magnetic force at the rotor (probability 97 %, 2 drops)" in words
     assert "3.00 ms (2.90 to 3.10)" in words
-    assert "takes away 97.0 %" in words
+    assert "takes away 97.1 %" in words
     assert "Probe 'DE_B' was noisy" in words
     assert "Another drop." in words
     assert "The records are synthetic." in words
