@@ -134,26 +134,30 @@ class ReleaseFit:
         soft = self._profile(t0, decay)
         if gain <= _SURE:
             return self._either(best, soft)
-        misscaled = self._misscaled(min(self.cost(t0, decay), apart.sum()) - _DOUBT, best, t0)
+        scaled = self._sudden_on_any_scale(best, t0)
+        within = self._on_any_scale(scaled)[0]
+        misscaled = self._misscaled(min(self.cost(t0, decay), apart.sum(), within) - _DOUBT, best, t0)
         if misscaled is not None:
             return misscaled
-        soft, scaled = self._with_scale(soft), self._sudden_on_any_scale(best, t0)
-        if self._on_any_scale(scaled)[0] - self.cost(t0, decay) < _SURE:
+        soft = self._with_scale(soft)
+        if within - self.cost(t0, decay) < _SURE:
             return replace(self._either(scaled, soft), misread=decay)
         return soft
 
     def _suddenly(self, near: tuple[float, float]) -> FittedRelease:
         """Return the release about some instants as a sudden one."""
         best, alone = self._sudden(*near)
-        misscaled = self._misscaled(min(self.cost(best) - _MISREAD, self._apart(alone).sum() - _DOUBT), best)
+        scaled = self._sudden_on_any_scale(best)
+        within = self._on_any_scale(scaled)[0]
+        least = min(self.cost(best) - _MISREAD, self._apart(alone).sum() - _DOUBT, within - _DOUBT)
+        misscaled = self._misscaled(least, best)
         if misscaled is not None:
             return misscaled
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
         half = 1.96 * float(np.hypot(self._sigma(best), self._model) * np.sqrt(max(1.0, scatter)))
         low, high = best - half, best + half
-        scaled = self._sudden_on_any_scale(best)
-        if self.cost(best) - self._on_any_scale(scaled)[0] > _MISREAD:
+        if self.cost(best) - within > _MISREAD:
             low, high = min(low, scaled - half), max(high, scaled + half)
         return FittedRelease(best, low, high, None)
 
@@ -238,9 +242,8 @@ class ReleaseFit:
         """Return a sudden release on scales beyond the probes' tolerance that leave less than `least`; None where none does."""
         found = self._sudden_on_any_scale(*near, reach=_ANY_SCALE)
         left, scales = self._on_any_scale(found, _ANY_SCALE)
-        within = self._on_any_scale(self._sudden_on_any_scale(*near))[0]
         beyond = bool(np.any(np.abs(scales - 1) > _BEYOND))
-        if not beyond or left > min(least, within - _DOUBT) or not self._noise_alone(found, scales):
+        if not beyond or left > least or not self._noise_alone(found, scales):
             return None
         about = found + np.arange(-1e-3, 1e-3, _STEP_S / 10)
         also = about[[self._on_any_scale(instant, _ANY_SCALE)[0] - left <= _WITHIN for instant in about]]
@@ -252,12 +255,10 @@ class ReleaseFit:
     def _noise_alone(self, t0: float, scales: Array) -> bool:
         """Whether a sudden release on such scales leaves about what noise would in the fall: a late channel leaves more."""
         white = self.noise(t0) ** 2
-        for end, scale in enumerate(scales):
-            rows = slice(2 * end, 2 * end + 2)
-            left = self.solved(t0, 0.0, float(scale))[1][rows][:, self.t > t0]
-            if np.mean(left**2 / white[rows, None]) > _NOISE_ALONE:
-                return False
-        return True
+        return all(
+            self._over_noise(self._left_in_fall(end, t0, scale=float(scale)), white, end) <= _NOISE_ALONE
+            for end, scale in enumerate(scales)
+        )
 
     def _soft(self, start: float, end: int | None = None, scale: float = 1.0) -> tuple[float, float]:
         """Return instant and decay time of a soft release, of all ends together or of one alone; for readings on a `scale`."""
@@ -278,10 +279,18 @@ class ReleaseFit:
         """
         factors = []
         for end, (t0, decay) in enumerate(laws):
-            rows = slice(2 * end, 2 * end + 2)
-            left = self.solved(t0, decay)[1][rows][:, self.t > t0]
-            factors.append(max(1.0, float(np.mean(left**2 / white[rows, None]))) * self.colour(left))
+            left = self._left_in_fall(end, t0, decay)
+            factors.append(max(1.0, self._over_noise(left, white, end)) * self.colour(left))
         return np.repeat(factors, 2)
+
+    def _left_in_fall(self, end: int, t0: float, decay: float = 0.0, scale: float = 1.0) -> Array:
+        """Return what a law leaves of both rows of an end after its instant, m."""
+        return self.solved(t0, decay, scale)[1][2 * end : 2 * end + 2][:, self.t > t0]
+
+    @staticmethod
+    def _over_noise(left: Array, white: Array, end: int) -> float:
+        """Mean square of what is left of an end over the noise's, of which `white` has that of each row."""
+        return float(np.mean(left**2 / white[2 * end : 2 * end + 2, None]))
 
     def _profile(self, t0: float, decay: float) -> FittedRelease:
         """Ranges of instant and decay time in which the cost stays near its least: the two are far from linear."""

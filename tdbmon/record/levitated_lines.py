@@ -13,8 +13,8 @@ _LIES, _UPRIGHT = 0.7, 0.5  # of the gap below the probes' zero, as all probes s
 _START_S = 10e-3  # that shows where the shaft levitates
 _LEAST_S = 40e-3  # of levitation, for a line to be told from its neighbours
 _MOST_S = 0.25  # of it that is looked at: a shaft that coasts at 200 Hz then slows by no more than a cell
-_STANDS_OUT = 16.0  # times the median power around it: chance lets one line in 65 000 do so
-_STRONG = 100.0  # the same, for a line that contradicts the speed
+STANDS_OUT = 16.0  # times the median power around it: chance lets one line in 65 000 do so
+STRONG = 100.0  # the same, for a line that contradicts the speed
 _AROUND = (3.0, 25.0)  # cells of the spectrum to either side that tell what is usual there
 _NEAR = 0.75  # cells: within which a line is at a frequency
 _RESOLVED = 3  # cells: a slower turning cannot be told from drift
@@ -66,11 +66,11 @@ class LevitatedLines:
         """Whether a line stands at this frequency: a peak, and no flank of a neighbour."""
         off = np.abs(self.hz - hz) / self.cell
         flank = self.power[(off >= _NEAR) & (off < WIDTH)]
-        return self.contrast(hz) > _STANDS_OUT and bool(self.at(hz) >= flank.max(initial=0.0))
+        return self.contrast(hz) > STANDS_OUT and bool(self.at(hz) >= flank.max(initial=0.0))
 
     def outdoes(self, hz: float, other: float, times: float) -> bool:
         """Whether a strong line stands at `hz`, of more than so many times the power at `other`."""
-        return self.contrast(hz) > _STRONG and self.at(hz) > times * self.at(other)
+        return self.contrast(hz) > STRONG and self.at(hz) > times * self.at(other)
 
     def outdoes_in_most(self, hz: float, other: float, times: float) -> bool:
         """The same in more than half of the probes too: one that is disturbed tells nothing of the shaft."""
@@ -105,15 +105,20 @@ class LevitatedLines:
         top = int(near[np.argmax(self.power[near])])
         if not 0 < top < len(self.hz) - 1:
             return float(self.hz[top])
-        left, middle, right = np.log(np.maximum(self.power[top - 1 : top + 2], 1e-300))
-        bend = left - 2 * middle + right
-        shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
+        shift = vertex(self.power[top - 1 : top + 2])
         return float(self.hz[top] + shift * (self.hz[1] - self.hz[0]))
 
     def hum(self, hz: np.ndarray, mains_hz: float) -> np.ndarray:
         """Which frequencies (n,), Hz, cannot be told from the mains and its harmonics."""
         order = np.rint(hz / mains_hz)
         return (order >= 1) & (order <= _MAINS) & (np.abs(hz - order * mains_hz) < WIDTH * self.cell)
+
+
+def vertex(power: np.ndarray) -> float:
+    """Return where a parabola through the logarithms of three powers is greatest, in steps from the middle one."""
+    left, middle, right = np.log(np.maximum(power, 1e-300))
+    bend = left - 2 * middle + right
+    return float(0.5 * (left - right) / bend) if bend < 0 else 0.0
 
 
 def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:

@@ -10,15 +10,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from tdbmon.record.levitated_lines import WIDTH, LevitatedLines
+from tdbmon.record.levitated_lines import STANDS_OUT, STRONG, WIDTH, LevitatedLines, vertex
 
-_OFF, _REACH = (
-    0.02,
-    0.15,
-)  # of the speed: less is followed by the analysis of the release; so far the shaft's line is sought
+_OFF = 0.02  # of the speed: less is followed by the analysis of the release
+_REACH = 0.15  # of the speed: so far the shaft's line is sought
 _STEP = 0.1  # cells between the scales that are tried
-_STRONG = 100.0  # times the usual power around it, of the line that contradicts the signal
-_SHOWS = 16.0  # the same, of a line at the stated speed beside it, which bears the signal out
 
 
 def true_speed(ds: xr.Dataset, lines: LevitatedLines, stated: float) -> float | None:
@@ -48,13 +44,12 @@ def true_speed(ds: xr.Dataset, lines: LevitatedLines, stated: float) -> float | 
     top = int(np.argmax(power))
     if not 0 < top < len(scales) - 1:
         return None
-    left, middle, right = np.log(power[top - 1 : top + 2])
-    scale = float(scales[top] + 0.5 * (left - right) / (left - 2 * middle + right) * (scales[1] - scales[0]))
+    scale = float(scales[top] + vertex(power[top - 1 : top + 2]) * (scales[1] - scales[0]))
     usual = lines.usual(stated)
-    if abs(scale - 1) < _OFF or not 0 < _STRONG * usual < power[top]:
+    if abs(scale - 1) < _OFF or not 0 < STRONG * usual < power[top]:
         return None
     beside = _without(lines.levels, scale * turns)
-    return scale * stated if _power(beside, turns) < _SHOWS * usual else None
+    return scale * stated if _power(beside, turns) < STANDS_OUT * usual else None
 
 
 def _turns(ds: xr.Dataset, time: np.ndarray, stated: float) -> np.ndarray | None:
