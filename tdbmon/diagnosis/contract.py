@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
-from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.diagnosis.named_cause import named_causes
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent, plain, printed, why_no_interval
-
-_NOT_FITTED = "not fitted as far: it looks like another cause that is named"
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -67,14 +64,14 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     """Return what the command says."""
     verdict, out = diagnosis.verdict, []
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
-    for cause in _causes(diagnosis):
+    for cause in named_causes(diagnosis):
         values = ", ".join(
             f"{name.replace('_', ' ')} {value_and_interval(size)}"
-            for name, size in cause["parameters"].items()
+            for name, size in cause.parameters.items()
             if size.known
         )
         size = values or "not fitted as far"
-        out.append(f"  {cause['effect']} at {cause['where']}, probability {cause['probability']:.2f}: {size}")
+        out.append(f"  {cause.effect} at {cause.where}, probability {cause.probability:.2f}: {size}")
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
     proof = diagnosis.proof
@@ -96,43 +93,15 @@ def value_and_interval(estimate: Estimate) -> str:
 def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return the causes of a diagnosis as the contract has them, the likeliest first."""
     return [
-        {**cause, "parameters": {f"{name}{_suffix(q.unit)}": q.to_json() for name, q in cause["parameters"].items()}}
-        for cause in _causes(diagnosis)
+        {
+            "effect": cause.effect,
+            "where": cause.where,
+            "probability": cause.probability,
+            "parameters": {f"{name}{_suffix(q.unit)}": q.to_json() for name, q in cause.parameters.items()},
+            "held": dict(cause.held),
+        }
+        for cause in named_causes(diagnosis)
     ]
-
-
-def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return the same with parameters that are still estimates, by their own names."""
-    by_contender = dict(zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True))
-    found: dict[str, dict[str, Any]] = {}
-    for contender in diagnosis.verdict.accused:
-        probability = by_contender.get(contender, 0.0)
-        sizes = diagnosis.parameters.get(contender, {})
-        for cause, free in zip(contender.causes, contender.problem.free, strict=True):
-            if cause.name in found:
-                found[cause.name]["probability"] += probability
-                continue
-            words = {k: v for k, v in free.held.items() if not cause.declared.parameter(k).held}
-            found[cause.name] = _cause(cause, probability, sizes.get(cause.name, {}), words)
-    for model in diagnosis.verdict.alike:
-        for cause in model.causes:
-            if cause.name not in found:
-                unknown = {p.name: Estimate.missing(p.unit, _NOT_FITTED) for p, _ in cause.sizes}
-                found[cause.name] = _cause(cause, 0.0, unknown, {})
-            found[cause.name]["probability"] += model.probability
-    return sorted(found.values(), key=lambda each: -each["probability"])
-
-
-def _cause(
-    cause: Suspect, probability: float, parameters: Mapping[str, Estimate], held: Mapping[str, float | str]
-) -> dict[str, Any]:
-    return {
-        "effect": cause.declared.identifier,
-        "where": cause.where,
-        "probability": probability,
-        "parameters": parameters,
-        "held": held,
-    }
 
 
 def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
