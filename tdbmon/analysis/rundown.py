@@ -96,6 +96,36 @@ class RunDown:
     law: DragLaw | None
     polar_inertia: float | None
 
+    @classmethod
+    def missing(
+        cls,
+        why: str,
+        *,
+        initial: Estimate,
+        source: str,
+        pulse_ratio: Estimate,
+        polar_inertia: float | None = None,
+        lost_speed: Estimate | None = None,
+        models: tuple[SpeedModel, ...] = (),
+    ) -> RunDown:
+        """Return one of which no more than the speed at the release is known, for the reason `why`."""
+        hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
+        return cls(
+            initial=initial,
+            lost_speed=lost_speed or hz,
+            decay_time=s,
+            drag_torque=torque,
+            standstill_time=s,
+            coast_down=CoastDownTimes.missing(why),
+            models=models,
+            fitted_from=None,
+            fitted_to=None,
+            source=source,
+            pulse_ratio=pulse_ratio,
+            law=None,
+            polar_inertia=polar_inertia,
+        )
+
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
         """Speed by the chosen law, Hz, at times of any shape, s; an extrapolation outside `fitted_from` to `fitted_to`.
 
@@ -187,18 +217,7 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
     initial = (
         replace(found.initial, method=f"{found.source}, as the record ends") if found.initial.known else found.initial
     )
-    hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
-    return replace(
-        found,
-        initial=initial,
-        lost_speed=hz,
-        decay_time=s,
-        drag_torque=torque,
-        standstill_time=s,
-        coast_down=CoastDownTimes.missing(why),
-        models=(),
-        law=None,
-    )
+    return RunDown.missing(why, initial=initial, source=found.source, pulse_ratio=found.pulse_ratio)
 
 
 def _run(observed: Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
@@ -209,22 +228,14 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
         levitated = before or levitated_law(lead, release, _known(lead, density))
         initial = speed_at_release(levitated, release, source, bound=_unsure(observed, levitated))
-        hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
-        lost = hz if level is None else _lost(initial, level, release, _LEVEL)
-        return RunDown(
+        return RunDown.missing(
+            why,
             initial=initial,
-            lost_speed=lost,
-            decay_time=s,
-            drag_torque=torque,
-            standstill_time=s,
-            coast_down=CoastDownTimes.missing(why),
-            models=models,
-            fitted_from=None,
-            fitted_to=None,
             source=source,
             pulse_ratio=ratio,
-            law=None,
             polar_inertia=polar_inertia,
+            lost_speed=None if level is None else _lost(initial, level, release, _LEVEL),
+            models=models,
         )
 
     if len(after) < FEWEST:
