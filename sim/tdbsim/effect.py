@@ -18,7 +18,8 @@ import importlib
 import math
 import pkgutil
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cache
@@ -418,10 +419,17 @@ def parse(text: str) -> Effect:
 
 def from_setting(setting: EffectSetting) -> Effect:
     """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
-    try:
+    with _stated(setting):
         return _placed(declaration(setting.name), setting.where, setting.parameters)
+
+
+@contextmanager
+def _stated(setting: EffectSetting) -> Iterator[None]:
+    """Say in what is wrong that it stands in the machine file."""
+    try:
+        yield
     except InputError as wrong:
-        raise InputError(f"[[effect]] of the machine file: {wrong}") from None
+        raise InputError(f"[[effect]] at '{setting.where}': {wrong}") from None
 
 
 def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
@@ -438,11 +446,16 @@ def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, 
     Raises
     ------
     InputError
-        If a place does not exist, or an effect with compiled hooks stands at one place more often than it can.
+        If a place does not exist, or an effect stands at one place more often than it can.
     """
-    found = (*(from_setting(setting) for setting in machine.effects), *more)
-    for each in found:
+    own = tuple(from_setting(setting) for setting in machine.effects)
+    for setting, effect in zip(machine.effects, own, strict=True):
+        with _stated(setting):
+            effect.check_place(machine)
+    further = tuple(more)
+    for each in further:
         each.check_place(machine)
+    found = (*own, *further)
     _check_slots(machine, found)
     return found
 

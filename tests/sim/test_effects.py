@@ -306,9 +306,7 @@ def test_effects_of_the_machine_file_act(machine, short_drop):
     assert float(np.abs(drop["rotor_y"] - short_drop["rotor_y"]).max()) > 1e-6
     np.testing.assert_array_equal(drop["rotor_y"].values, same["rotor_y"].values)
     wrong = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitud": "20 um"})
-    with pytest.raises(
-        InputError, match=r"\[\[effect\]\] of the machine file: oval_clearance: .* did you mean 'amplitude'"
-    ):
+    with pytest.raises(InputError, match=r"\[\[effect\]\] at 'NDE': oval_clearance: .* did you mean 'amplitude'"):
         simulate(machine.model_copy(update={"effects": (wrong,)}), SHORT)
 
 
