@@ -299,6 +299,17 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     assert "how far it whirls" in " ".join(block.text for block in gain.blocks if isinstance(block, Paragraph))
 
 
+def test_what_a_size_goes_with_is_told_in_words(evidence: Evidence, monkeypatch: pytest.MonkeyPatch) -> None:
+    partners = {f"{CAUSE}.decay_time": [("NDE.support_stiffness", 0.66), (f"{CAUSE}.decay_time", -0.6)]}
+    monkeypatch.setattr(diagnosis_sizes, "correlated", lambda model: partners)
+    sizes = diagnosis_sizes.section(evidence)
+    assert sizes is not None
+    (table,) = (block for block in sizes.blocks if isinstance(block, Table))
+    owner = table.rows[0].cells[0]
+    assert owner.endswith(": decay time") and "_" not in owner
+    assert table.rows[0].cells[2] == f"NDE: support stiffness (+0.66), {owner} (−0.60)"
+
+
 def test_the_rest_of_the_record_is_drawn_of_the_drop_that_departs_most(evidence: Evidence) -> None:
     """Of four drops the figure showed the slowest, the third and the fastest, whichever the table spoke of."""
     left = [
