@@ -112,7 +112,10 @@ def simulate(
     seconds: Annotated[str, typer.Option(help="time after the release, s")] = "0.2",
     effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="ID:name=value,...", help="an effect of the catalogue with its place; may be repeated"),
+        typer.Option(
+            metavar="ID:name=value,...",
+            help="an effect with its place, beside those of the machine file; repeatable",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="of the sensors' noise")] = 0,
     sampling: Annotated[

@@ -399,7 +399,8 @@ occurs in several.
 What is known to differ from the plain machine: an oval journal, a soft direction of a support, runout or a wrong gain of a
 probe. `name` is an identifier of the [catalogue](effects.md), which also says what `where` names; the parameters follow. A plain
 analysis corrects its readings for gain, angle, crosstalk and lag of probes, not for `probe_runout` (the `slow_roll` of a probe is
-taken off); all effects act where the machine is simulated.
+taken off); all effects act where the machine is simulated. Where one is given twice at a place, or again with `--effect`, both
+act: unbalances and bows add up as vectors, gains multiply. One that can act only once there is refused.
 
     [[effect]]
     name = "support_anisotropy"

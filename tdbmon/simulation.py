@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -94,9 +95,19 @@ def _numbers(drop: xr.Dataset) -> dict[str, dict[str, Estimate]]:
     return out
 
 
+def _given_again(effects: str) -> list[str]:
+    """Say which effects stand more than once at a place, in the machine file or beside it: none replaces another."""
+    given = Counter((each.identifier(), each.where) for each in map(parse, filter(None, effects.split("; "))))
+    return [
+        f"{name} is given {count} times for '{where}', machine file included: all of them act"
+        for (name, where), count in given.items()
+        if count > 1
+    ]
+
+
 def simulation_lines(drop: xr.Dataset) -> list[str]:
     """Return the main numbers as lines of text."""
-    lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}"]
+    lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}", *_given_again(drop.attrs["effects"])]
     names = {
         "peak_force_n": "peak force on the ring",
         "peak_ball_load_n": "peak of a ball, sampled",

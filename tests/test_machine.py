@@ -167,3 +167,16 @@ def test_files_that_cannot_be_read(tmp_path, content, says):
         load_machine(path)
     with pytest.raises(InputError, match="folder"):
         load_machine(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("effect", "says"),
+    [
+        ('name = "shaft_bo"\nwhere = "rotor"', r"at 'rotor': 'shaft_bo' is no effect; did you mean 'shaft_bow'"),
+        ('name = "shaft_bow"\nwhere = "rotr"', r"at 'rotr': shaft_bow: .* did you mean 'rotor'"),
+        ('name = "shaft_bow"\nwhere = "rotor"\nbow = "9 m"', r"at 'rotor': shaft_bow: bow .* is out of bounds"),
+    ],
+)
+def test_a_wrong_effect_names_the_file(effect, says):
+    with pytest.raises(InputError, match=r"^machine\.toml: \[\[effect\]\] " + says):
+        changed("[speed]", f"[[effect]]\n{effect}\n[speed]")

@@ -87,3 +87,12 @@ def test_the_record_says_how_it_was_made(expander):
     assert drop.attrs["speed_hz"] == pytest.approx(10000 / 60)
     assert drop.attrs["seed"] == 7
     assert drop.attrs["bending_modes"] == 16
+
+
+def test_an_effect_given_again_is_told(expander):
+    """Two bows are one of their sum; who meant the second in place of the first must see it."""
+    bows = ("shaft_bow:bow=4 um", "shaft_bow:bow=3 um", "unbalance:plane=impeller,amount=1 g mm")
+    plane = expander.rotor.unbalance[0].name
+    drop = simulate_drop(expander, "10000 rpm", "0.001", [each.replace("impeller", plane) for each in bows], 0, silent)
+    told = [line for line in simulation_lines(drop) if "times for" in line]
+    assert told == ["shaft_bow is given 2 times for 'rotor', machine file included: all of them act"]

@@ -18,7 +18,8 @@ import importlib
 import math
 import pkgutil
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cache
@@ -177,6 +178,7 @@ class Effect:
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
+    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
@@ -418,10 +420,17 @@ def parse(text: str) -> Effect:
 
 def from_setting(setting: EffectSetting) -> Effect:
     """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
-    try:
+    with _stated(setting):
         return _placed(declaration(setting.name), setting.where, setting.parameters)
+
+
+@contextmanager
+def _stated(setting: EffectSetting) -> Iterator[None]:
+    """Say in what is wrong that it stands in the machine file."""
+    try:
+        yield
     except InputError as wrong:
-        raise InputError(f"[[effect]] of the machine file: {wrong}") from None
+        raise InputError(f"[[effect]] at '{setting.where}': {wrong}") from None
 
 
 def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
@@ -438,25 +447,42 @@ def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, 
     Raises
     ------
     InputError
-        If a place does not exist, or an effect with compiled hooks stands at one place more often than it can.
+        If a place does not exist, or an effect stands at one place more often than it can.
     """
-    found = (*(from_setting(setting) for setting in machine.effects), *more)
-    for each in found:
+    own = tuple(from_setting(setting) for setting in machine.effects)
+    for setting, effect in zip(machine.effects, own, strict=True):
+        with _stated(setting):
+            effect.check_place(machine)
+    further = tuple(more)
+    for each in further:
         each.check_place(machine)
-    _check_slots(machine, found)
-    return found
+    _check_how_often(machine, own, further)
+    return (*own, *further)
 
 
-def _check_slots(machine: Machine, found: Sequence[Effect]) -> None:
-    standing: Counter[tuple[str, int]] = Counter()
-    for each in found:
-        if not each.slots:
-            continue
-        for end in each.ends(machine) or (ROTOR_ROW,):
-            standing[each.identifier(), end] += 1
-            if standing[each.identifier(), end] > each.most:
-                raise InputError(
-                    f"{each.identifier()} is given twice for '{each.where}'; it acts once at a place: give it once"
-                    if each.most == 1
-                    else f"{each.identifier()} is given more than {each.most} times for '{each.where}'; join some of them"
-                )
+def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Effect]) -> None:
+    standing: Counter[tuple[object, ...]] = Counter()
+    stated = {key for each in own for key in _standings(machine, each)}
+    for count, each in enumerate((*own, *more)):
+        name = each.identifier()
+        for key in _standings(machine, each):
+            standing[key] += 1
+            if standing[key] <= each.most:
+                continue
+            if each.most > 1:
+                raise InputError(f"{name} is given more than {each.most} times for '{each.where}'; join some of them")
+            cure = (
+                "the machine file has it already: change or leave it out there"
+                if count >= len(own) and key in stated
+                else "give it once"
+            )
+            raise InputError(f"{name} is given twice for '{each.where}'; it acts once at a place: {cure}")
+
+
+def _standings(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
+    """Return what an effect takes up of a machine, of which each holds `most`; nothing where its like add up."""
+    if not (effect.slots or effect.once):
+        return []
+    # words tell apart what acts beside each other (crosstalk into either probe), but not what shares compiled slots
+    words = () if effect.slots else tuple(getattr(effect, each.name) for each in effect.parameters() if each.choices)
+    return [(effect.identifier(), end, *words) for end in effect.ends(machine) or (ROTOR_ROW,)]

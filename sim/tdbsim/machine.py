@@ -423,7 +423,13 @@ def load_machine(path: str | Path) -> Machine:
 
 def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
     """Validate a machine given as the dictionary that its TOML file holds (see `load_machine`)."""
+    from tdbsim.effect import all_effects  # which are declared in terms of the machine
+
     try:
-        return Machine.model_validate(data)
+        machine = Machine.model_validate(data)
+        all_effects(machine)
     except ValidationError as error:
         raise InputError(f"{source}: {explain(error, data, Machine)}") from None
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    return machine

@@ -31,6 +31,7 @@ Pair = tuple[float, float]
 
 _RECORD = 1.6  # times its states is what a record takes at least, with all that no probe sees
 _FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
+_FORMS = {(): "a number", (2,): "a number for each end", (2, 2): "(x, y) for each end"}
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class DropPlan:
     Attributes
     ----------
     speed : float
-        Speed at release, Hz, positive; its sense is the machine's ``rotation``.
+        Speed at release, Hz, 0 for a shaft that stands; its sense is the machine's ``rotation``.
     seconds : float
         Time simulated after the release.
     levitated : float
@@ -94,32 +95,52 @@ class DropPlan:
     heat_interval: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name, unit, least in (
-            ("speed", "Hz", 0.0), ("seconds", "s", None), ("levitated", "s", 0.0), ("sampling", "Hz", None),
-            ("step", "s", None), ("tolerance", "", None), ("heat_interval", "s", None),
+        for name, unit, wanted in (
+            ("speed", "Hz", "not negative"), ("seconds", "s", "positive"), ("levitated", "s", "not negative"),
+            ("sampling", "Hz", "positive"), ("step", "s", "positive"), ("tolerance", "", "positive"),
+            ("heat_interval", "s", "positive"),
         ):  # fmt: skip
             value = getattr(self, name)
-            if value is None:
+            if name == "step" and value is None:
                 continue
-            if not math.isfinite(value) or (value <= 0 if least is None else value < least):
-                wanted = "positive" if least is None else "not negative"
+            _check_numbers(name, value, unit, ())
+            if value < 0 or (value == 0 and wanted == "positive"):
                 sense = "; the sense of rotation is the machine's 'rotation'" if name == "speed" else ""
                 raise InputError(f"{name} {value:g} {unit}".rstrip() + f" must be {wanted}{sense}")
-        for name in ("set_point", "velocity", "ring_angle", "cage_angle", "shaft_angle"):
-            if not _finite(getattr(self, name)):
-                raise InputError(f"{name} {getattr(self, name)} is not finite")
+        for name, unit, shape in (
+            ("set_point", "m", (2, 2)), ("velocity", "m/s", (2, 2)),
+            ("ring_angle", "rad", (2,)), ("cage_angle", "rad", (2,)), ("shaft_angle", "rad", ()),
+        ):  # fmt: skip
+            _check_numbers(name, getattr(self, name), unit, shape)
         if self.method not in ("splitting", "dormand_prince"):
             raise InputError(f"method '{self.method}' is neither 'splitting' nor 'dormand_prince'")
-        if self.bending < 0:
-            raise InputError(f"{self.bending} bending modes cannot be; give 0 or more")
+        for name, what in (("bending", "bending modes"), ("seed", "as a seed")):
+            value = getattr(self, name)
+            if not _is_whole(value) or value < 0:
+                raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
         if round(self.seconds * self.sampling) < 1:
             raise InputError(
                 f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster"
             )
 
 
-def _finite(numbers: float | Pair | tuple[Pair, Pair]) -> bool:
-    return all(_finite(each) for each in numbers) if isinstance(numbers, tuple) else math.isfinite(numbers)
+def _check_numbers(name: str, value: object, unit: str, shape: tuple[int, ...]) -> None:
+    """Raise InputError where a value is not of finite numbers, or of another form."""
+    wanted = f"give {_FORMS[shape]}" + (f" in {unit}" if unit else "")
+    try:
+        numbers = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise InputError(f"{name} {value!r} has another form; {wanted}") from None
+    if numbers.dtype.kind not in "iuf":
+        raise InputError(f"{name} {value!r} is not {'a number' if shape == () else 'of numbers'}; {wanted}")
+    if numbers.shape != shape:
+        raise InputError(f"{name} {value!r} has another form; {wanted}")
+    if not np.isfinite(numbers).all():
+        raise InputError(f"{name} {value!r} is not finite; {wanted}")
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,13 +54,22 @@ class Evidence:
         """Drops that figures show: the slowest, the fastest, and one between."""
         return chosen([abs(left.omega) for left in self.plain_left])
 
+    def shown_with(self, drop: int) -> tuple[int, ...]:
+        """Drops that a figure shows which is about one of them: it takes the place of the one between."""
+        return self.shown if drop in self.shown else (self.shown[0], drop, self.shown[-1])
+
     @property
     def selection(self) -> str:
         """Which drops figures show and why, as a sentence behind their captions; "" where they show all."""
-        if len(self.shown) == len(self.plain_left):
+        return self.selection_of(self.shown)
+
+    def selection_of(self, shown: Sequence[int]) -> str:
+        """Return the same of other drops shown (see `shown_with`)."""
+        if len(shown) == len(self.plain_left):
             return ""
-        names = ", ".join(self.plain_left[k].name for k in self.shown)
-        return f" Of the {len(self.plain_left)} drops the slowest, one between and the fastest have room here: {names}."
+        between = "one between" if tuple(shown) == self.shown else "the one that departs most"
+        names = ", ".join(self.plain_left[k].name for k in shown)
+        return f" Of the {len(self.plain_left)} drops the slowest, {between} and the fastest have room here: {names}."
 
 
 def evidence_of(diagnosis: Diagnosis) -> Evidence:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from tdbmon.record.formats import FORMATS
 from tdbmon.record.formats.netcdf import write_netcdf
 
 _HEAD = 4096
+_MACHINE_FILE = re.compile(
+    rb"^\s*(\[rotor\]|\[\[(rotor\.sections|magnetic_bearing|touchdown_bearing)\]\])", re.MULTILINE
+)
 
 
 def read(path: str | Path) -> xr.Dataset:
@@ -74,6 +78,11 @@ def recognise(path: Path) -> Format:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not head:
         raise InputError(f"{path}: is empty (0 bytes); export it again")
+    if _MACHINE_FILE.search(head):
+        raise InputError(
+            f"{path}: is a machine file, not a record; give the file of a record here, and the machine file as MACHINE of"
+            " analyse, simulate, diagnose or identifiability, which say what is wrong with it"
+        )
     for candidate in FORMATS:
         if candidate.recognises(head, path):
             return candidate

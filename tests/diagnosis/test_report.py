@@ -35,7 +35,13 @@ from tdbmon.report.document import Document, Figure, Paragraph, Table
 from tdbmon.report.document import Verdict as Tinted
 from tdbmon.report.html import render_html
 from tdbmon.report.pdf import render_pdf
-from tdbmon.report.sections import diagnosis_fit, diagnosis_force, diagnosis_remains
+from tdbmon.report.sections import (
+    diagnosis_fit,
+    diagnosis_force,
+    diagnosis_late_record,
+    diagnosis_remains,
+    diagnosis_sizes,
+)
 from tests.figure_checks import assert_readable, figures_of, texts
 from tests.identify import drops
 
@@ -291,6 +297,36 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     assert tables[0].rows[0].cells[1] != tables[1].rows[0].cells[1]
     gain = next(section for section in document.sections if section.title == "Gain on a drop held out")
     assert "how far it whirls" in " ".join(block.text for block in gain.blocks if isinstance(block, Paragraph))
+
+
+def test_what_a_size_goes_with_is_told_in_words(evidence: Evidence, monkeypatch: pytest.MonkeyPatch) -> None:
+    partners = {f"{CAUSE}.decay_time": [("NDE.support_stiffness", 0.66), (f"{CAUSE}.decay_time", -0.6)]}
+    monkeypatch.setattr(diagnosis_sizes, "correlated", lambda model: partners)
+    sizes = diagnosis_sizes.section(evidence)
+    assert sizes is not None
+    (table,) = (block for block in sizes.blocks if isinstance(block, Table))
+    owner = table.rows[0].cells[0]
+    assert owner.endswith(": decay time") and "_" not in owner
+    assert table.rows[0].cells[2] == f"NDE: support stiffness (+0.66), {owner} (−0.60)"
+
+
+def test_the_rest_of_the_record_is_drawn_of_the_drop_that_departs_most(evidence: Evidence) -> None:
+    """Of four drops the figure showed the slowest, the third and the fastest, whichever the table spoke of."""
+    left = [
+        replace(evidence.plain_left[0], omega=speed, name=name)
+        for speed, name in ((60.0, "a.nc"), (80.0, "b.nc"), (120.0, "c.nc"), (150.0, "d.nc"))
+    ]
+    late = tuple(_late(each.name, 2.5 if each.name == "b.nc" else 1.0) for each in left)
+    several = replace(evidence, plain_left=tuple(left), diagnosis=replace(evidence.diagnosis, late=late))
+    assert several.shown == (0, 2, 3)
+    rest = diagnosis_late_record.section(several)
+    assert rest is not None
+    (figure,) = (block for block in rest.blocks if isinstance(block, Figure))
+    assert figure.caption.endswith(
+        "the slowest, the one that departs most and the fastest have room here: a.nc, b.nc, d.nc."
+    )
+    drawn = set(texts(figure.draw()).splitlines())
+    assert {"a.nc", "b.nc", "d.nc"} <= drawn and "c.nc" not in drawn
 
 
 def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:

@@ -18,6 +18,7 @@ from tdbsim.errors import InputError
 from tdbmon.record.formats import FORMATS
 from tdbmon.record.formats.mat5_structure import check_structure
 from tdbmon.record.read import read
+from tdbmon.shipped import shipped
 
 FUZZ = settings(
     max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -38,6 +39,12 @@ def test_no_file_a_folder_and_an_empty_file(tmp_path: Path) -> None:
     assert "is a folder" in _refused(tmp_path)
     (tmp_path / "empty.nc").write_bytes(b"")
     assert "0 bytes" in _refused(tmp_path / "empty.nc")
+
+
+@pytest.mark.parametrize("name", ["short/machine.toml", "coastdown/machine.toml", "machines/template.toml"])
+def test_a_machine_file_is_told_as_one(name: str) -> None:
+    """It was told as text without a table, by the line that comes nearest to one."""
+    assert "is a machine file, not a record; give the file of a record here" in _refused(shipped(name))
 
 
 def test_unknown_content_names_the_formats(tmp_path: Path) -> None:

@@ -237,6 +237,32 @@ def test_effects_that_do_not_fit_the_machine(machine, text, says):
         simulate(machine, SHORT, [parse(text)])
 
 
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("foundation_mode:where=both,stiffness=3e7 N/m", "foundation_mode:end=DE,stiffness=6e7 N/m"),
+        ("probe_crosstalk:end=NDE,factor=0.1", "probe_crosstalk:end=NDE,factor=0.2"),
+    ],
+)
+def test_what_a_second_one_would_undo_acts_once(machine, first, second):
+    """The last foundation or leak was taken without a word."""
+    with pytest.raises(InputError, match="is given twice for .* acts once at a place: give it once"):
+        all_effects(machine, [parse(first), parse(second)])
+
+
+def test_what_acts_beside_its_like_may_be_given_again(machine):
+    either_way = [parse(f"probe_crosstalk:end=NDE,factor=0.1,into={word}") for word in ("first", "second")]
+    sums = [parse("unbalance:plane=impeller,amount=20 g mm"), parse("shaft_bow:bow=40 um")] * 2
+    assert all_effects(machine, either_way + sums) == (*either_way, *sums)
+
+
+def test_an_effect_of_the_machine_file_is_not_replaced_without_a_word(machine):
+    setting = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitude": "20 um"})
+    carrying = machine.model_copy(update={"effects": (setting,)})
+    with pytest.raises(InputError, match="the machine file has it already: change or leave it out there"):
+        all_effects(carrying, [parse("oval_clearance:end=NDE,amplitude=10 um")])
+
+
 def test_one_hooked_effect_acts_once_at_a_place(machine):
     twice = [parse("oval_clearance:end=NDE,amplitude=1 um"), parse("oval_clearance:end=NDE,amplitude=2 um")]
     with pytest.raises(InputError, match="given twice"):
@@ -306,9 +332,7 @@ def test_effects_of_the_machine_file_act(machine, short_drop):
     assert float(np.abs(drop["rotor_y"] - short_drop["rotor_y"]).max()) > 1e-6
     np.testing.assert_array_equal(drop["rotor_y"].values, same["rotor_y"].values)
     wrong = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitud": "20 um"})
-    with pytest.raises(
-        InputError, match=r"\[\[effect\]\] of the machine file: oval_clearance: .* did you mean 'amplitude'"
-    ):
+    with pytest.raises(InputError, match=r"\[\[effect\]\] at 'NDE': oval_clearance: .* did you mean 'amplitude'"):
         simulate(machine.model_copy(update={"effects": (wrong,)}), SHORT)
 
 

@@ -17,20 +17,38 @@ from tdbsim.simulate import DropPlan, run, simulate
     ("values", "says"),
     [
         ({"speed": -50.0}, "speed -50 Hz must be not negative"),
-        ({"speed": math.nan}, "speed"),
+        ({"speed": math.nan}, "speed nan is not finite; give a number in Hz"),
+        ({"speed": "100 Hz"}, "speed '100 Hz' is not a number; give a number in Hz"),
+        ({"speed": None}, "speed None is not a number"),
+        ({"speed": True}, "speed True is not a number"),
+        ({"speed": 100.0, "seconds": "0.2 s"}, "seconds '0.2 s' is not a number; give a number in s"),
         ({"speed": 100.0, "seconds": 0.0}, "seconds 0 s must be positive"),
         ({"speed": 100.0, "step": -1e-5}, "step"),
         ({"speed": 100.0, "sampling": 0.0}, "sampling"),
         ({"speed": 100.0, "levitated": -1.0}, "levitated"),
         ({"speed": 100.0, "bending": -1}, "bending"),
+        ({"speed": 100.0, "bending": 2.5}, "2.5 bending modes cannot be; give bending as a whole number"),
+        ({"speed": 100.0, "seed": -1}, "-1 as a seed cannot be; give seed as a whole number, 0 or more"),
         ({"speed": 100.0, "method": "euler"}, "euler"),
-        ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point"),
+        ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point .* is not finite"),
+        (
+            {"speed": 100.0, "set_point": (0.0, -1e-4)},
+            r"set_point .* has another form; give \(x, y\) for each end in m",
+        ),
+        ({"speed": 100.0, "set_point": ((0.0, 0.0), (0.0,))}, "set_point .* has another form"),
+        ({"speed": 100.0, "ring_angle": 1.0}, "ring_angle 1.0 has another form; give a number for each end in rad"),
+        ({"speed": 100.0, "shaft_angle": "3 deg"}, "shaft_angle '3 deg' is not a number; give a number in rad"),
         ({"speed": 100.0, "seconds": 1e-6}, "no sample"),
     ],
 )
 def test_impossible_plans(values, says):
     with pytest.raises(InputError, match=says):
         DropPlan(**values)
+
+
+def test_a_shaft_that_stands_can_be_dropped(machine):
+    """As `tdbmon simulate --speed "0 Hz"` does."""
+    assert simulate(machine, DropPlan(0, 0.01)).rotor_speed.values[0] == 0.0
 
 
 def test_no_rotor_turns_at_six_million_rpm(machine):

@@ -25,6 +25,7 @@ class FoundationMode(Effect):
     title: ClassVar = "Foundation mode"
     what: ClassVar = "The support stands on something that moves: one more mass and spring under it."
     place: ClassVar = Place.BEARING_OR_BOTH
+    once: ClassVar = True
     signature: ClassVar = "A line at the foundation's frequency; the support moves more per newton."
 
     stiffness: float = parameter("N/m", math.inf, (1e5, 1e12), 3e7, "of the foundation, in each direction")

@@ -25,6 +25,7 @@ class ProbeCrosstalk(Effect):
     title: ClassVar = "Probe crosstalk"
     what: ClassVar = "One channel of an end leaks into the other."
     place: ClassVar = Place.END
+    once: ClassVar = True
     signature: ClassVar = "A channel holds some of the other one's motion; the axes seem not square."
 
     factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the one channel that is added to the other")

@@ -18,10 +18,12 @@ def section(evidence: Evidence) -> Section | None:
     probes = seen_in_all(records) if records else []
     if not records or not probes:
         return None
+    accusing = diagnosis.late_before or records
+    furthest = _furthest(accusing, probes)
+    shown = evidence.shown_with(max(range(len(accusing)), key=lambda k: accusing[k].departure))
     if diagnosis.late_before is None:
-        beside: tuple[Block, ...] = _beside(records, probes, _furthest(records, probes), "", "late-record", evidence)
+        beside: tuple[Block, ...] = _beside(records, probes, furthest, "", "late-record", evidence, shown)
     else:
-        furthest = _furthest(diagnosis.late_before, probes)
         beside = (
             Paragraph(
                 f"With {diagnosis.best.causes[-1].words} the squares of all departures sum to {departure_of(records):.1f},"
@@ -29,9 +31,15 @@ def section(evidence: Evidence) -> Section | None:
                 " the simulations without: a wider band is no nearer one."
             ),
             *_beside(
-                diagnosis.late_before, probes, furthest, " without the cause found here", "late-record-before", evidence
+                diagnosis.late_before,
+                probes,
+                furthest,
+                " without the cause found here",
+                "late-record-before",
+                evidence,
+                shown,
             ),
-            *_beside(records, probes, furthest, " with it", "late-record", evidence),
+            *_beside(records, probes, furthest, " with it", "late-record", evidence, shown),
         )
     return Section(
         "The rest of the record",
@@ -49,7 +57,13 @@ def section(evidence: Evidence) -> Section | None:
 
 
 def _beside(
-    records: Sequence[LateRecord], probes: Sequence[str], furthest: str, which: str, name: str, evidence: Evidence
+    records: Sequence[LateRecord],
+    probes: Sequence[str],
+    furthest: str,
+    which: str,
+    name: str,
+    evidence: Evidence,
+    shown: Sequence[int],
 ) -> tuple[Table, Figure]:
     """Return departures from simulations by a model, and a picture of them by the probe that departs most."""
     from tdbmon.figures.late_record import late_record
@@ -67,9 +81,10 @@ def _beside(
         Figure(
             name,
             f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
-            f" mean reading of {furthest}, which departs most, measured and simulated{which}." + evidence.selection,
+            f" mean reading of {furthest}, which departs most, measured and simulated{which}."
+            + evidence.selection_of(shown),
             "For some drops, whirl and place against time, measured, and the band of the simulations.",
-            partial(late_record, records, evidence.shown, furthest),
+            partial(late_record, records, shown, furthest),
         ),
     )
 

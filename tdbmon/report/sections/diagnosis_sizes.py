@@ -40,6 +40,8 @@ def section(evidence: Evidence) -> Section | None:
 
 def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) -> Table:
     partners = correlated(model)
+    called = {each.name: _called(each.name) for each in model.problem.shared}
+    called |= {each.name: _called(each.name, free.words) for free in model.problem.free for each in free.shared}
     rows = []
     for free in model.problem.free:
         found = known.get(free.name, {})
@@ -48,9 +50,9 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
             name = parameter.name.rpartition(".")[2]
             diagnosed = name in found
             estimate = found.get(name) or _bare(model, parameter.name, parameter.unit)
-            with_ = ", ".join(f"{other} ({signed(r, 2)})" for other, r in partners.get(parameter.name, ()))
+            with_ = ", ".join(f"{called[other]} ({signed(r, 2)})" for other, r in partners.get(parameter.name, ()))
             value = words(estimate) + (f" ({estimate.why})" if estimate.why and diagnosed else "")
-            rows.append(Row((f"{owner}: {name.replace('_', ' ')}", value, with_ or "–")))
+            rows.append(Row((called[parameter.name], value, with_ or "–")))
         rows += [Row((f"{owner}: {name}", text, "not fitted")) for name, text in _stays(free)]
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
@@ -59,6 +61,12 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
     which = f"{model.words.capitalize()}{f' ({words_})' if words_ else ''}"
     caption = f"{which}: values with 95 % intervals" if many else "Values with 95 % intervals"
     return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
+
+
+def _called(name: str, owner: str | None = None) -> str:
+    """Return a value in words: ``NDE: support stiffness`` of ``NDE.support_stiffness``."""
+    stated, _, value = name.rpartition(".")
+    return f"{owner or stated}: {value.replace('_', ' ')}".removeprefix(": ")
 
 
 def _bare(model: Contender, name: str, unit: str) -> Estimate:
