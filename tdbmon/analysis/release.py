@@ -20,6 +20,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
+from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
@@ -154,7 +155,9 @@ def find_release(
     clear = t < time[start] - _CLEAR_S
     turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags)
+    orders = [turning, 2 * turning] if turning else []
+    floor = floor_line(t[clear], data[:, clear], [*orders, *([mains] if mains else [])]) if turning else None
+    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, floor_hz=floor)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
