@@ -39,6 +39,7 @@ from tdbmon.quantity import counted
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.finding import Check
+from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
 from tdbmon.record.quality import check, left_out, repair_gaps
@@ -73,9 +74,9 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
         If the record holds neither an orbit nor a speed of this machine, or is too short to tell anything.
     """
     progress("checking the channels")
-    record = assign(record, machine)
+    record, lying = from_lift_off(assign(record, machine), machine)
     _long_enough(record, machine)
-    checks = [*check(record, machine), *check_effects(machine)]
+    checks = [*lying, *check(record, machine), *check_effects(machine)]
     over_pulses = signal_over_pulses(record, machine)
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
     checks += [*jumps, *check_slow_roll(record, machine)]

@@ -31,14 +31,15 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
     """Check that each end falls with gravity.
 
     A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  A field that dies
-    away slowly changes it as well, though rarely by so much; and so does a bent shaft, which turns on in the fall, by about
-    what its wide orbit turned with.  A speed signal that reads `over_pulses` times the keyphasor's speed (1 where nothing is
-    known of it) tells the wrong time by itself: the two together prove it.  `Release.scales` tell a wrong scale from a field that
-    holds on, where the drop allows it.
+    away slowly changes it as well: where the release has found its decay, it is named before the scales.  So does a bent
+    shaft, which turns on in the fall, by about what its wide orbit turned with.  A speed signal that reads `over_pulses` times
+    the keyphasor's speed (1 where nothing is known of it) tells the wrong time by itself: the two together prove it.
+    `Release.scales` tell a wrong scale from a field that holds on, where the drop allows it.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
     found = []
+    held = _held(release)
     for end, (_, y) in release.fall.items():
         scale = release.scales.get(end)
         share = -y / machine.gravity if scale is None else scale
@@ -51,9 +52,21 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
             detail += ", from the release on: no magnetic force that dies away explains it as well"
         elif doubt > _TELLING:
             detail += f", which tells little: the wide orbit turns with {turning:.3g} m/s2"
-        cure = "" if passed else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None)}"
+        cure = (
+            "" if passed else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None, held=held)}"
+        )
         found.append(Check("free fall", end, passed, detail + cure))
     return found
+
+
+def _held(release: Release) -> float:
+    """Return the decay time, s, of a magnetic force that holds on for milliseconds; 0 where a sudden release explains the fall.
+
+    Times read a fifth too long may look just so: it is no proof that the scales are right.
+    """
+    decay = release.force_decay
+    sure = decay.value is not None and decay.low is not None and decay.low > 0 and decay.value < _HOLDS_S
+    return float(decay.value or 0.0) if sure else 0.0
 
 
 def undated(release: Release, machine: Machine) -> str:
@@ -159,7 +172,7 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
     return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"
 
 
-def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_once: bool) -> str:
+def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_once: bool, held: float) -> str:
     """Return what would make an end fall with this share of gravity, and so what to look at."""
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
@@ -181,6 +194,9 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
     lengths = f"or displacements {_stretch(share)} (check the sensitivity of {names})"
     if at_once:
         return f"{times}, {lengths}"
+    if held and share < 1:
+        decay = f"a magnetic force that dies away with {held * 1e3:.2g} ms, as the release fits it, would do that"
+        return f"{decay}, and then nothing is wrong; without one {times}, {lengths}"
     field = ", or a magnetic field that holds on for milliseconds" if share < 1 else ", or a great unbalance"
     return f"{times}, {lengths}{field}"
 

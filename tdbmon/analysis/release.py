@@ -20,6 +20,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
+from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
@@ -136,7 +137,8 @@ def find_release(
     begin = int(np.argmax(np.isfinite(z).all(axis=0)))  # a logger may start late
     time, z = time[begin:], z[:, begin:]
     gaps = np.repeat([machine.bearing(end).radial_gap.nominal for end in ends], 2)
-    rough = _rough(z, rate, gaps, _levitated(z, rate, gaps, machine.gravity))
+    head = _levitated(z, rate, gaps, machine.gravity)
+    rough = _rough(z, rate, gaps, head)
     if rough is None:
         return None
     start, stop = rough
@@ -153,14 +155,21 @@ def find_release(
     clear = t < time[start] - _CLEAR_S
     turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags)
+    orders = [turning, 2 * turning] if turning else []
+    floor = floor_line(t[clear], data[:, clear], [*orders, *([mains] if mains else [])]) if turning else None
+    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, floor_hz=floor)
+    # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
+    wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
+    if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
+        # no law fits a descent, and the search for one takes a minute
+        at_first = np.nanmax(z[:, :head], axis=1) - np.nanmin(z[:, :head], axis=1) > 2 * WIDE
+        fall, whirl = _fall_and_whirl(fit, time[start], at_first, ends)
+        if why := _no_fall(fall, whirl, machine.gravity):
+            return not_told(why, fall, whirl)
     best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
     if best.time < t[0]:
         return None
-    fall = _points(fall_acceleration(fit, best.time), ends)
-    # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
-    wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
-    whirl = dict(zip(ends, np.where(wide, fit.whirl(best.time), 0.0)[1::2].tolist(), strict=True))
+    fall, whirl = _fall_and_whirl(fit, best.time, wide, ends)
     if why := _no_fall(fall, whirl, machine.gravity):
         return not_told(why, fall, whirl)
     later = time < best.time + _LONGER * (t[-1] - best.time)
@@ -194,6 +203,22 @@ def not_told(why: str, fall: dict[str, tuple[float, float]], whirl: dict[str, fl
 def _points(rows: np.ndarray, ends: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Return (x, y) by the end's name of rows (2 n,), x and y of each end in turn."""
     return {end: (x, y) for end, (x, y) in zip(ends, rows.reshape(-1, 2).tolist(), strict=True)}
+
+
+def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) -> bool:
+    """Whether a shaft that leaves its orbit with the first sample takes longer for half the gap than one that hardly falls."""
+    if gravity <= 0:
+        return False
+    soon = z[:, (time < time[0] + np.sqrt(gaps.max() / (_FALLS * gravity))) & np.isfinite(z).all(axis=0)]
+    return soon.size > 0 and bool(np.all(np.ptp(soon, axis=1) < gaps / 2))
+
+
+def _fall_and_whirl(
+    fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str]
+) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Return `Release.fall` and `Release.whirl` for a release near an instant, s; `wide` (2 n,) are the rows of wide orbits."""
+    whirl = np.where(wide, fit.whirl(instant), 0.0)[1::2]
+    return _points(fall_acceleration(fit, instant), ends), dict(zip(ends, whirl.tolist(), strict=True))
 
 
 def _no_fall(fall: Mapping[str, tuple[float, float]], whirl: Mapping[str, float], gravity: float) -> str:

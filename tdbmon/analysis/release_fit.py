@@ -74,6 +74,8 @@ class ReleaseFit:
         Of the shaft and of the hum; None for what is not fitted.
     bending_hz : sequence of float
         Of the free rotor's bending modes that spring back.
+    floor_hz : float or None
+        Of a line of floor or housing (`tdbmon.analysis.floor_line`).
     variance : (2 n,) array or None
         By which the squares of each row count, m^2; None for all alike.
     """
@@ -84,6 +86,7 @@ class ReleaseFit:
     speed_hz: float | None
     mains_hz: float | None
     bending_hz: Sequence[float] = ()
+    floor_hz: float | None = None
     variance: Array | None = None
 
     @property
@@ -93,8 +96,9 @@ class ReleaseFit:
 
     @property
     def lasting(self) -> list[float]:
-        """Frequencies that go on in the fall, Hz: hum, and the surface's second order."""
-        return ([self.mains_hz] if self.mains_hz else []) + ([2 * self.speed_hz] if self.speed_hz else [])
+        """Frequencies that go on in the fall, Hz: hum, the surface's second order, and a line of the floor."""
+        orders = [2 * self.speed_hz] if self.speed_hz else []
+        return [hz for hz in (self.mains_hz, *orders, self.floor_hz) if hz]
 
     @property
     def _variances(self) -> Array:

@@ -23,6 +23,7 @@ from tdbmon.analysis.rotation import Rotation
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
+from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import freed
@@ -150,7 +151,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         before the first contacts are over, or has a hole in its time axis before.
     """
     name = str(record.attrs.get("source_file", "record"))
-    laid = assign(record, machine)
+    laid, _ = from_lift_off(assign(record, machine), machine)
     checks = check(laid, machine)
     failed = [each for each in checks if not each.passed]
     if still := next((each.detail for each in failed if each.check == "drop"), ""):

@@ -9,6 +9,7 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.quantity import percent
 from tdbmon.record import faults
+from tdbmon.record.bandwidth import check_bandwidth
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
@@ -71,6 +72,10 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     if "keyphasor" in ds:
         found += _key_signal(ds)
     found += twins(ds, probes)
+    if early is None:  # else the fall may hide in what seems levitated
+        found += check_bandwidth(
+            ds.drop_vars({e.channel for e in found if not e.passed and e.check in _UNFIT}), machine
+        )
     found += fall_directions(ds, machine)
     if marks is not None:
         found.append(_keyphasor(marks))

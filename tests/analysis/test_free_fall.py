@@ -134,6 +134,19 @@ def test_a_magnetic_force_that_dies_away_leaves_the_fall_straight(machine):
         assert all(check.passed for check in check_probe_scales(release, machine))
 
 
+def test_a_magnetic_force_that_dies_away_is_named_before_the_scales(machine):
+    """It makes the fall soft; a time base that is a fifth off may look the same, so that the row does not pass."""
+    held = record(machine, 60.0, 0, "residual_magnetic_force:decay_time=4 ms")
+    release = find_release(to_planes(assign(held, machine), machine), machine, 60.0, [305.4])
+    checks = check_free_fall(release, machine)
+    assert [check.channel for check in checks] == ["NDE", "DE"]
+    for check in checks:
+        assert not check.passed
+        assert re.search(
+            r"of gravity, before it touches: a magnetic force that dies away with [34]\.?\d* ms", check.detail
+        )
+
+
 @pytest.mark.parametrize("longer", [2.0, 1.5, 0.5])
 def test_times_on_a_wrong_scale_tell_neither_release_nor_contact(longer):
     channels = read(shipped("years/drop_03.nc")).sel(time=slice(0, 1.0))

@@ -1,0 +1,47 @@
+"""Bandwidth of the displacement channels: a low-pass in the data acquisition delays and rounds what is sudden.
+
+The noise of an unfiltered channel is about as dense at some kilohertz as at some hundred hertz; behind a low-pass it is not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record.finding import Check
+from tdbmon.record.levitated_lines import levitated_lines
+
+_SLOW_HZ = (200.0, 500.0)  # above what a wide orbit's line spreads to
+_LOW = 0.25  # quantile there: other lines stand out of the noise
+_FAST_HZ = (2000.0, 5000.0)  # where they see releases and contacts, and drivers of probes still pass all
+_FAST_SHARE = (0.25, 0.45)  # of the sampling rate: the same of slow records, short of their own anti-alias filter
+_LEAST_HZ = 1000.0  # where that may begin: below, a fall shows no lack of bandwidth
+_FALLS_OFF = 1 / 20  # of the noise's density; sound records keep a third of it
+
+
+def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
+    """Return a failed check if the noise of a probe before the fall does not reach beyond a kilohertz."""
+    lines = levitated_lines(ds, machine)
+    if lines is None:
+        return []
+    rate = 2 * float(lines.hz[-1])
+    begin, end = (min(hz, share * rate) for hz, share in zip(_FAST_HZ, _FAST_SHARE, strict=True))
+    if begin < _LEAST_HZ:
+        return []
+    slow, fast = (_between(lines.hz, *band) for band in (_SLOW_HZ, (begin, end)))
+    usual = np.quantile(lines.each[:, slow], _LOW, axis=1)
+    share = np.median(lines.each[:, fast], axis=1) / np.maximum(usual, 1e-300)
+    if not np.any(filtered := share < _FALLS_OFF):
+        return []
+    detail = (
+        f"before the fall {np.sum(filtered)} of {len(share)} displacement channels have {share.min():.2g} of the noise's density"
+        f" at {begin / 1e3:.3g} to {end / 1e3:.3g} kHz that they have at {_SLOW_HZ[0]:g} to {_SLOW_HZ[1]:g} Hz: a low-pass seems"
+        " to be set. It dates release and contacts late and makes contacts softer and longer; switch the filter of the data"
+        f" acquisition off, or set it to {begin / 1e3:.3g} kHz or more"
+    )
+    return [Check("bandwidth", "", False, detail)]
+
+
+def _between(hz: np.ndarray, low: float, high: float) -> np.ndarray:
+    return (hz > low) & (hz < high)
