@@ -251,7 +251,7 @@ def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Rele
         return release, released, ""
     # about when it was is known all the same: what lies before is levitation
     within = released is not None and planes.time[0] < released < planes.time[-1]
-    return not_told(unscaled, release.fall, release.whirl), released if within else None, unscaled
+    return not_told(unscaled, release.falls), released if within else None, unscaled
 
 
 def _phases(

@@ -34,18 +34,18 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
     away slowly changes it as well: where the release has found its decay, it is named before the scales.  So does a bent
     shaft, which turns on in the fall, by about what its wide orbit turned with.  A speed signal that reads `over_pulses` times
     the keyphasor's speed (1 where nothing is known of it) tells the wrong time by itself: the two together prove it.
-    `Release.scales` tell a wrong scale from a field that holds on, where the drop allows it.
+    `EndState.scale` tells a wrong scale from a field that holds on, where the drop allows it.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
     found = []
     held = _held(release)
-    for end, (_, y) in release.fall.items():
-        scale = release.scales.get(end)
-        share = -y / machine.gravity if scale is None else scale
+    for end, fall in release.falls.items():
+        scale = release.states[end].scale if end in release.states else None
+        share = -fall.acceleration[1] / machine.gravity if scale is None else scale
         detail = f"falls with {share * machine.gravity:.3g} m/s2, {share:.2f} of gravity, before it touches"
-        others = [whirl for other, whirl in release.whirl.items() if other != end]
-        turning = release.whirl[end] + _ACROSS * max(others, default=0.0)
+        others = [each.whirl for other, each in release.falls.items() if other != end]
+        turning = fall.whirl + _ACROSS * max(others, default=0.0)
         doubt = turning / machine.gravity
         passed = _LEAST - doubt < share < _MOST + doubt and (scale is None or abs(scale - 1) <= PROBE_SCALE)
         if scale is not None:
@@ -74,11 +74,11 @@ def undated(release: Release, machine: Machine) -> str:
 
     A field that holds on makes a fall slow too; where it lasts milliseconds, its decay tells it from a wrong scale.
     """
-    if not release.time.known or not release.fall or machine.gravity < _LEAST_GRAVITY:
+    if not release.time.known or not release.falls or machine.gravity < _LEAST_GRAVITY:
         return ""
-    if max(release.whirl.values()) > _TELLING * machine.gravity:
+    if max(fall.whirl for fall in release.falls.values()) > _TELLING * machine.gravity:
         return ""
-    shares = [-y / machine.gravity for _, y in release.fall.values()]
+    shares = [-fall.acceleration[1] / machine.gravity for fall in release.falls.values()]
     held = release.force_decay.value is not None and release.force_decay.value < _HOLDS_S
     if min(shares) < _SCALE and (max(shares) > 1 / _SCALE or held):
         return ""

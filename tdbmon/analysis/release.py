@@ -57,12 +57,44 @@ _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without s
 
 @dataclass(frozen=True)
 class EndState:
-    """Position and velocity of the shaft centre of one end at the release (SI)."""
+    """One end as it was let go (SI).
+
+    Attributes
+    ----------
+    x, y, vx, vy : Estimate
+        Position and velocity of the shaft centre.
+    noise : float
+        Standard deviation, m, of what remains of the levitated orbit (mean of both axes).
+    levitated : tuple
+        Mean levitated position (x, y), m.
+    scale : float or None
+        How many times as far as it went the end reads, where a sudden release on such scales explains the fall, and neither a
+        decaying force nor the probes' tolerance does.
+    """
 
     x: Estimate
     y: Estimate
     vx: Estimate
     vy: Estimate
+    noise: float
+    levitated: tuple[float, float]
+    scale: float | None
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Free fall of one end: a check on units and directions.
+
+    Attributes
+    ----------
+    acceleration : tuple
+        Fitted to it (x, y), m/s^2.
+    whirl : float
+        Vertical acceleration of a wide levitated orbit, 0-pk, m/s^2; 0 where it is narrow.
+    """
+
+    acceleration: tuple[float, float]
+    whirl: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,36 +105,23 @@ class Release:
     ----------
     time : Estimate
         From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards,
-        none or one on a wrong scale: then neither force decay, states, noise nor levitated position are told.
+        none or one on a wrong scale: then neither force decay nor states are told.
+    force_decay : Estimate
+        Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
     states : dict
-        Position and velocity an end.
-    noise : dict
-        Standard deviation, m, of what remains of the levitated orbit an end (mean of both axes).
-    levitated : dict
-        Mean levitated position (x, y) an end, m.
-    fall : dict
-        Acceleration (x, y) fitted to the free fall an end, m/s^2: a check on units and directions.
-    whirl : dict
-        Vertical acceleration of a wide levitated orbit an end, 0-pk, m/s^2; 0 where it is narrow.
+        `EndState` by the end's name.
+    falls : dict
+        `Fall` by the end's name.
     shares : dict
         Share of gravity that each probe shows in the free fall, for probes that stand upright enough to see it; empty where
         speed or bending of the rotor are not known, or not all probes show the fall.
-    scales : dict
-        How many times as far as it went each end reads, where a sudden release on these scales explains the fall, and neither a
-        decaying force nor the probes' tolerance does; else empty.
-    force_decay : Estimate
-        Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
     """
 
     time: Estimate
     force_decay: Estimate
     states: dict[str, EndState] = field(default_factory=dict)
-    noise: dict[str, float] = field(default_factory=dict)
-    levitated: dict[str, tuple[float, float]] = field(default_factory=dict)
-    fall: dict[str, tuple[float, float]] = field(default_factory=dict)
-    whirl: dict[str, float] = field(default_factory=dict)
+    falls: dict[str, Fall] = field(default_factory=dict)
     shares: dict[str, Estimate] = field(default_factory=dict)
-    scales: dict[str, float] = field(default_factory=dict)
 
 
 def find_release(
@@ -149,7 +168,7 @@ def find_release(
     hole = _hole(t, valid, time[start] - _CLEAR_S)
     if hole is not None and valid[start - first :].sum() < _SEEN_S * rate:
         why = f"{said(hole)}, where the shaft falls: the release may lie anywhere in it; record without gaps"
-        return not_told(why, {}, {})
+        return not_told(why, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
@@ -163,15 +182,15 @@ def find_release(
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
         # no law fits a descent, and the search for one takes a minute
         at_first = np.nanmax(z[:, :head], axis=1) - np.nanmin(z[:, :head], axis=1) > 2 * WIDE
-        fall, whirl = _fall_and_whirl(fit, time[start], at_first, ends)
-        if why := _no_fall(fall, whirl, machine.gravity):
-            return not_told(why, fall, whirl)
+        falls = _falls(fit, time[start], at_first, ends)
+        if why := _no_fall(falls, machine.gravity):
+            return not_told(why, falls)
     best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
     if best.time < t[0]:
         return None
-    fall, whirl = _fall_and_whirl(fit, best.time, wide, ends)
-    if why := _no_fall(fall, whirl, machine.gravity):
-        return not_told(why, fall, whirl)
+    falls = _falls(fit, best.time, wide, ends)
+    if why := _no_fall(falls, machine.gravity):
+        return not_told(why, falls)
     later = time < best.time + _LONGER * (t[-1] - best.time)
     later[:first] = False
     later &= np.isfinite(z).all(axis=0)
@@ -181,28 +200,18 @@ def find_release(
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
     rule = f"levitated orbit and free fall joined without a jump, {which}"
-    noise = np.sqrt(np.mean(fit.noise(best.time).reshape(-1, 2) ** 2, axis=1))
     return Release(
         time=Estimate(best.time, best.low, best.high, "s", rule),
         force_decay=_force_decay(best),
         states=_states(fit, best, planes, ends),
-        noise=dict(zip(ends, noise.tolist(), strict=True)),
-        levitated=_points(fit.place(best.time), ends),
-        fall=fall,
-        whirl=whirl,
+        falls=falls,
         shares=shares,
-        scales=dict(zip(ends, best.scales, strict=False)),
     )
 
 
-def not_told(why: str, fall: dict[str, tuple[float, float]], whirl: dict[str, float]) -> Release:
+def not_told(why: str, falls: dict[str, Fall]) -> Release:
     """Return a release whose instant, and all that rests on it, is missing for the reason `why`."""
-    return Release(time=Estimate.missing("s", why), force_decay=Estimate.missing("ms", why), fall=fall, whirl=whirl)
-
-
-def _points(rows: np.ndarray, ends: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Return (x, y) by the end's name of rows (2 n,), x and y of each end in turn."""
-    return {end: (x, y) for end, (x, y) in zip(ends, rows.reshape(-1, 2).tolist(), strict=True)}
+    return Release(time=Estimate.missing("s", why), force_decay=Estimate.missing("ms", why), falls=falls)
 
 
 def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) -> bool:
@@ -213,19 +222,19 @@ def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) 
     return soon.size > 0 and bool(np.all(np.ptp(soon, axis=1) < gaps / 2))
 
 
-def _fall_and_whirl(
-    fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str]
-) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
-    """Return `Release.fall` and `Release.whirl` for a release near an instant, s; `wide` (2 n,) are the rows of wide orbits."""
-    whirl = np.where(wide, fit.whirl(instant), 0.0)[1::2]
-    return _points(fall_acceleration(fit, instant), ends), dict(zip(ends, whirl.tolist(), strict=True))
+def _falls(fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str]) -> dict[str, Fall]:
+    """Return how each end falls from a release near an instant, s; `wide` (2 n,) are the rows of wide orbits."""
+    acceleration = fall_acceleration(fit, instant).reshape(-1, 2).tolist()
+    whirl = np.where(wide, fit.whirl(instant), 0.0)[1::2].tolist()
+    return {end: Fall((ax, ay), turns) for end, (ax, ay), turns in zip(ends, acceleration, whirl, strict=True)}
 
 
-def _no_fall(fall: Mapping[str, tuple[float, float]], whirl: Mapping[str, float], gravity: float) -> str:
+def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
     """Say why what the probes see is no fall under gravity, which alone dates a release; "" where it is one."""
-    if gravity > 0 and all(fall[end][1] > _UPWARDS * gravity + whirl[end] for end in fall):
+    vertical = [(fall.acceleration[1], fall.whirl) for fall in falls.values()]
+    if gravity > 0 and all(y > _UPWARDS * gravity + whirl for y, whirl in vertical):
         return "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
-    if all(abs(fall[end][1]) < _FALLS * gravity and whirl[end] == 0.0 for end in fall):
+    if all(abs(y) < _FALLS * gravity and whirl == 0.0 for y, whirl in vertical):
         return (
             "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
             " upright does not fall, nor one that the magnetic bearings lower; of a horizontal one that was dropped check"
@@ -246,11 +255,13 @@ def _force_decay(best: FittedRelease) -> Estimate:
 
 
 def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequence[str]) -> dict[str, EndState]:
-    """Return position and velocity of each end at the release."""
+    """Return each end at the release."""
     decay = best.decay[0] if best.decay is not None and best.decay[1] else 0.0
     value, sigma = (
         each.reshape(2, len(ends), 2) for each in fit.state(best.time, decay)
     )  # (position or velocity, end, axis)
+    noise = np.sqrt(np.mean(fit.noise(best.time).reshape(-1, 2) ** 2, axis=1)).tolist()
+    places = [(x, y) for x, y in fit.place(best.time).reshape(-1, 2).tolist()]
     out = {}
     for i, end in enumerate(ends):
         rule = f"levitated orbit continued to the release{_where(planes, end)}"
@@ -258,7 +269,8 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
             [Estimate.from_sigma(v, s, unit, rule) for v, s in zip(value[order, i], sigma[order, i], strict=True)]
             for order, unit in enumerate(("um", "mm/s"))
         )
-        out[end] = EndState(x, y, vx, vy)
+        scale = best.scales[i] if best.scales else None
+        out[end] = EndState(x, y, vx, vy, noise=noise[i], levitated=places[i], scale=scale)
     return out
 
 

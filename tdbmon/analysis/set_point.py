@@ -23,10 +23,10 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
     """Check that the shaft levitated near the centre of the circle of each end that has one."""
     found = []
     for name, end in ends.items():
-        place = release.levitated.get(name)
-        if place is None or end.gap is None:
+        state = release.states.get(name)
+        if state is None or end.gap is None:
             continue
-        away = end.gap.away(place, "levitated mean from the clearance centre")
+        away = end.gap.away(state.levitated, "levitated mean from the clearance centre")
         if away.value is None or away.high is None:
             continue
         apart, half = away.value, away.high - away.value

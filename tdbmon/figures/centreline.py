@@ -84,8 +84,8 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
     ax.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
     ax.plot(*centre, "+", color=BLACK, markersize=7, label="centre")
     _scatter(ax, analysis, *course, scale)
-    if analysis.release is not None and end in analysis.release.levitated:
-        x, y = analysis.release.levitated[end]
+    if analysis.release is not None and end in analysis.release.states:
+        x, y = analysis.release.states[end].levitated
         ax.plot(x * UM, y * UM, "D", color=GREEN, markersize=4, label="levitated")
 
 

@@ -75,7 +75,7 @@ def test_state_at_the_release_is_the_levitated_one(machine):
         x, y = clean.displacement.sel(end=end).isel(time=index).values
         assert found.states[end].x.value == pytest.approx(x, abs=0.3e-6)
         assert found.states[end].y.value == pytest.approx(y, abs=0.3e-6)
-        assert found.fall[end][1] == pytest.approx(-G, rel=0.1)
+        assert found.falls[end].acceleration[1] == pytest.approx(-G, rel=0.1)
 
 
 def test_a_force_that_dies_away_is_told_from_a_late_release(machine):
@@ -227,7 +227,7 @@ def test_a_record_with_little_levitation_has_the_release_where_it_is_or_none(nam
         assert found is None
     elif before > 7:
         assert found.time.value == pytest.approx(truth, abs=6e-5)
-        assert found.fall["DE"][1] == pytest.approx(-G, rel=0.05)
+        assert found.falls["DE"].acceleration[1] == pytest.approx(-G, rel=0.05)
     else:
         assert found is None or found.time.value == pytest.approx(truth, abs=6e-5)
 
@@ -317,13 +317,13 @@ def test_probes_that_all_read_a_tenth_or_a_fifth_wrong_are_told_from_a_decaying_
     assert found.time.low <= 0.1 <= found.time.high
     assert found.time.value == pytest.approx(0.1, abs=8e-5)
     assert not found.force_decay.known
-    assert found.scales == {end: pytest.approx(factor, abs=0.035) for end in machine.ends}
+    assert [state.scale for state in found.states.values()] == pytest.approx([factor] * 2, abs=0.035)
 
 
 def test_a_force_that_dies_away_is_no_wrong_scale(machine):
     for seed in range(8):
         planes, _ = drop(seed, decay=2e-3, rate=10000.0)
-        assert find_release(planes, machine, 97.0).scales == {}
+        assert all(state.scale is None for state in find_release(planes, machine, 97.0).states.values())
 
 
 @pytest.mark.parametrize("factor", [0.95, 1.05])

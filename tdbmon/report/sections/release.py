@@ -57,9 +57,9 @@ def _release(analysis: Analysis) -> list[Block]:
     rows = []
     for end, state in release.states.items():
         noise = Estimate(
-            release.noise[end], unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms"
+            state.noise, unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms"
         )
-        ax, ay = release.fall[end]
+        ax, ay = release.falls[end].acceleration
         rows.append(
             Row(
                 (
