@@ -1,6 +1,7 @@
 """Bandwidth of the displacement channels: a low-pass in the data acquisition delays and rounds what is sudden.
 
-The noise of an unfiltered channel is about as dense at some kilohertz as at some hundred hertz; behind a low-pass it is not.
+The noise of an unfiltered channel reaches to some kilohertz; behind a low-pass it does not.  Magnetic bearings shake the shaft
+more at some hundred hertz than above, so that only a steep end of the noise tells a filter.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ _LOW = 0.25  # quantile there: other lines stand out of the noise
 _FAST_HZ = (2000.0, 5000.0)  # where they see releases and contacts, and drivers of probes still pass all
 _FAST_SHARE = (0.25, 0.45)  # of the sampling rate: the same of slow records, short of their own anti-alias filter
 _LEAST_HZ = 1000.0  # where that may begin: below, a fall shows no lack of bandwidth
-_FALLS_OFF = 1 / 20  # of the noise's density; sound records keep a third of it
+_FALLS_OFF = 1e-3  # of the noise's power: 30 dB in a decade; the synthetic records keep a third of it
 
 
 def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
@@ -35,7 +36,7 @@ def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
     if not np.any(filtered := share < _FALLS_OFF):
         return []
     detail = (
-        f"before the fall {np.sum(filtered)} of {len(share)} displacement channels have {share.min():.2g} of the noise's density"
+        f"before the fall {np.sum(filtered)} of {len(share)} displacement channels have {share.min():.2g} of the noise's power"
         f" at {begin / 1e3:.3g} to {end / 1e3:.3g} kHz that they have at {_SLOW_HZ[0]:g} to {_SLOW_HZ[1]:g} Hz: a low-pass seems"
         " to be set. It dates release and contacts late and makes contacts softer and longer; switch the filter of the data"
         f" acquisition off, or set it to {begin / 1e3:.3g} kHz or more"

@@ -29,7 +29,7 @@ def changed(record, change):
 
 
 @pytest.mark.parametrize("name", RECORDS)
-@pytest.mark.parametrize(("order", "corner_hz"), [(1, 200.0), (2, 200.0), (4, 500.0)])
+@pytest.mark.parametrize(("order", "corner_hz"), [(2, 200.0), (4, 500.0)])
 def test_a_low_pass_is_told(name, order, corner_hz):
     record, machine = laid(name)
 
@@ -40,6 +40,19 @@ def test_a_low_pass_is_told(name, order, corner_hz):
     (row,) = check_bandwidth(changed(record, low_pass), machine)
     assert not row.passed
     assert "4 of 4 displacement channels" in row.detail and "release and contacts late" in row.detail
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_a_shaft_that_its_bearings_shake_more_at_low_frequencies_passes(name):
+    """Noise a hundred times as great at some hundred hertz as at some kilohertz, as behind a control loop."""
+    record, machine = laid(name)
+    rng = np.random.default_rng(1)
+
+    def shaken(time, values):
+        b, a = butter(1, 200.0, fs=1 / (time[1] - time[0]))
+        return values + 30 * np.std(np.diff(values[:100])) * lfilter(b, a, rng.normal(size=values.size))
+
+    assert not check_bandwidth(changed(record, shaken), machine)
 
 
 @pytest.mark.parametrize("name", RECORDS)
