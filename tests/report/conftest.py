@@ -43,7 +43,7 @@ def hostile(short: Analysis) -> Analysis:
         short.release,
         **{
             name: {rename[end]: value for end, value in getattr(short.release, name).items()}
-            for name in ("states", "noise", "levitated", "fall")
+            for name in ("states", "falls")
         },
     )
     record = short.record.copy()
