@@ -21,6 +21,7 @@ from tdbsim.rotor import RotorModel
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
 from tdbmon.analysis.floor_line import floor_line
+from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
 from tdbmon.analysis.turning_speed import turning_speed
@@ -32,17 +33,6 @@ from tdbmon.runs import runs_of
 _CLEAR_S = 0.012  # before the orbit is left: surely levitated
 _LEVITATED_S = 0.2  # before the orbit is left: so much of it is fitted
 _LATEST_S = 0.004  # after the orbit is left: until then the release is sought
-# surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
-# lies far beyond the gap, of the radial gap
-_FALL_SHARE, _FREE_SHARE = 0.6, 0.85
-_HEAD_S = 0.02  # at the start, that shows where the shaft levitates
-_START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
-_LEAST_HEAD_S = 5e-3
-# of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
-# (zone A of ISO 14839-2 ends at 0.3 from the middle)
-_FALLEN = 0.6
-_DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
-_LEFT = 0.2  # the same: it has left its orbit
 _LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
 _UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
 # bending modes that may spring back, and up to which frequency: there gravity over its square is a quarter of a micrometre
@@ -50,7 +40,7 @@ _BENDING_MODES, _SAGS_HZ = 4, 1000.0
 _SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
 _SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
 _UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
-_FALLS = 0.15  # of gravity: ends that fall with less all together do not fall
+_LEAST_FALL = 0.15  # of gravity: ends that fall with less all together do not fall
 _AT_ONCE = "the fall starts at once; no decaying magnetic force is seen"
 _SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
 
@@ -156,8 +146,8 @@ def find_release(
     begin = int(np.argmax(np.isfinite(z).all(axis=0)))  # a logger may start late
     time, z = time[begin:], z[:, begin:]
     gaps = np.repeat([machine.bearing(end).radial_gap.nominal for end in ends], 2)
-    head = _levitated(z, rate, gaps, machine.gravity)
-    rough = _rough(z, rate, gaps, head)
+    head = surely_levitated(z, rate, gaps, machine.gravity)
+    rough = falls_between(z, rate, gaps, head)
     if rough is None:
         return None
     start, stop = rough
@@ -173,9 +163,8 @@ def find_release(
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
     turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
+    floor = _floor(t[clear], data[:, clear], turning, mains)
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    orders = [turning, 2 * turning] if turning else []
-    floor = floor_line(t[clear], data[:, clear], [*orders, *([mains] if mains else [])]) if turning else None
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, floor_hz=floor)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
@@ -209,6 +198,13 @@ def find_release(
     )
 
 
+def _floor(t: np.ndarray, levitated: np.ndarray, turning: float | None, mains: float | None) -> float | None:
+    """Return the frequency of a line of the floor, Hz; without a speed a line may as well be the shaft's."""
+    if not turning:
+        return None
+    return floor_line(t, levitated, [turning, 2 * turning, *([mains] if mains else [])])
+
+
 def not_told(why: str, falls: dict[str, Fall]) -> Release:
     """Return a release whose instant, and all that rests on it, is missing for the reason `why`."""
     return Release(time=Estimate.missing("s", why), force_decay=Estimate.missing("ms", why), falls=falls)
@@ -218,7 +214,7 @@ def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) 
     """Whether a shaft that leaves its orbit with the first sample takes longer for half the gap than one that hardly falls."""
     if gravity <= 0:
         return False
-    soon = z[:, (time < time[0] + np.sqrt(gaps.max() / (_FALLS * gravity))) & np.isfinite(z).all(axis=0)]
+    soon = z[:, (time < time[0] + np.sqrt(gaps.max() / (_LEAST_FALL * gravity))) & np.isfinite(z).all(axis=0)]
     return soon.size > 0 and bool(np.all(np.ptp(soon, axis=1) < gaps / 2))
 
 
@@ -234,7 +230,7 @@ def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
     vertical = [(fall.acceleration[1], fall.whirl) for fall in falls.values()]
     if gravity > 0 and all(y > _UPWARDS * gravity + whirl for y, whirl in vertical):
         return "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
-    if all(abs(y) < _FALLS * gravity and whirl == 0.0 for y, whirl in vertical):
+    if all(abs(y) < _LEAST_FALL * gravity and whirl == 0.0 for y, whirl in vertical):
         return (
             "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
             " upright does not fall, nor one that the magnetic bearings lower; of a horizontal one that was dropped check"
@@ -367,68 +363,3 @@ def _misread(decay: float) -> str:
 
 def _where(planes: xr.Dataset, end: str) -> str:
     return ", at the probes" if str(planes.plane.sel(end=end).item()) == "probe" else ""
-
-
-def _levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:
-    """Return how many of the first samples, up to 20 ms of them, surely lie before the fall, seen by how far it goes."""
-    most, lasting, reach = int(_HEAD_S * rate), max(int(_START_S * rate), 1), _FALLEN * gaps
-    fall = np.sqrt(2 * reach.max() / max(gravity, 1.0))
-    falling = int(1.2 * fall * rate)  # and some more
-    if not np.isfinite(z[:, :lasting]).any(axis=1).all():
-        return 0
-    start = np.nanmedian(z[:, :lasting], axis=1)
-    away = np.abs(z[:, : most + falling + lasting] - start[:, None]) > reach[:, None]
-    if away.shape[1] < lasting:
-        return 0
-    fallen = np.lib.stride_tricks.sliding_window_view(away, lasting, axis=1).all(axis=2).any(axis=0)
-    return max(int(np.argmax(fallen)) - falling, 0) if fallen.any() else most
-
-
-def _rough(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tuple[int, int] | None:
-    """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall.
-
-    `levitated` of the first samples show the orbit.  A wide one is left by less than a multiple of itself: by a share of the gap.
-    """
-    shortest = max(int(_LEAST_HEAD_S * rate), 8)
-    if z.shape[1] < 3 * shortest:
-        raise InputError(
-            f"the displacement record has {z.shape[1]} samples in {z.shape[1] / rate * 1e3:.3g} ms, too short to hold a drop; is"
-            " the sampling interval or the unit of time right?"
-        )
-    if levitated < shortest:
-        return None
-    lead = levitated
-    head = z[:, :lead]
-    middle = np.nanmedian(head, axis=1)
-    away = np.abs(z - middle[:, None])
-    orbit = np.nanmax(away[:, :lead], axis=1)
-    reach = np.nanmax(away, axis=1)
-    dropped = reach > np.maximum(np.minimum(8 * orbit, orbit + _DROPPED * gaps), 20e-6)
-    if not np.any(dropped):
-        if np.any(orbit > 20e-6):
-            return None  # it moves from the first sample on: the record starts after the release
-        raise InputError(
-            f"the rotor never leaves its levitated position by more than {np.nanmax(reach) * 1e6:.1f} um;"
-            " no drop is in this record"
-        )
-    free = stop = np.inf
-    for row in range(z.shape[0]):
-        if not dropped[row]:
-            continue
-        threshold = max(min(3 * orbit[row], orbit[row] + _LEFT * gaps[row]), 3e-6)
-        outside = away[row] > threshold
-        run = max(int(0.002 * rate), 4)
-        sustained = np.convolve(outside, np.ones(run), "valid") >= run
-        if not sustained.any():
-            continue
-        left = int(np.argmax(sustained))
-        free = min(free, left)
-        tail = away[row, left : left + max(int(0.05 * rate), 8)]
-        farthest = np.fmax.accumulate(tail)
-        back = np.flatnonzero(tail < farthest - orbit[row] - 2e-6)
-        bottom = farthest[back[0]] if back.size else farthest[-1]
-        if row % 2 == 1 or not np.isfinite(stop):  # sideways nothing falls
-            stop = min(stop, left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
-    if not np.isfinite(free) or free < lead:
-        return None
-    return int(free), max(int(stop), int(free) + 4)

@@ -1,0 +1,112 @@
+"""Where in a record the shaft leaves its levitated orbit, to a sample or so, and until where it surely falls freely."""
+
+from __future__ import annotations
+
+import numpy as np
+from tdbsim.errors import InputError
+
+# surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
+# lies far beyond the gap, of the radial gap
+_FALL_SHARE, _FREE_SHARE = 0.6, 0.85
+_HEAD_S = 0.02  # at the start, that shows where the shaft levitates
+_START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
+_LEAST_HEAD_S = 5e-3
+# of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
+# (zone A of ISO 14839-2 ends at 0.3 from the middle)
+_FALLEN = 0.6
+_DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
+_LEFT = 0.2  # the same: it has left its orbit
+
+
+def surely_levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:
+    """Return how many of the first samples, up to 20 ms of them, surely lie before the fall, seen by how far it goes.
+
+    Parameters
+    ----------
+    z : (2 n, k) array
+        Positions of n ends, x and y in turn, m.
+    rate : float
+        Hz.
+    gaps : (2 n,) array
+        Radial gap of each row, m.
+    gravity : float
+        m/s^2.
+    """
+    most, lasting, reach = int(_HEAD_S * rate), max(int(_START_S * rate), 1), _FALLEN * gaps
+    fall = np.sqrt(2 * reach.max() / max(gravity, 1.0))
+    falling = int(1.2 * fall * rate)  # and some more
+    if not np.isfinite(z[:, :lasting]).any(axis=1).all():
+        return 0
+    start = np.nanmedian(z[:, :lasting], axis=1)
+    away = np.abs(z[:, : most + falling + lasting] - start[:, None]) > reach[:, None]
+    if away.shape[1] < lasting:
+        return 0
+    fallen = np.lib.stride_tricks.sliding_window_view(away, lasting, axis=1).all(axis=2).any(axis=0)
+    return max(int(np.argmax(fallen)) - falling, 0) if fallen.any() else most
+
+
+def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tuple[int, int] | None:
+    """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall.
+
+    A wide orbit is left by less than a multiple of itself: by a share of the gap.
+
+    Parameters
+    ----------
+    z, rate, gaps
+        As in `surely_levitated`.
+    levitated : int
+        So many of the first samples show the orbit.
+
+    Returns
+    -------
+    tuple or None
+        None where the record starts after the release, or less than 5 ms before it.
+
+    Raises
+    ------
+    InputError
+        If the record is too short to hold a drop, or the rotor never leaves its orbit.
+    """
+    shortest = max(int(_LEAST_HEAD_S * rate), 8)
+    if z.shape[1] < 3 * shortest:
+        raise InputError(
+            f"the displacement record has {z.shape[1]} samples in {z.shape[1] / rate * 1e3:.3g} ms, too short to hold a drop; is"
+            " the sampling interval or the unit of time right?"
+        )
+    if levitated < shortest:
+        return None
+    lead = levitated
+    head = z[:, :lead]
+    middle = np.nanmedian(head, axis=1)
+    away = np.abs(z - middle[:, None])
+    orbit = np.nanmax(away[:, :lead], axis=1)
+    reach = np.nanmax(away, axis=1)
+    dropped = reach > np.maximum(np.minimum(8 * orbit, orbit + _DROPPED * gaps), 20e-6)
+    if not np.any(dropped):
+        if np.any(orbit > 20e-6):
+            return None  # it moves from the first sample on: the record starts after the release
+        raise InputError(
+            f"the rotor never leaves its levitated position by more than {np.nanmax(reach) * 1e6:.1f} um;"
+            " no drop is in this record"
+        )
+    free = stop = np.inf
+    for row in range(z.shape[0]):
+        if not dropped[row]:
+            continue
+        threshold = max(min(3 * orbit[row], orbit[row] + _LEFT * gaps[row]), 3e-6)
+        outside = away[row] > threshold
+        run = max(int(0.002 * rate), 4)
+        sustained = np.convolve(outside, np.ones(run), "valid") >= run
+        if not sustained.any():
+            continue
+        left = int(np.argmax(sustained))
+        free = min(free, left)
+        tail = away[row, left : left + max(int(0.05 * rate), 8)]
+        farthest = np.fmax.accumulate(tail)
+        back = np.flatnonzero(tail < farthest - orbit[row] - 2e-6)
+        bottom = farthest[back[0]] if back.size else farthest[-1]
+        if row % 2 == 1 or not np.isfinite(stop):  # sideways nothing falls
+            stop = min(stop, left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
+    if not np.isfinite(free) or free < lead:
+        return None
+    return int(free), max(int(stop), int(free) + 4)
