@@ -169,6 +169,8 @@ def find_release(
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
+        if first == 0 and _moves_at_once(z[:, :start]):
+            return None
         # no law fits a descent, and the search for one takes a minute
         at_first = np.nanmax(z[:, :head], axis=1) - np.nanmin(z[:, :head], axis=1) > 2 * WIDE
         falls = _falls(fit, time[start], at_first, ends)
@@ -214,8 +216,19 @@ def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) 
     """Whether a shaft that leaves its orbit with the first sample takes longer for half the gap than one that hardly falls."""
     if gravity <= 0:
         return False
-    soon = z[:, (time < time[0] + np.sqrt(gaps.max() / (_LEAST_FALL * gravity))) & np.isfinite(z).all(axis=0)]
+    until = time[0] + np.sqrt(gaps.max() / (_LEAST_FALL * gravity))
+    if time[-1] < until:
+        return False
+    soon = z[:, (time < until) & np.isfinite(z).all(axis=0)]
     return soon.size > 0 and bool(np.all(np.ptp(soon, axis=1) < gaps / 2))
+
+
+def _moves_at_once(before: np.ndarray) -> bool:
+    """Whether the shaft drifts from the first sample on, as behind a filter that starts with the record, not at the end only."""
+    means = np.array([np.nanmean(part, axis=1) for part in np.array_split(before, 4, axis=1)])
+    row = int(np.argmax(np.abs(means[3] - means[0])))
+    steps = np.diff(means[:, row]) * np.sign(means[3, row] - means[0, row])
+    return bool(steps.min() > steps.max() / 2)
 
 
 def _falls(fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str]) -> dict[str, Fall]:
