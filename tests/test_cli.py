@@ -42,7 +42,7 @@ def test_help_imports_nothing_heavy():
     [
         (["analyse", MACHINE, "nowhere.nc"], "nowhere.nc"),
         (["analyse", "nowhere.toml", RECORD], "nowhere.toml"),
-        (["analyse", RECORD, RECORD], "not a text file"),
+        (["analyse", RECORD, MACHINE], "not a text file in UTF-8; give the machine's TOML file, which comes before"),
         (["analyse", MACHINE, MACHINE], "machine.toml"),
         (["analyse", MACHINE, RECORD, "--report", "drop.docx"], "drop.html"),
         (["analyse", MACHINE, RECORD, "--report", "/no/such/folder/r.pdf"], "does not exist"),

@@ -169,6 +169,13 @@ def test_files_that_cannot_be_read(tmp_path, content, says):
         load_machine(tmp_path)
 
 
+def test_a_record_as_text_in_the_place_of_a_machine_file(tmp_path):
+    path = tmp_path / "drop.csv"
+    path.write_text("time;NDE_A\n0,0;1,5\n")
+    with pytest.raises(InputError, match="not valid TOML.*comes before the records"):
+        load_machine(path)
+
+
 @pytest.mark.parametrize(
     ("effect", "says"),
     [

@@ -412,10 +412,12 @@ def load_machine(path: str | Path) -> Machine:
         raise InputError(f"{path}: is a folder; give the machine's TOML file") from None
     except UnicodeDecodeError:
         raise InputError(
-            f"{path}: is not a text file in UTF-8; give the machine's TOML file, or save it as UTF-8"
+            f"{path}: is not a text file in UTF-8; give the machine's TOML file, which comes before the records, or save it as"
+            " UTF-8"
         ) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: is not valid TOML: {error}") from None
+        order = "" if path.suffix == ".toml" else "; give the machine's TOML file, which comes before the records"
+        raise InputError(f"{path}: is not valid TOML: {error}{order}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     return parse_machine(data, str(path))

@@ -151,9 +151,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         before the first contacts are over, or has a hole in its time axis before.
     """
     name = str(record.attrs.get("source_file", "record"))
-    laid, _ = from_lift_off(assign(record, machine), machine)
+    laid, lying = from_lift_off(assign(record, machine), machine)
     checks = check(laid, machine)
-    failed = [each for each in checks if not each.passed]
+    failed = [each for each in (*lying, *checks) if not each.passed]
     if still := next((each.detail for each in failed if each.check == "drop"), ""):
         raise InputError(f"{name}: {still}")
     unused = left_out(laid, machine, checks)

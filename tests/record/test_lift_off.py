@@ -57,6 +57,7 @@ def test_a_fit_takes_the_drop_alone(drop, lifted, machine):
     assert found.omega == pytest.approx(plain.omega, rel=3e-3)
     # the tiled levitation does not slow as the record does, and the joint adds a little to the noise
     assert [each.sigma for each in found.noise] == pytest.approx([each.sigma for each in plain.noise], rel=0.3)
+    assert [("cut the record at 0." in each) for each in (*plain.faults, *found.faults)].count(True) == 1
 
 
 def test_what_begins_in_levitation_or_after_the_release_is_left_as_it_is(drop, machine):
