@@ -7,14 +7,14 @@ angles) are fitted.  What is left there, beside the noise, is the judge.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.one_drop import coordinates, frozen, only
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
+_MANY = 4  # drops
+_CLEAR_IN_MEAN = 0.02  # of the plain model's misfit in many drops
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
@@ -49,7 +51,7 @@ class HeldOut:
     Attributes
     ----------
     drops : tuple of str
-        Its file, or those of two.
+        Its file, or those of several.
     plain, extended : float
         rms of measured less simulated there, m.
     noise : float
@@ -61,7 +63,7 @@ class HeldOut:
     judge : Judge
         What was measured and simulated.
     each : tuple of HeldOut
-        Of two drops the proof on each.
+        Of several drops the proof on each.
     """
 
     drops: tuple[str, ...]
@@ -74,23 +76,11 @@ class HeldOut:
     judge: Judge = Judge.READINGS
     each: tuple[HeldOut, ...] = ()
 
-    def along_with(self, other: HeldOut) -> HeldOut:
-        """Return the proof on both drops, each held out by itself."""
-        return HeldOut(
-            drops=(*self.drops, *other.drops),
-            plain=math.sqrt((self.plain**2 + other.plain**2) / 2),
-            extended=math.sqrt((self.extended**2 + other.extended**2) / 2),
-            noise=math.sqrt((self.noise**2 + other.noise**2) / 2),
-            plain_misfit=self.plain_misfit + other.plain_misfit,
-            extended_misfit=self.extended_misfit + other.extended_misfit,
-            without=(*self.without, *other.without),
-            each=(self, other),
-        )
-
     @property
     def drop(self) -> str:
         """The file or files in words."""
-        return " and ".join(self.drops)
+        *first, last = self.drops
+        return f"{', '.join(first)} and {last}" if first else last
 
     @property
     def named(self) -> str:
@@ -105,15 +95,33 @@ class HeldOut:
     @property
     def clear(self) -> bool:
         """True where one of the models does much better than the other."""
-        return abs(self.plain_misfit - self.extended_misfit) > _CLEAR * self.plain_misfit
+        return abs(self.takes) > _CLEAR
 
     @property
     def clear_in_each(self) -> bool:
-        """True where the extended model does much better in two drops, each held out by itself.
+        """True where the extended model does much better in several drops, each held out by itself.
 
         That tells a cause that is too weak to be seen in readings: what only seems to be there may do so in one of two.
         """
         return bool(self.each) and all(proof.holds and proof.clear for proof in self.each)
+
+    @property
+    def in_every_drop(self) -> bool:
+        """True where the extended model does better in each of many drops, each held out by itself, and clearly in the mean.
+
+        That tells a cause weaker still: what only seems to be there does harm in one of them.
+        """
+        return len(self.each) >= _MANY and all(proof.holds for proof in self.each) and self.takes > _CLEAR_IN_MEAN
+
+    @property
+    def told_by_each(self) -> bool:
+        """True where drops held out one by one tell a cause that is too weak to be seen in readings."""
+        return self.clear_in_each or self.in_every_drop
+
+    @property
+    def takes(self) -> float:
+        """Share of the plain model's misfit that the extended one takes away, of the noise in it too."""
+        return 1 - self.extended_misfit / self.plain_misfit
 
     @property
     def seen(self) -> bool:
@@ -123,7 +131,7 @@ class HeldOut:
         them may be within what simulations lie apart.
         """
         if self.judge is Judge.REST:
-            return self.extended_misfit < (1 - _MUCH) * self.plain_misfit
+            return self.takes > _MUCH
         return self.holds and self.gain is not None and self.gain > _MUCH
 
     @property
@@ -142,7 +150,8 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
     is no proof, two are to be one: a ball of another size may hardly be met in one of them.  So are two where the plain model
-    leaves noise alone and the cause acts in contacts: there something always fits a little better.
+    leaves noise alone and the cause acts in contacts: there something always fits a little better.  Waves, lobes and balls may
+    be told by all drops, up to the first that contradicts: no law that is a little off looks like them in each.
 
     Parameters
     ----------
@@ -156,11 +165,35 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """
     first, *further = telling_drops(plain)
     proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
-    weak = not plain.fails and extended.in_contacts
-    suffices = proof.seen if extended.of_each_drop else proof.holds and not weak
+    one_by_one = extended.fits_much and plain.ratio <= EXPLAINED
+    weak = extended.in_contacts and not plain.fails
+    suffices = proof.seen if one_by_one or extended.of_each_drop else proof.holds and not weak
     if suffices or not further:
         return proof
-    return proof.along_with(held_out(plain, extended, further[0], [extended.horizon]))
+    proofs = [proof]
+    for drop in further if one_by_one else further[:1]:
+        proofs.append(held_out(plain, extended, drop, [extended.horizon]))
+        if not all(each.holds for each in proofs):
+            break
+    return together(proofs)
+
+
+def together(proofs: Sequence[HeldOut]) -> HeldOut:
+    """Return the proof on several drops, each held out by itself."""
+
+    def mean(values: Iterable[float]) -> float:
+        return math.sqrt(math.fsum(value**2 for value in values) / len(proofs))
+
+    return HeldOut(
+        drops=tuple(name for proof in proofs for name in proof.drops),
+        plain=mean(proof.plain for proof in proofs),
+        extended=mean(proof.extended for proof in proofs),
+        noise=mean(proof.noise for proof in proofs),
+        plain_misfit=sum(proof.plain_misfit for proof in proofs),
+        extended_misfit=sum(proof.extended_misfit for proof in proofs),
+        without=tuple(values for proof in proofs for values in proof.without),
+        each=tuple(proofs),
+    )
 
 
 def held_out(plain: Contender, extended: Contender, index: int, horizons: Sequence[float]) -> HeldOut:

@@ -8,12 +8,15 @@ from tdbmon.diagnosis import held_out
 from tdbmon.diagnosis.held_out import HeldOut, telling_drops
 
 FLOOR = 0.95
+WEAK = (0.9, 0.94, 0.95, 0.92)  # a plain model that leaves noise alone
 
 
 def plain(speeds, ratios):
     drops = tuple(SimpleNamespace(speed=speed) for speed in speeds)
     fails = max(ratios) > 1.1 * FLOOR
-    return SimpleNamespace(problem=SimpleNamespace(drops=drops), floor=FLOOR, ratio_of_drops=list(ratios), fails=fails)
+    return SimpleNamespace(
+        problem=SimpleNamespace(drops=drops), floor=FLOOR, ratio=max(ratios), ratio_of_drops=list(ratios), fails=fails
+    )
 
 
 @pytest.mark.parametrize(
@@ -30,7 +33,7 @@ def test_a_drop_in_which_the_plain_model_fails_is_held_out_the_middle_one_of_sev
     assert telling_drops(plain(speeds, ratios)) == order
 
 
-def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True):
+def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True, of_each_drop=False, fits_much=False):
     """The proof where plain and extended model leave so many times the noise (1 um) at the horizons in turn."""
     seen = dict(zip((0.022, 0.027, 0.033, 0.04), left, strict=True))
 
@@ -41,7 +44,7 @@ def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True
     # whatever the horizon to which they are judged, both are taught all that the other drops know
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
-    extended = SimpleNamespace(horizon=0.04, of_each_drop=False, in_contacts=in_contacts)
+    extended = SimpleNamespace(horizon=0.04, of_each_drop=of_each_drop, in_contacts=in_contacts, fits_much=fits_much)
     return held_out.proved(plain((60, 100, 150, 210), ratios), extended)
 
 
@@ -67,4 +70,24 @@ def test_two_drops_are_asked_where_one_is_no_proof(monkeypatch):
 @pytest.mark.parametrize(("in_contacts", "asked"), [(True, 2), (False, 1)])
 def test_beside_a_plain_model_that_leaves_noise_what_acts_in_contacts_needs_two_drops(monkeypatch, in_contacts, asked):
     left = [(1.1, 1.1), (1.1, 1.1), (1.1, 1.1), (1.3, 1.1)]
-    assert len(proof_of(monkeypatch, left, (0.9, 0.94, 0.95, 0.92), in_contacts).drops) == asked
+    assert len(proof_of(monkeypatch, left, WEAK, in_contacts).drops) == asked
+
+
+@pytest.mark.parametrize(
+    ("left", "ratios", "fits_much", "asked"),
+    [
+        ((1.3, 1.28), WEAK, True, 4),
+        ((1.3, 1.28), WEAK, False, 2),  # a law that is a little off may look like it in each
+        ((1.3, 1.05), WEAK, True, 1),  # seen in readings of one
+        ((1.3, 1.31), WEAK, True, 2),  # worse in the first: no others are needed
+        ((1.6, 1.4), (1.3, 1.25, 1.12, 1.15), True, 4),
+        ((1.6, 1.4), (5.4, 1.25, 1.12, 1.15), True, 1),
+    ],
+)
+def test_of_waves_lobes_and_balls_all_drops_are_asked_up_to_the_first_that_contradicts(
+    monkeypatch, left, ratios, fits_much, asked
+):
+    proof = proof_of(monkeypatch, [(1.1, 1.1), (1.1, 1.1), (1.1, 1.1), left], ratios, fits_much=fits_much)
+    assert len(proof.drops) == asked
+    assert proof.named.endswith(", each held out by itself") == (asked > 1)
+    assert (", " in proof.drop) == (asked > 2)

@@ -18,7 +18,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence, evidence_of
-from tdbmon.diagnosis.held_out import HeldOut, Judge
+from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.late_record import LateRecord, acts_later
 from tdbmon.diagnosis.left_over import left_over
 from tdbmon.diagnosis.reference import Change, Reference
@@ -354,6 +354,19 @@ def test_one_cause_with_two_laws_is_named_once_with_the_probability_of_both(name
         "Named: residual magnetic force at the rotor (probability 94 %, 2 drops), of which order or with which law"
         in words
     )
+
+
+def test_what_each_of_several_drops_held_out_shows_of_a_weak_cause_is_listed(named: Diagnosis) -> None:
+    one = HeldOut(("drop_97.nc",), 2.61e-7, 2.55e-7, 2.4e-7, 3000.0, 2800.0)
+    other = HeldOut(("drop_148.nc",), 2.6e-7, 2.5e-7, 2.4e-7, 3200.0, 2960.0)
+    document = build_diagnosis_report(replace(named, proof=together([one, other])))
+    (gain,) = (section for section in document.sections if section.title == "Gain on a drop held out")
+    assert any(isinstance(block, Tinted) and "by the share in the last column" in block.text for block in gain.blocks)
+    (table,) = (block for block in gain.blocks if isinstance(block, Table))
+    assert [row.cells for row in table.rows] == [
+        ("drop_97.nc", "0.261", "0.255", "0.240", "6.7 %"),
+        ("drop_148.nc", "0.260", "0.250", "0.240", "7.5 %"),
+    ]
 
 
 def test_one_drop_proves_no_gain(named: Diagnosis) -> None:

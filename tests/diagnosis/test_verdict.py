@@ -9,7 +9,7 @@ import pytest
 
 from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.contract import causes_json
-from tdbmon.diagnosis.held_out import HeldOut, Judge
+from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, doubted, little_gained, verdict
@@ -79,8 +79,8 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     field = [contender(plain, ("oval_clearance@DE",), 100, 0.85 * plain.floor), bare]
     one = HeldOut(("drop_80.nc",), 2.6e-7, 2.5e-7, 2.4e-7, 3000.0, 2800.0)
-    in_both = one.along_with(replace(one, drops=("drop_120.nc",)))
-    in_one = one.along_with(replace(one, drops=("drop_120.nc",), extended_misfit=2950.0))
+    in_both = together([one, replace(one, drops=("drop_120.nc",))])
+    in_one = together([one, replace(one, drops=("drop_120.nc",), extended_misfit=2950.0)])
     assert in_both.gain is None
     assert verdict(field, one).kind is verdict(field, in_one).kind is Kind.NONE
     named = verdict(field, in_both)
@@ -88,6 +88,30 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
     assert named.probabilities[0] < 0.51
     assert "not to be seen in readings" in (little_gained(in_both) or "")
     assert little_gained(in_one) is None
+
+
+def test_waves_too_weak_for_readings_are_proved_by_all_drops_held_out_and_look_like_lobes_and_balls(competed):
+    """Waves of 1.4 um: of the misfit, noise included, 4.3, 4.5, 5.8 and 0.5 % less in four drops."""
+    plain = next(each for each in competed if not each.causes)
+    bare = contender(plain, (), 0, 0.92 * plain.floor)
+    waves = contender(plain, ("race_waviness@DE",), 300, 0.85 * plain.floor)
+    waves = replace(waves, causes=waves.causes[:1])  # of one order
+    assert waves.of_each_drop
+    left = [
+        HeldOut(("drop.nc",), 4.7e-7, 4.6e-7, 4.6e-7, 3500.0, 3500.0 * (1 - share))
+        for share in (0.043, 0.045, 0.058, 0.005)
+    ]
+    assert verdict([waves, bare], together(left[:2])).kind is Kind.NONE  # angles of its own fit as much in two
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
+    told = verdict([waves, bare], together(left), suspects=everyone)
+    assert told.kind is Kind.AMBIGUOUS
+    assert told.accused == (waves,)
+    assert {cause.name for each in told.alike for cause in each.causes} == {"ring_out_of_round@DE", "off_sized_ball@DE"}
+    assert told.probabilities[0] == pytest.approx(told.alike[0].probability) == pytest.approx(0.2)
+    harmed = replace(left[3], extended_misfit=3501.0)
+    assert verdict([waves, bare], together([*left[:3], harmed])).kind is Kind.NONE
+    hardly = [replace(each, extended_misfit=0.99 * each.plain_misfit) for each in left]
+    assert verdict([waves, bare], together(hardly)).kind is Kind.NONE
 
 
 def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.held_out import Judge
+from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import percent
-from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -24,10 +24,7 @@ def section(evidence: Evidence) -> Section | None:
 
     believed = diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
     if proof.gain is None:
-        said = Verdict(
-            "The plain model leaves hardly more than noise there: "
-            + ("means over all drops hardly show a gain." if proof.seen else "there is nothing to gain.")
-        )
+        said = Verdict(f"The plain model leaves hardly more than noise there: {_beside_readings(proof)}.")
     elif proof.gain < 0:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
@@ -58,4 +55,33 @@ def section(evidence: Evidence) -> Section | None:
             partial(extended_gain, proof),
         ),
     ]
+    if proof.each:
+        blocks.append(_table(proof))
     return Section(title, tuple(blocks))
+
+
+def _beside_readings(proof: HeldOut) -> str:
+    """Say what shows a cause where readings have nothing to gain."""
+    if proof.told_by_each:
+        return "readings hardly show a gain; all that is known of each drop does, by the share in the last column below"
+    return "means over all drops hardly show a gain" if proof.seen else "there is nothing to gain"
+
+
+def _table(proof: HeldOut) -> Table:
+    """Return what is left of each of several drops held out."""
+    header = ("Drop held out", "Plain [µm rms]", "Extended [µm rms]", "Noise [µm rms]", "Less misfit")
+    rows = (
+        Row(
+            (
+                each.drop,
+                *(f"{value * 1e6:.3f}" for value in (each.plain, each.extended, each.noise)),
+                percent(each.takes, 1),
+            )
+        )
+        for each in proof.each
+    )
+    caption = (
+        "Each drop held out by itself. The misfit is the sum of squares in units of the noise, noise included; it counts the"
+        " speed and the levitated stretch too"
+    )
+    return Table(caption, header, tuple(rows))
