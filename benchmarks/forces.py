@@ -72,7 +72,6 @@ _TAIL = """## What falls short
 - **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
   ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`, three of four on `coastdown` (see peak
   forces below).
-- **Decay time.** On `short` the true one lies outside its interval, which is narrower than what the contacts take away is known.
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
   do not show a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
 - **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they depend on the last bounces. The rms of
@@ -81,7 +80,7 @@ _TAIL = """## What falls short
   that fit, not a second measurement.
 - **Natural frequencies** have the intervals of the calibration alone. They are those of small motion about rest at the
   static load, without damping; support masses are as the machine file has them, and matter: without them the second vertical
-  mode is 5 % off.
+  mode is 5 to 7 % off.
 - **Peak forces** are the greatest of all integration steps. The first blow of the inner ring is shorter than a sample of
   10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
   documented how they were taken, agree with the peaks at the samples better than with those of all steps.

@@ -136,13 +136,14 @@ def simulate(
     check_outputs([out, json_file], [machine])
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
-        drop = simulate_drop(load_machine(machine), speed, seconds, effect or [], seed, tell, sampling)
+        loaded = load_machine(machine)
+        drop = simulate_drop(loaded, speed, seconds, effect or [], seed, tell, sampling)
         from tdbmon.record.read import write
 
         write(drop, out)
-    for line in simulation_lines(drop):
+    for line in simulation_lines(drop, loaded):
         typer.echo(line)
-    write_json(json_file, simulation_json(drop))
+    write_json(json_file, simulation_json(drop, loaded))
     typer.echo(f"record: {out}")
 
 

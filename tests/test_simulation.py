@@ -64,15 +64,32 @@ def test_probes_of_a_wide_gap_do_not_clip(expander):
 
 def test_a_shaft_that_does_not_touch_brings_no_ring_to_speed(expander):
     drop = simulate_drop(expander, "10000 rpm", "2 ms", (), 0, silent)
-    said = "\n".join(simulation_lines(drop))
+    said = "\n".join(simulation_lines(drop, expander))
     assert said.count("the shaft does not touch the ring in the time simulated") == 2
+
+
+def test_a_ring_that_rolls_in_a_wide_gap_turns_with_the_journal(expander):
+    """Without slip it turns at 97.6 % of the shaft's speed, and was said never to come to it."""
+    gap, drag = Tolerant(nominal=300e-6, low=300e-6, high=300e-6), Tolerant(nominal=1e-4, low=1e-4, high=1e-4)
+    bearings = tuple(
+        each.model_copy(update={"radial_gap": gap, "inner_ring_drag": drag}) for each in expander.touchdown_bearings
+    )
+    wide = expander.model_copy(update={"touchdown_bearings": bearings})
+    drop = simulate_drop(wide, "20000 rpm", "0.6", (), 0, silent)
+    for i, (end, numbers) in enumerate(simulation_json(drop, wide)["ends"].items()):
+        bearing = wide.bearing(end)
+        rolling = drop.rotor_speed * bearing.journal_radius / (bearing.journal_radius + 300e-6)
+        at = (
+            float(drop.time[int((drop.ring_speed[i] >= 0.98 * rolling).values.argmax())]) - drop.attrs["release_time_s"]
+        )
+        assert 0.0 < numbers["ring_at_speed_s"]["value"] == pytest.approx(at, abs=1e-9)
 
 
 def test_a_balls_peak_is_said_to_be_that_of_the_samples(expander):
     """The force beside it is that of all steps; on a rotor of 3 kg the load sampled at 20 kHz was 4 % lower than at 200 kHz."""
     drop = simulate_drop(expander, "10000 rpm", "0.02", (), 0, silent)
-    assert "\n".join(simulation_lines(drop)).count("peak of a ball, sampled") == 2
-    assert "of the record's samples" in simulation_json(drop)["ends"]["E"]["peak_ball_load_n"]["why"]
+    assert "\n".join(simulation_lines(drop, expander)).count("peak of a ball, sampled") == 2
+    assert "of the record's samples" in simulation_json(drop, expander)["ends"]["E"]["peak_ball_load_n"]["why"]
 
 
 def test_the_record_is_sampled_as_asked(expander):
@@ -94,5 +111,5 @@ def test_an_effect_given_again_is_told(expander):
     bows = ("shaft_bow:bow=4 um", "shaft_bow:bow=3 um", "unbalance:plane=impeller,amount=1 g mm")
     plane = expander.rotor.unbalance[0].name
     drop = simulate_drop(expander, "10000 rpm", "0.001", [each.replace("impeller", plane) for each in bows], 0, silent)
-    told = [line for line in simulation_lines(drop) if "times for" in line]
+    told = [line for line in simulation_lines(drop, expander) if "times for" in line]
     assert told == ["shaft_bow is given 2 times for 'rotor', machine file included: all of them act"]

@@ -42,8 +42,9 @@ class Course:
     measured_rms, simulated_rms : dict
         By the end's name, rms of x and y about their means (2, k), m; NaN where samples are missing.
     speed_parts, motion_parts : float or None
-        s after the release from which the speeds are more than `SPEED_APART` apart, and the rms of the motion (both
-        ends and directions together) more than a factor of `MOTION_APART`; None where they never are.
+        s after the release at which the speeds are more than `SPEED_APART` apart for the first time, and the rms of the motion
+        (both ends and directions together) more than a factor of `MOTION_APART`, whether they meet again or not; None where
+        they never are.
     """
 
     time: Array

@@ -7,6 +7,7 @@ alike there is stated here as the rms distance of the two orbits, and the deepes
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,8 @@ from tdbmon.identify.prediction import predict, readings, window
 
 Array = NDArray[np.float64]
 
-GRID = np.round(np.arange(0.02, 0.3001, 0.01), 3)  # coefficients tried
+GRID = np.round(np.arange(0.02, 0.3001, 0.01), 3)  # coefficients tried, and on beyond greater ones of the fit
+_BEYOND = 1.25  # times the greatest fitted one
 _FINE = 0.001  # step about the best of them
 _SECONDS = 0.06  # s after the release: the first contacts, before trajectories part
 
@@ -55,6 +57,11 @@ class FrictionChoice:
     chosen: float
     fitted: dict[str, Estimate]
 
+    @property
+    def at_edge(self) -> bool:
+        """True where the chosen coefficient is the least or the greatest of those tried: the nearest may lie beyond."""
+        return self.chosen in (self.tried[0], self.tried[-1])
+
 
 def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS) -> FrictionChoice:
     """Vary the friction of both ends of a calibrated drop, all else as fitted.
@@ -66,6 +73,9 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     """
     machine, measured = calibration.calibrated, calibration.problem.drops[drop]
     seconds = min(seconds, measured.seconds)
+    fitted = {
+        end: calibration.value(f"{end}.friction", machine.bearing(end).friction.nominal, "1") for end in machine.ends
+    }
     shared, own = calibration.problem.values(calibration.point, drop)
     first, count = window(measured, seconds)
     span = slice(first + int(np.searchsorted(measured.time[first:], measured.release + own["release"])), first + count)
@@ -82,7 +92,8 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     def apart(coefficient: float) -> float:
         return float(np.nanmean((orbits[coefficient] - seen)[shown] ** 2))
 
-    orbits = follow(GRID)
+    grid = _grid(max(each.value or 0.0 for each in fitted.values()))
+    orbits = follow(grid)
     if not orbits:
         raise InputError(f"{measured.name}: cannot be simulated at any coefficient of friction from {GRID[0]:g} on")
     best, step = min(orbits, key=apart), float(GRID[1] - GRID[0])
@@ -101,11 +112,15 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
         },
         measured_deepest={end: _deepest(seen[i], centres[end]) for i, end in names_shown.items()},
         chosen=min(tried, key=apart),
-        fitted={
-            end: calibration.value(f"{end}.friction", machine.bearing(end).friction.nominal, "1")
-            for end in machine.ends
-        },
+        fitted=fitted,
     )
+
+
+def _grid(fitted: float) -> Array:
+    """Return the coefficients that are tried where the greatest fitted one is so great."""
+    step, last = float(GRID[1] - GRID[0]), float(GRID[-1])
+    more = max(math.ceil((_BEYOND * fitted - last) / step - 1e-9), 0)
+    return np.concatenate([GRID, np.round(last + step * np.arange(1, more + 1), 3)])
 
 
 def _orbit(calibration: Calibration, drop: int, coefficient: float, seconds: float, span: slice) -> Array | None:

@@ -96,13 +96,13 @@ def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
     machine = calibration.calibrated
     rotor = build_rotor(machine)
     basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
-    drawn = [resting_modes(basis, resting_ends(each, rotor), n=MODES).frequencies[0] for each in _machines(calibration)]
+    drawn = [resting_modes(basis, resting_ends(each, rotor), n=2 * MODES) for each in _machines(calibration)]
     speed = max(fit.speed for fit in calibration.drops)
     speeds = np.linspace(0.0, _BEYOND * speed, _SPEEDS)
     against_speed = resting_modes(basis, ends, speeds, MODES)
     return NaturalFrequencies(
         ends=ends,
-        modes=_named(basis, ends, np.array(drawn), speeds, against_speed, speed),
+        modes=_named(basis, ends, drawn, speeds, against_speed, speed),
         support={
             bearing.name: calibration.value(
                 f"{bearing.name}.support_stiffness", bearing.support_stiffness.nominal, "N/m"
@@ -145,31 +145,39 @@ def _map(basis: Modes, ends: tuple[RestingEnd, ...], speed: float) -> RestingMod
 def _named(
     basis: Modes,
     ends: tuple[RestingEnd, ...],
-    drawn: Array,
+    drawn: list[RestingModes],
     speeds: Array,
     against_speed: RestingModes,
     speed: float,
 ) -> tuple[RestingMode, ...]:
     still, sideways = against_speed.frequencies[0], against_speed.sideways[0]
     bare = resting_modes(basis, tuple(replace(end, ring_mass=0.0, support_mass=0.0) for end in ends), n=2 * MODES)
-    upwards = [float(f) for f, s in zip(bare.frequencies[0], bare.sideways[0], strict=True) if s < 0.5]
-    level = [float(f) for f, s in zip(bare.frequencies[0], bare.sideways[0], strict=True) if s >= 0.5]
     rule = f"rotor at rest on the calibrated bearings; {len(drawn)} draws from the calibration"
     modes = []
     for k, (frequency, share) in enumerate(zip(still, sideways, strict=True)):
-        queue = level if share >= 0.5 else upwards
-        low, high = (float(q) for q in np.quantile(drawn[:, k], BAND))
+        rank = int(np.sum((sideways[:k] > 0.5) == (share > 0.5)))
+        of_draws = [same[rank] for each in drawn if len(same := _of_direction(each, share > 0.5)) > rank]
+        low, high = (float(q) for q in np.quantile(of_draws, BAND))
+        massless = _of_direction(bare, share > 0.5)
         modes.append(
             RestingMode(
                 frequency=Estimate(float(frequency), min(low, frequency), max(high, frequency), "Hz", rule),
                 sideways=float(share),
-                massless=queue.pop(0) if queue else None,
+                massless=float(massless[rank]) if len(massless) > rank else None,
                 critical=tuple(
                     _crossing(speeds, against_speed.frequencies[:, k] - order * speeds, speed) for order in ORDERS
                 ),
             )
         )
     return tuple(modes)
+
+
+def _of_direction(found: RestingModes, level: bool) -> Array:
+    """Return the frequencies at standstill of the modes that are sideways (`level`), or else up and down, Hz.
+
+    At standstill nothing couples the two, so that one of the first kind may lie on either side of one of the other.
+    """
+    return np.asarray(found.frequencies[0][(found.sideways[0] > 0.5) == level])
 
 
 def _crossing(speeds: Array, above: Array, highest: float) -> float | None:

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.identify.agreement import _contacts, agreement
 from tdbmon.identify.contract import agreement_json
 from tdbmon.identify.friction_choice import GRID, choose_friction
-from tdbmon.report.sections.agreement import _residuals
+from tdbmon.report.sections.agreement import _friction, _residuals
 from tests.identify import drops
 
 
@@ -97,6 +98,27 @@ def test_friction_by_sensitivity_finds_a_common_coefficient():
         assert choice.deepest[end][at] == pytest.approx(choice.measured_deepest[end], rel=0.01)
         assert choice.fitted[end].low < choice.fitted[end].value < choice.fitted[end].high
     assert len(choice.tried) > len(GRID) and np.all(np.diff(choice.tried) > 0)
+
+
+def test_friction_by_sensitivity_goes_beyond_the_fitted_one():
+    """Of a dry pair with 0.4: the coefficients tried ended at 0.30, and an orbit 120 um off was called nearest."""
+    from tdbmon.identify.calibrate import fit_drops
+    from tdbmon.identify.crew import Crew
+
+    dry, bearings = Tolerant(nominal=0.4, low=0.3, high=0.5), drops.machine().touchdown_bearings
+    bearings = tuple(each.model_copy(update={"friction": dry}) for each in bearings)
+    machine = drops.machine().model_copy(update={"touchdown_bearings": bearings})
+    record = drops.drop({**drops.TRUTH, "NDE.friction": 0.4, "DE.friction": 0.4}, speed=97.0)
+    calibration = fit_drops(machine, [record], horizons=(0.006, 0.01, 0.014))
+    with Crew() as crew:
+        problem = replace(calibration.problem, crew=crew)
+        choice = choose_friction(replace(calibration, problem=problem), seconds=0.03)
+    assert choice.chosen == pytest.approx(0.4, abs=0.01)
+    at = list(choice.tried).index(choice.chosen)
+    assert all(distance[at] < 0.1 * distance[len(GRID) - 1] for distance in choice.distance.values())
+    assert not choice.at_edge and "may lie beyond" not in _friction(choice)[0].text
+    cut = replace(choice, tried=choice.tried[: at + 1])
+    assert cut.at_edge and "Greatest of those tried: the nearest may lie beyond." in _friction(cut)[0].text
 
 
 def test_a_probe_without_samples_so_far_has_no_residual(calibration):

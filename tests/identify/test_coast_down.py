@@ -195,7 +195,20 @@ def test_course_tells_from_when_speed_and_motion_part(long_drop):
     assert (found.speed_parts, found.motion_parts) == (7.0, 12.0)
     assert course(CoastDown(one, one, 0.0)).speed_parts is None
     assert "nowhere by more than 1 %" in section.parting(course(CoastDown(one, one, 0.0)))
-    assert "from 7 s on" in section.parting(found) and "12 s after the release" in section.parting(found)
+    assert "for the first time 7 s after it." in section.parting(found)
+    assert "12 s after the release" in section.parting(found)
+
+
+def test_speeds_that_meet_again_are_not_said_to_be_apart_from_there_on(long_drop):
+    """Apart in one window of twenty, they were said to differ "from 7 s on"."""
+    one = coasting(long_drop[0], lambda t: 90 - 2 * t, lambda t: 1e-4 * np.sin(2 * np.pi * 30 * t))
+    other = coasting(
+        long_drop[0],
+        lambda t: (90 - 2 * t) * np.where((t >= 7) & (t < 8), 1.015, 1.0),
+        lambda t: 1e-4 * np.sin(2 * np.pi * 30 * t),
+    )
+    said = section.parting(course(CoastDown(one, other, 0.0)))
+    assert "by more than 1 % for the first time 7 s after it." in said and " s on" not in said
 
 
 def test_a_pause_takes_from_its_own_window_only(long_drop):

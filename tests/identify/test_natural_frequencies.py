@@ -1,12 +1,14 @@
 """Natural frequencies of a calibration: intervals, the map through the machine's own values, crossings with the orders."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.resting_modes import resting_basis, resting_ends, resting_modes
+from tdbmon.identify import natural_frequencies as module
 from tdbmon.identify.contract import natural_frequencies_json
 from tdbmon.identify.natural_frequencies import ORDERS, natural_frequencies
 from tdbmon.identify.parameters import calibrated_machine
@@ -64,6 +66,28 @@ def test_orders_meet_the_modes_at_their_critical_speeds(found, calibration):
             met += 1
             assert resting_modes(basis, ends, speed).frequencies[0, k] == pytest.approx(order * speed, rel=1e-3)
     assert met >= 4  # both swings by 1X and 2X
+
+
+def test_an_interval_is_that_of_one_mode_where_another_crosses_it(calibration, monkeypatch):
+    """With supports half as stiff again the third mode up and down, 309 Hz, comes near the sideways one, which has 304.8 Hz.
+
+    Sorted by frequency alone, draws with softer supports gave the sideways mode the frequencies of the other.
+    """
+
+    def stiffer(factor):
+        bearings = [
+            each.model_copy(update={"support_stiffness": drops.exact(each.support_stiffness.model_copy(
+                update={"nominal": factor * each.support_stiffness.nominal}))})
+            for each in drops.machine().touchdown_bearings
+        ]  # fmt: skip
+        return drops.machine().model_copy(update={"touchdown_bearings": tuple(bearings)})
+
+    monkeypatch.setattr(module, "_machines", lambda _: (stiffer(factor) for factor in np.linspace(1.3, 1.7, 21)))
+    found = natural_frequencies(replace(calibration, calibrated=stiffer(1.5)))
+    sideways, upwards = found.modes[4].frequency, found.modes[5].frequency
+    assert (found.modes[4].direction, found.modes[5].direction) == ("sideways", "up and down")
+    assert sideways.high - sideways.low < 0.1
+    assert upwards.low < sideways.low and upwards.high > 315
 
 
 def test_json_is_plain(found):

@@ -107,6 +107,9 @@ def _friction(choice: FrictionChoice) -> list[Block]:
     fitted = any(value.low is not None for value in choice.fitted.values())
     rule = "Least squares, each end by itself" if fitted else "Least squares left the friction as it is stated"
     at = list(choice.tried).index(choice.chosen)
+    edge = (
+        f" {'Least' if at == 0 else 'Greatest'} of those tried: the nearest may lie beyond." if choice.at_edge else ""
+    )
     near = "; ".join(
         f"{end}: {choice.distance[end][at] * 1e6:.1f} µm rms apart, deepest {choice.deepest[end][at] * 1e6:.0f} µm against"
         f" {choice.measured_deepest[end] * 1e6:.0f} µm measured"
@@ -115,8 +118,8 @@ def _friction(choice: FrictionChoice) -> list[Block]:
     return [
         Paragraph(
             f"Friction by sensitivity: of {len(choice.tried)} coefficients, the same at both ends, {choice.chosen:.3f} brings"
-            f" the orbits of the first {choice.seconds * 1e3:.0f} ms nearest to the measured ones ({near}). This is the way of"
-            " N. Neisi's dissertation (sec. 3.1); it has no interval, and since all else stays as fitted it is no independent"
+            f" the orbits of the first {choice.seconds * 1e3:.0f} ms nearest to the measured ones ({near}).{edge} This is the way"
+            " of N. Neisi's dissertation (sec. 3.1); it has no interval, and since all else stays as fitted it is no independent"
             f" proof. {rule}: {beside}."
         ),
         Figure(

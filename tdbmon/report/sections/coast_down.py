@@ -93,7 +93,7 @@ def parting(found: Course) -> str:
             f"The speeds differ by at most {left[at]:+.2f} Hz (simulated less measured, {found.time[at]:.1f} s after the"
             " release)".replace("-", "−")
             + (
-                f" and by more than {percent(SPEED_APART)} from {found.speed_parts:.0f} s on."
+                f" and by more than {percent(SPEED_APART)} for the first time {found.speed_parts:.0f} s after it."
                 if found.speed_parts is not None
                 else f" and nowhere by more than {percent(SPEED_APART)}."
             )
