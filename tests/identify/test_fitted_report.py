@@ -197,6 +197,19 @@ def test_the_first_page_says_how_hard_the_bearings_were_hit(report: Document, fi
     assert f"{100 * end.stress.greatest.value / 4.2e9:.0f} %" in against and against.startswith("below")
 
 
+@pytest.mark.parametrize(("material", "told"), [("steel", False), ("silicon nitride", True)])
+def test_the_static_limit_of_steel_balls_is_told_as_such_where_balls_are_ceramic(
+    analysed, fitted, material, told
+) -> None:
+    first, other = analysed.machine.touchdown_bearings
+    balls = first.balls.model_copy(update={"material": material})
+    bearings = (first.model_copy(update={"balls": balls}), other)
+    machine = analysed.machine.model_copy(update={"touchdown_bearings": bearings})
+    summary = summary_section(replace(analysed, machine=machine), fitted)
+    table = next(b for b in summary.blocks if isinstance(b, Table) and b.caption.startswith("How hard"))
+    assert "4200 MPa" in table.rows[3].cells[0] and ("ISO 20056-2" in table.rows[3].cells[0]) == told
+
+
 @pytest.mark.parametrize(("misfit", "doubted"), [(1.3, False), (76.6, True)])
 def test_the_first_page_doubts_forces_of_a_model_that_fails(analysed, fitted, misfit, doubted) -> None:
     """Their intervals hold only what a model leaves that is about right."""
