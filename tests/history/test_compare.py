@@ -10,6 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.figures.differences import differences
 from tdbmon.history import catalogue
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
@@ -531,3 +532,16 @@ def test_a_record_of_a_drop_that_is_filed_is_not_compared_with_itself(years, tmp
         InputError, match=r"again.nc: states the same time \(2019-05-11 09:00:00 UTC\), machine and speed as"
     ):
         drop_to_compare(years, str(tmp_path / "again.nc"), None, False, silent)
+
+
+@pytest.mark.parametrize(("last", "word"), [(0.0, "as before"), (0.5, "changed")])
+def test_a_quantity_that_was_nought_in_every_drop_is_compared(empty, tmp_path, last, word):
+    """Its least scatter is a share of nothing."""
+    for i in range(6):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", values={("friction", "NDE"): 0.0})
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("friction", "NDE"): last})
+    comparison, verdict = judged(empty, drop)
+    assert verdict.word == word
+    assert [c.kind.name for c in comparison.flagged] == ["friction"] * (last > 0)
+    drawn = [label.get_text() for label in differences(comparison).axes[0].get_yticklabels()]
+    assert any("Friction of journal on ring (fitted), NDE" in text for text in drawn) == (last > 0)
