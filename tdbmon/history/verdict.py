@@ -9,7 +9,7 @@ from typing import Literal
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.matching import doubted_probes
-from tdbmon.quantity import counted, percent, words
+from tdbmon.quantity import counted, percent, stated_percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
@@ -71,7 +71,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
         return Verdict("too few drops", tuple(few + remarks))
     all_well = (
         f"none of {comparison.tested} quantities differs from the {n} matching drops before by more than chance"
-        f" (all together {percent(comparison.settings.compare.significance)})"
+        f" (all together {stated_percent(comparison.settings.compare.significance)})"
     )
     return Verdict("as before", (all_well, *remarks))
 
@@ -113,8 +113,8 @@ def _limits(comparison: Comparison) -> list[str]:
             continue
         if change.kind.name == "gap_um" and change.grown is not None and change.grown > limits.gap_growth:
             found.append(
-                f"{change.end}: the radius at rest has grown by {percent(change.grown)}, more than"
-                f" {percent(limits.gap_growth)}"
+                f"{change.end}: the radius at rest has grown by {percent(change.grown, 1)}, more than"
+                f" {stated_percent(limits.gap_growth)}"
             )
         if change.kind.name == "stress_max_mpa" and value > limits.stress:
             found.append(

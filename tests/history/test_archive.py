@@ -430,3 +430,8 @@ def test_settings_of_one_machine_go_before_those_of_all(empty):
     assert empty.settings("a").life.agreed_drops == 5
     assert empty.settings("a").life.full_speed == 100.0
     assert empty.settings("b").life.agreed_drops == 20
+
+
+def test_settings_with_the_mark_that_some_editors_put_before_them_are_read(empty):
+    (empty.folder / "archive.toml").write_text("format = 1\n[compare]\nleast_drops = 7\n", encoding="utf-8-sig")
+    assert empty.settings().compare.least_drops == 7

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,8 @@ from tdbmon.history.unfiled import as_drop, drop_to_compare
 from tdbmon.history.verdict import verdict_of
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
+from tdbmon.report.compare_report import build_compare_report
+from tdbmon.report.html import render_html
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import add, files, filing, fill, judged, newer
@@ -256,7 +259,7 @@ def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_pa
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})
     _, verdict = judged(empty, drop)
     assert verdict.word == "inspect"
-    assert "grown by 25 %" in verdict.reasons[0]
+    assert re.search(r"grown by 2[45]\.\d %, more than 20 %", verdict.reasons[0])
 
 
 def test_stress_and_whirl_beyond_their_limits_ask_for_an_inspection_even_of_the_first_drop(empty, tmp_path):
@@ -545,3 +548,19 @@ def test_a_quantity_that_was_nought_in_every_drop_is_compared(empty, tmp_path, l
     assert [c.kind.name for c in comparison.flagged] == ["friction"] * (last > 0)
     drawn = [label.get_text() for label in differences(comparison).axes[0].get_yticklabels()]
     assert any("Friction of journal on ring (fitted), NDE" in text for text in drawn) == (last > 0)
+
+
+def test_stated_shares_keep_their_digits(empty, tmp_path):
+    """Rounded to whole per cent a significance of 0.4 % is "0 %", and a limit of 12.5 % another one."""
+    (empty.folder / "archive.toml").write_text(
+        "format = 1\n[matching]\nspeed = '2.5 %'\n[compare]\nsignificance = 0.004\n[inspect]\ngap_growth = '12.5 %'\n"
+    )
+    fill(empty, tmp_path, 8)
+    comparison, verdict = judged(empty, empty.entries()[-1].id)
+    assert "(all together 0.4 %)" in verdict.reasons[0]
+    assert "100 Hz ± 2.5 %" in comparison_lines(comparison, verdict)[1]
+    pages = render_html(build_compare_report(comparison, verdict))
+    assert "at most 2.5 % off" in pages
+    assert "at most 0.4 %" in pages
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})
+    assert re.search(r"grown by 1[23]\.\d %, more than 12\.5 %", judged(empty, drop)[1].reasons[0])
