@@ -17,7 +17,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.feature import Feature
-from tdbmon.history.matching import counts
+from tdbmon.history.matching import doubts
 from tdbmon.history.settings import Settings
 
 _FAR = 2.0  # times the range of the earlier drops
@@ -81,7 +81,7 @@ class Likeness:
 
 
 def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> Likeness:
-    """Hold a drop against all drops of its machine and assembly before it, of whatever speed.
+    """Hold a drop against all drops of its machine and assembly before it, of whatever speed, whose records show the machine.
 
     Parameters
     ----------
@@ -95,7 +95,8 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
     names = {name for kind in _KINDS for name in kind.features}
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ? AND assembly = ?", (entry.machine, entry.assembly))
-        before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and counts(e)][-_MOST:]
+        before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and not doubts(e.failed_checks)]
+        before = before[-_MOST:]
         found = catalogue.features(base, [e.result for e in before])
     earlier = [(e, {(f.name, f.end): f.estimate for f in found[e.result] if f.name in names}) for e in before]
     mine = {(f.name, f.end): f.estimate for f in features if f.name in names}
