@@ -401,3 +401,16 @@ def test_the_table_of_trends_tells_the_change_points_that_are_drawn(empty, tmp_p
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     (row,) = (row for row in table.rows if row.cells[0] == "Rebound after the first contact, NDE")
     assert row.cells[-1].startswith("from drop_8.nc on")
+
+
+def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tmp_path):
+    for i in range(4):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, name="ab"[i // 2], seed=i, dropped=f"2020-01-{i + 1:02d}")
+        empty.add(replace(made, synthetic=i == 0), raw, machine)
+    last = compare(empty, filed_drop(empty, empty.entries("a")[-1].id))
+    note = "1 of the {} records is synthetic: it was computed, not measured."
+    assert build_compare_report(last, verdict_of(last)).note == note.format(2)
+    assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
+    assert build_machine_report(machine_history(empty, "b")).note == ""
+    assert build_fleet_report(fleet(empty)).note == note.format(4)
