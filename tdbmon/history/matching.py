@@ -101,6 +101,17 @@ def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     ]
 
 
+def speed_remarks(entry: Entry, others: list[Entry]) -> list[str]:
+    """Return that a drop's speed is not known where that of drops before it is."""
+    known = [e for e in others if e.speed is not None and e.assembly == entry.assembly and e.order < entry.order]
+    if entry.speed is not None or not known:
+        return []
+    return [
+        f"the speed at the release is not known, so that none of the {len(known)} drops before with a speed is compared: see to"
+        " the speed signal or the keyphasor (tdbmon analyse says what is wrong with them)"
+    ]
+
+
 def _filed_before(one: Entry, other: Entry) -> bool:
     """Return whether a drop was filed on an earlier day: a folder of drops, filed at once, comes in any order."""
     first, second = seconds(one.filed), seconds(other.filed)

@@ -13,6 +13,7 @@ from tdbsim.machine import load_machine
 from tdbmon.estimate import Estimate
 from tdbmon.figures.differences import differences
 from tdbmon.history import catalogue
+from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, Feature
@@ -564,3 +565,40 @@ def test_stated_shares_keep_their_digits(empty, tmp_path):
     assert "at most 0.4 %" in pages
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})
     assert re.search(r"grown by 1[23]\.\d %, more than 12\.5 %", judged(empty, drop)[1].reasons[0])
+
+
+def test_what_fewer_than_three_drops_have_is_not_as_before(empty, tmp_path):
+    """Six drops match and none of their quantities can stand out, since but two of them have any."""
+
+    def whole_from(number, folder, **changes):
+        archive = open_archive(tmp_path / folder, create=True)
+        for i in range(7):
+            raw, machine = files(tmp_path, i)
+            made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", **(changes if i == 6 else {}))
+            kept = made.features if i >= number else made.features[:3]  # speed, and the radius at rest
+            archive.add(replace(made, features=kept), raw, machine)
+        return judged(archive, archive.entries()[-1].id)
+
+    comparison, verdict = whole_from(4, "a", values={("rebound_um", "NDE"): 3.0})
+    assert len(comparison.matched) == 6
+    assert verdict.word == "as before"
+    assert verdict.reasons[0].startswith("none of 2 quantities differs from the 6 matching drops before")
+    assert f"; nothing is told by {comparison.tested - 2} more, of which fewer than 3 of these" in verdict.reasons[0]
+    for i in range(7):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
+        empty.add(replace(made, features=made.features if i >= 4 else made.features[:1]), raw, machine)
+    verdict = judged(empty, empty.entries()[-1].id)[1]
+    assert verdict.word == "too few drops"
+    assert "no quantity is known of this drop and of 3 drops before" in verdict.reasons[0]
+
+
+def test_a_drop_of_unknown_speed_is_told_why_nothing_matches(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 50)
+    made = filing(raw, machine, seed=50, dropped="2021-01-01")
+    empty.add(replace(made, features=made.features[1:]), raw, machine)
+    comparison, verdict = judged(empty, made.drop)
+    assert comparison.matched == ()
+    assert any("none of the 6 drops before with a speed is compared" in reason for reason in verdict.reasons)
+    assert not any("with a speed" in reason for reason in judged(empty, empty.entries()[-2].id)[1].reasons)
