@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
+from tdbmon.history.speed_class import same_speed
 from tdbmon.quantity import moment
 
 # whole: of the record, without a channel; "machine and record NDE" is another check
@@ -45,7 +46,7 @@ class Conditions:
             return False
         if self.speed is None or entry.speed is None:
             return self.speed is None and entry.speed is None
-        return abs(entry.speed - self.speed) <= self.tolerance * self.speed
+        return same_speed(entry.speed, self.speed, self.tolerance)
 
 
 def counts(entry: Entry) -> bool:

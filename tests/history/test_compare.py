@@ -602,3 +602,11 @@ def test_a_drop_of_unknown_speed_is_told_why_nothing_matches(empty, tmp_path):
     assert comparison.matched == ()
     assert any("none of the 6 drops before with a speed is compared" in reason for reason in verdict.reasons)
     assert not any("with a speed" in reason for reason in judged(empty, empty.entries()[-2].id)[1].reasons)
+
+
+def test_drops_from_standstill_match_whatever_the_noise_of_their_speed(empty, tmp_path):
+    for i, speed in enumerate((0.0, 0.012, 0.31, 0.05)):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", speed=speed)
+    add(empty, tmp_path, 10, dropped="2020-02-01", speed=2.0)
+    last = add(empty, tmp_path, 11, dropped="2020-03-01", speed=0.02)
+    assert len(judged(empty, last)[0].matched) == 4
