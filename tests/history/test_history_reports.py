@@ -414,3 +414,23 @@ def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tm
     assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
     assert build_machine_report(machine_history(empty, "b")).note == ""
     assert build_fleet_report(fleet(empty)).note == note.format(4)
+
+
+def test_the_intervals_of_a_fleet_lie_in_their_panels(empty, tmp_path):
+    for i in range(2):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
+        radius = Estimate(250e-6 + 20e-6 * i, 230e-6 + 20e-6 * i, 280e-6 + 20e-6 * i, "um")
+        made = replace(
+            made, features=tuple(replace(f, estimate=radius) if f.name == "gap_um" else f for f in made.features)
+        )
+        empty.add(made, raw, machine)
+    ax = fleet_figure(fleet(empty)).axes[0]
+    assert max(max(line.get_ydata()) for line in ax.lines) <= ax.get_ylim()[1]
+
+
+def test_a_machine_report_does_not_say_any_drop_where_older_ones_are_not_judged(empty, tmp_path):
+    for i in range(42):
+        add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01")
+    figure, *_ = figures_of(build_machine_report(machine_history(empty, "made up")))
+    assert figure.caption.startswith("What was flagged in any judged drop")
