@@ -27,6 +27,11 @@ def percent(share: float, digits: int = 0) -> str:
     return f"{round(100 * share, digits) + 0.0:.{digits}f} %".replace("-", "−")
 
 
+def stated_percent(share: float) -> str:
+    """Return a share that somebody has stated, as text in per cent with all its digits: ``2.5 %``."""
+    return f"{100 * share:.6g} %"
+
+
 def off_by(ratio: float) -> str:
     """Return in per cent how far a ratio is from one, with its sign: ``+1.2 %``."""
     return f"{signed(100 * (ratio - 1), 1)} %"

@@ -24,7 +24,7 @@ def differences(comparison: Comparison) -> Figure:
     shown, scaled = [], []
     for change in (*comparison.flagged, *judged):
         found = change.difference
-        if found is not None and found.error is not None and found.low is not None and found.high is not None:
+        if found is not None and found.error and found.low is not None and found.high is not None:
             shown.append(f"{change.title} (n = {found.before.n})")
             scaled.append((found.value / found.error, found.low / found.error, found.high / found.error, change.flag))
     reach = max([_LINEAR, *(1.15 * max(abs(low), abs(high)) for _, low, high, _ in scaled)])

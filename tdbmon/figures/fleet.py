@@ -84,9 +84,9 @@ def _reach(members: list[Member]) -> float:
     found = [5.0]
     for member in members:
         for series in member.gaps().values():
-            first = series[0][1].value if series else None
-            found += [abs((e.value or 0) - (first or 0)) * 1e6 for _, e in series]
-            found += [((e.high or 0) - (e.low or 0)) / 2 * 1e6 for _, e in series if e.low is not None]
+            first = (series[0][1].value if series else None) or 0.0
+            ends = [x for _, e in series for x in (e.value, e.low, e.high) if x is not None]
+            found += [abs(x - first) * 1e6 for x in ends]
     return 1.2 * max(found)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _COLUMNS = 2
 _ROW_MM = 42
-_SEEN = 0.05
+SEEN = 0.05  # probability, not corrected, of a trend or a change point that is shown
 
 
 @styled
@@ -48,14 +48,15 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         if e.low is not None and e.high is not None:
             ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
         ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
-    trend = change.trend
-    if trend is not None and trend.change is not None and trend.change.p <= _SEEN:
+    trend, reach = change.trend, len(change.series)
+    at, values = at[-reach:], values[-reach:]  # the trend goes over the latest drops alone
+    if trend is not None and trend.change is not None and trend.change.p <= SEEN:
         point = trend.change
         edge = (at[point.index - 1] + at[point.index]) / 2
         ax.plot([at[0], edge], [point.before * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.plot([edge, at[-1]], [point.after * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.axvline(edge, color=GREY, linewidth=0.5, linestyle=":")
-    elif trend is not None and trend.p <= _SEEN and trend.slope.value is not None:
+    elif trend is not None and trend.p <= SEEN and trend.slope.value is not None:
         slope = trend.slope.value * factor
         ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
     ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)

@@ -17,8 +17,8 @@ from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.feature import Feature
-from tdbmon.history.matching import counts
-from tdbmon.history.settings import Settings
+from tdbmon.history.matching import doubts
+from tdbmon.history.speed_class import same_speed
 
 _FAR = 2.0  # times the range of the earlier drops
 _LEAST_DROPS = 3
@@ -81,7 +81,7 @@ class Likeness:
 
 
 def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> Likeness:
-    """Hold a drop against all drops of its machine and assembly before it, of whatever speed.
+    """Hold a drop against all drops of its machine and assembly before it, of whatever speed, whose records show the machine.
 
     Parameters
     ----------
@@ -91,17 +91,18 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
     features : tuple of Feature
         Its own.
     """
-    settings = archive.settings(entry.machine)
+    tolerance = archive.settings(entry.machine).matching.speed
     names = {name for kind in _KINDS for name in kind.features}
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ? AND assembly = ?", (entry.machine, entry.assembly))
-        before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and counts(e)][-_MOST:]
+        before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and not doubts(e.failed_checks)]
+        before = before[-_MOST:]
         found = catalogue.features(base, [e.result for e in before])
     earlier = [(e, {(f.name, f.end): f.estimate for f in found[e.result] if f.name in names}) for e in before]
     mine = {(f.name, f.end): f.estimate for f in features if f.name in names}
     compared, far = [], []
     for kind in _KINDS:
-        there = [values for e, values in earlier if not kind.same_speed or _same_speed(e, entry, settings)]
+        there = [values for e, values in earlier if not kind.same_speed or same_speed(e.speed, entry.speed, tolerance)]
         judged = [
             _beyond(mine[key], [v[key] for v in there if key in v], kind) for key in mine if key[0] in kind.features
         ]
@@ -109,12 +110,6 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
         compared += [kind.title] if judged else []
         far += [kind.title] if any(judged) else []
     return Likeness(tuple(compared), tuple(far))
-
-
-def _same_speed(one: Entry, other: Entry, settings: Settings) -> bool:
-    if one.speed is None or other.speed is None:
-        return False
-    return abs(one.speed - other.speed) <= settings.matching.speed * other.speed
 
 
 def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None:

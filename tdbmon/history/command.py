@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from tdbmon.history.matching import assembly_remarks, counts, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import counted, moment, printed
+from tdbmon.record.quality import same_name
 from tdbmon.report_file import ReportWriter
 
 
@@ -59,6 +61,8 @@ def add(
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
             effect += "" if counts(entry) else ", nor does it count as a drop of the machine"
             _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
+    for line in _written_otherwise(archive, {archive.entry(o.drop).machine for o in outcomes if o.state == "filed"}):
+        _warn(line)
     if not assembly:
         for outcome in (o for o in outcomes if o.state == "filed"):
             entry = archive.entry(outcome.drop)
@@ -109,6 +113,17 @@ def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
             cure = f"to take it out: tdbmon archive remove --archive {archive.folder} {drop}"
             told[drop] = "; ".join([*sentences, cure])
     return told
+
+
+def _written_otherwise(archive: Archive, machines: Iterable[str]) -> list[str]:
+    """Return what to tell of machines whose names differ in capitals or blanks alone from others here: one machine, perhaps."""
+    return [
+        f"machine '{name}': drops of '{other}' are filed too and are not compared with its; if both are one machine, write its"
+        " name alike in the machine files, remove the drops of the wrong one and add them again"
+        for name in sorted(machines)
+        for other in archive.machines()
+        if other != name and same_name(other, name)
+    ]
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
@@ -232,7 +247,12 @@ def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
     from tdbmon.report.drop_report import build_report
 
     entry = archive.entry(drop)
-    record = read(archive.folder / entry.raw)
+    raw = archive.folder / entry.raw
+    if not raw.exists():
+        raise InputError(
+            f"{raw}: the raw file of drop {entry.id} is missing; put it back by adding {entry.raw_name} again"
+        )
+    record = read(raw)
     record.attrs["source_file"] = entry.raw_name
     return build_report(analyse(record, load_machine(archive.machine_file(entry.id)), tell))
 

@@ -20,7 +20,15 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order, place_of
 from tdbmon.history.filing import StressBox
 from tdbmon.history.life import Life, life_of
-from tdbmon.history.matching import Conditions, assembly_remarks, clock_remarks, conditions, counts, doubts
+from tdbmon.history.matching import (
+    Conditions,
+    assembly_remarks,
+    clock_remarks,
+    conditions,
+    counts,
+    doubts,
+    speed_remarks,
+)
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
 
@@ -205,6 +213,18 @@ class Comparison:
         """How many of the judged features have a probability."""
         return self._with_probability(judged=True)
 
+    @property
+    def telling(self) -> int:
+        """How many of the judged features could be called off: those that at least three drops before have too."""
+        return sum(
+            c.kind.judged and c.difference is not None and c.difference.before.n >= LEAST_JUDGED for c in self.changes
+        )
+
+    @property
+    def silent(self) -> int:
+        """How many of the judged features are known of this drop and of fewer than three before."""
+        return sum(c.kind.judged and c.difference is not None for c in self.changes) - self.telling
+
     def level_of(self, change: Change) -> float:
         """Return the probability below which a change is called off, corrected for how many are looked at with it."""
         return self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
@@ -281,7 +301,11 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
 
 def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
     """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
-    remarks = [*clock_remarks(entry, of_machine), *assembly_remarks(entry, of_machine)]
+    remarks = [
+        *clock_remarks(entry, of_machine),
+        *assembly_remarks(entry, of_machine),
+        *speed_remarks(entry, of_machine),
+    ]
     earlier = [e for e in of_machine if e.assembly == entry.assembly and e.order < entry.order]
     for left_out, why in (
         ([e for e in doubted if counts(e)], "not compared with, since checks of their records failed"),
@@ -410,7 +434,10 @@ def _compared(
     else:
         values = np.array([e.value for _, e in earlier], float)
         sigmas = np.array([e.sigma or 0.0 for _, e in earlier])
-        least = kind.least * (abs(float(np.median(values))) if kind.relative else 1.0)
+        usual = abs(float(np.median(values))) or abs(
+            estimate.value
+        )  # of drops all at nought, this one has the only size
+        least = kind.least * (usual if kind.relative else 1.0)
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)

@@ -67,7 +67,7 @@ class Difference:
     p : float or None
         Probability of a difference at least as large, of either sign, from a drop like those before.
     error : float or None
-        Standard error of the difference.
+        Standard error of the difference; 0 where all values are nought and `least` is a share of them.
     """
 
     before: Before
@@ -81,7 +81,7 @@ class Difference:
         """Return the smallest difference that has a probability below a level; None where none is called off."""
         from scipy.special import stdtrit
 
-        if self.error is None or self.before.n < LEAST_JUDGED:
+        if not self.error or self.before.n < LEAST_JUDGED:
             return None
         return float(-stdtrit(self.before.freedom, level / 2) * self.error)
 
@@ -109,7 +109,7 @@ def compare_value(value: float, sigma: float, values: Array, sigmas: Array, leas
     least : float
         Smallest scatter that is believed.
     """
-    from scipy.special import stdtr, stdtrit
+    from scipy.special import stdtrit
 
     before = summarise(values, least)
     difference = value - before.centre
@@ -117,7 +117,7 @@ def compare_value(value: float, sigma: float, values: Array, sigmas: Array, leas
         return Difference(before, difference, None, None, None, None)
     worse = max(0.0, sigma**2 - float(np.max(sigmas**2)))
     error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n) + worse))
-    p = 2 * float(stdtr(before.freedom, -abs(difference) / error))
+    p = _probability(difference, error, before.freedom)
     half = float(stdtrit(before.freedom, _TAIL)) * error
     return Difference(before, difference, difference - half, difference + half, p, error)
 
@@ -133,15 +133,12 @@ def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
     level : float
         A value with a probability below it, by the values kept so far (three at least), is left out.
     """
-    from scipy.special import stdtr
-
     kept = np.ones(len(values), dtype=bool)
     n, mean, squares = 0, 0.0, 0.0  # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
     for i, value in enumerate(values.tolist()):
         if n >= LEAST_JUDGED:
             scatter = max(math.sqrt(squares / (n - 1)), least)
-            off = abs(value - mean) / (scatter * math.sqrt(1 + 1 / n))
-            if 2 * stdtr(n - 1.0, -off) < level:
+            if _probability(value - mean, scatter * math.sqrt(1 + 1 / n), n - 1.0) < level:
                 kept[i] = False
                 continue
         n += 1
@@ -149,6 +146,15 @@ def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
         mean += step / n
         squares += step * (value - mean)
     return kept
+
+
+def _probability(difference: float, error: float, freedom: float) -> float:
+    """Return the probability of a difference at least as large by chance; 1 or 0 where there is no error at all."""
+    from scipy.special import stdtr
+
+    if error == 0:
+        return float(difference == 0)
+    return 2 * float(stdtr(freedom, -abs(difference) / error))
 
 
 def biweight(values: Array) -> tuple[float, float]:

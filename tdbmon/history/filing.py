@@ -32,7 +32,7 @@ class Filing:
     sha256 : str
         Of the raw file.
     raw_name : str
-        Its name when it was filed.
+        Its name when it was filed first.
     machine : str
         The machine's name.
     machine_sha256 : str

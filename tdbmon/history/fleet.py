@@ -21,6 +21,8 @@ class Member:
     ----------
     machine : str
     drops : int
+    synthetic : int
+        How many of them were computed, not measured.
     latest : Judged
         Its latest drop.
     standing : tuple of Judged
@@ -29,6 +31,7 @@ class Member:
 
     machine: str
     drops: int
+    synthetic: int
     latest: Judged
     standing: tuple[Judged, ...]
 
@@ -76,5 +79,6 @@ def fleet(archive: Archive, progress: Progress = silent) -> list[Member]:
         progress(f"machine {i} of {len(names)}: {name}")
         entries = archive.entries(name)
         judged = cache(partial(judge, archive))
-        members.append(Member(name, len(entries), judged(entries[-1].id), standing(entries, judged)))
+        synthetic = sum(entry.synthetic for entry in entries)
+        members.append(Member(name, len(entries), synthetic, judged(entries[-1].id), standing(entries, judged)))
     return sorted(members, key=lambda m: (WORST_FIRST.index(m.verdict.word), -m.furthest, m.machine))

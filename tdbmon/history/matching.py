@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
+from tdbmon.history.speed_class import same_speed
 from tdbmon.quantity import moment
 
 # whole: of the record, without a channel; "machine and record NDE" is another check
@@ -45,7 +46,7 @@ class Conditions:
             return False
         if self.speed is None or entry.speed is None:
             return self.speed is None and entry.speed is None
-        return abs(entry.speed - self.speed) <= self.tolerance * self.speed
+        return same_speed(entry.speed, self.speed, self.tolerance)
 
 
 def counts(entry: Entry) -> bool:
@@ -98,6 +99,17 @@ def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     return [
         f"no assembly is stated of this drop, and '{words[-1]}' of drops before it: it is compared with those of which none is"
         " stated; if it is of that assembly, remove it and file it with --assembly"
+    ]
+
+
+def speed_remarks(entry: Entry, others: list[Entry]) -> list[str]:
+    """Return that a drop's speed is not known where that of drops before it is."""
+    known = [e for e in others if e.speed is not None and e.assembly == entry.assembly and e.order < entry.order]
+    if entry.speed is not None or not known:
+        return []
+    return [
+        f"the speed at the release is not known, so that none of the {len(known)} drops before with a speed is compared: see to"
+        " the speed signal or the keyphasor (tdbmon analyse says what is wrong with them)"
     ]
 
 

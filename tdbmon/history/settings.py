@@ -129,7 +129,7 @@ def machines_stated(path: Path) -> tuple[str, ...]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; the folder is no archive") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

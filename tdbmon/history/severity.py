@@ -27,6 +27,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
+from tdbmon.history.speed_class import STANDSTILL_HZ
 
 WINDOW_S = 0.2  # after the release: what any record of a drop holds, and where the blows are
 _LOWPASS_HZ = 1000.0  # above it noise outweighs motion in a derivative
@@ -82,6 +83,8 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
             f" the severity of {end} needs {WINDOW_S:g} s: record longer"
         )
     why = next((e.why for e in (speed, clearance) if not e.known), "")
+    if speed.value is not None and speed.value < STANDSTILL_HZ:
+        why = f"the shaft stands at the release (below {STANDSTILL_HZ:g} Hz), and V is a velocity over that of its rotation"
     if why:
         missing = Estimate.missing("1", why)
         return Severity(missing, missing)

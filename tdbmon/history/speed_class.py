@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+STANDSTILL_HZ = 1.0  # a drop below it is one from standstill: what its speed signal tells is noise
+
+
+def same_speed(one: float | None, other: float | None, tolerance: float) -> bool:
+    """Return whether two speeds (Hz) differ by at most `tolerance` of the other, or both are standstill; unknown ones do not."""
+    if one is None or other is None:
+        return False
+    return abs(one - other) <= tolerance * other or max(one, other) < STANDSTILL_HZ
+
 
 def speed_classes(speeds: Sequence[float | None], tolerance: float) -> list[int]:
     """Return the class of each speed, numbered from the slowest; unknown speeds make a class of their own, the last.
 
-    A class reaches from its slowest drop to `tolerance` (relative) above it.
+    A class reaches from its slowest drop to `tolerance` (relative) above it; drops from standstill are one.
     """
     known = sorted({s for s in speeds if s is not None})
     starts: list[float] = []
     for one in known:
-        if not starts or one > starts[-1] * (1 + tolerance):
+        if not starts or (one >= STANDSTILL_HZ and one > starts[-1] * (1 + tolerance)):
             starts.append(one)
     classes = []
     for speed in speeds:

@@ -10,13 +10,13 @@ from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import counted, percent, plain, printed, subtracted
+from tdbmon.quantity import counted, plain, printed, stated_percent, subtracted
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
     """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
     entry, wanted = comparison.entry, comparison.conditions
-    speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {percent(wanted.tolerance)}"
+    speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {stated_percent(wanted.tolerance)}"
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
     n = len(comparison.matched)
     lines = [

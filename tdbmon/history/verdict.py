@@ -8,8 +8,9 @@ from typing import Literal
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.difference import LEAST_JUDGED
 from tdbmon.history.matching import doubted_probes
-from tdbmon.quantity import counted, percent, words
+from tdbmon.quantity import counted, percent, stated_percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
@@ -60,8 +61,8 @@ def verdict_of(comparison: Comparison) -> Verdict:
             f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
             " chart, only gross changes stand out, and what is usual for this machine is not known yet"
         )
-    elif comparison.tested == 0:
-        few.append("no quantity is known of this drop and of enough drops before")
+    elif comparison.telling == 0:
+        few.append(f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out")
     remarks = [*beside(comparison), *comparison.remarks]
     if inspect:
         return Verdict("inspect", tuple(inspect + changed + few + remarks))
@@ -70,9 +71,13 @@ def verdict_of(comparison: Comparison) -> Verdict:
     if few:
         return Verdict("too few drops", tuple(few + remarks))
     all_well = (
-        f"none of {comparison.tested} quantities differs from the {n} matching drops before by more than chance"
-        f" (all together {percent(comparison.settings.compare.significance)})"
+        f"none of {comparison.telling} quantities differs from the {n} matching drops before by more than chance"
+        f" (all together {stated_percent(comparison.settings.compare.significance)})"
     )
+    if comparison.silent:
+        all_well += (
+            f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
+        )
     return Verdict("as before", (all_well, *remarks))
 
 
@@ -113,8 +118,8 @@ def _limits(comparison: Comparison) -> list[str]:
             continue
         if change.kind.name == "gap_um" and change.grown is not None and change.grown > limits.gap_growth:
             found.append(
-                f"{change.end}: the radius at rest has grown by {percent(change.grown)}, more than"
-                f" {percent(limits.gap_growth)}"
+                f"{change.end}: the radius at rest has grown by {percent(change.grown, 1)}, more than"
+                f" {stated_percent(limits.gap_growth)}"
             )
         if change.kind.name == "stress_max_mpa" and value > limits.stress:
             found.append(

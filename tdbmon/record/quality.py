@@ -154,11 +154,16 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
     return out
 
 
+def same_name(one: str, other: str) -> bool:
+    """Return whether two names of machines are one: case and blanks make no other name."""
+    return "".join(one.split()).casefold() == "".join(other.split()).casefold()
+
+
 def _machine(stated: str, name: str) -> list[Check]:
-    """Hold the machine that the record names, if it does, against the machine file's; case and blanks make no other name."""
+    """Hold the machine that the record names, if it does, against the machine file's."""
     if not stated:
         return []
-    if "".join(stated.split()).casefold() == "".join(name.split()).casefold():
+    if same_name(stated, name):
         return [Check("machine", "", True, "the record names this machine")]
     detail = (
         f"the record says that it is of '{stated}', the machine file is of '{name}': take the machine file of that"

@@ -38,8 +38,11 @@ def _shipped_synthetic() -> frozenset[str]:
     return frozenset(entry["sha256"] for entry in files.values() if entry["kind"] == "synthetic")
 
 
-def synthetic_note(records: int) -> str:
-    """Return the sentence that a report says of one or of several synthetic records."""
-    if records == 1:
+def synthetic_note(synthetic: int, among: int | None = None) -> str:
+    """Return the sentence that a report says of one or of several synthetic records, some of them `among` so many in all."""
+    if among is not None and synthetic < among:
+        are, computed = ("is", "it was") if synthetic == 1 else ("are", "they were")
+        return f"{synthetic} of the {among} records {are} synthetic: {computed} computed, not measured."
+    if synthetic == 1:
         return "The record is synthetic: it was computed, not measured."
     return "The records are synthetic: they were computed, not measured."

@@ -26,7 +26,7 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Seq
         Alarms of earlier drops that stand (`tdbmon.history.standing.standing_beside`).
     """
     entry = comparison.entry
-    synthetic = entry.synthetic or any(e.synthetic for e in comparison.matched)
+    synthetic = sum(e.synthetic for e in (*comparison.matched, entry))
     parts: list[Section | None] = [
         judgement.section(comparison, verdict, standing),
         changes.section(comparison),
@@ -40,6 +40,6 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Seq
         "Comparison with earlier drops",
         f"{entry.machine} · {when} · {entry.raw_name}",
         tuple(part for part in parts if part is not None),
-        note=synthetic_note(1 + len(comparison.matched)) if synthetic else "",
+        note=synthetic_note(synthetic, 1 + len(comparison.matched)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )

@@ -23,7 +23,7 @@ def build_fleet_report(members: list[Member]) -> Document:
     """Return the report of a fleet as a document."""
     from tdbmon.figures.fleet import fleet
 
-    synthetic = any(m.comparison.entry.synthetic for m in members)
+    synthetic = sum(m.synthetic for m in members)
     return Document(
         "Fleet report",
         f"{len(members)} machines",
@@ -44,7 +44,7 @@ def build_fleet_report(members: list[Member]) -> Document:
             ),
             *_reasons(members),
         ),
-        note=synthetic_note(sum(m.drops for m in members)) if synthetic else "",
+        note=synthetic_note(synthetic, sum(m.drops for m in members)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
 

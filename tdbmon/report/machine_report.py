@@ -21,7 +21,7 @@ _TONE: dict[str, Tone] = {word: tone for word, (_, tone) in WORDS.items()}
 def build_machine_report(history: MachineHistory) -> Document:
     """Return the report of a machine as a document."""
     last = history.last
-    synthetic = any(e.synthetic for e in history.entries)
+    synthetic = sum(e.synthetic for e in history.entries)
     parts = [
         _summary(history),
         _courses(history),
@@ -33,7 +33,7 @@ def build_machine_report(history: MachineHistory) -> Document:
         "Machine report",
         f"{history.machine} · {counted(len(history.entries), 'drop')}",
         tuple(parts),
-        note=synthetic_note(len(history.entries)) if synthetic else "",
+        note=synthetic_note(synthetic, len(history.entries)) if synthetic else "",
         made=f"tdbmon {__version__}",
     )
 
@@ -71,7 +71,8 @@ def _courses(history: MachineHistory) -> Section:
     blocks: list[Block] = [
         Figure(
             "machine-courses",
-            "What was flagged in any drop, and the main quantities, over all drops in their order, with 95 % intervals as far"
+            f"What was flagged in any {'judged ' * (len(history.judged) < len(history.entries))}drop, and the main quantities,"
+            " over all drops in their order, with 95 % intervals as far"
             f" as they are known; a colour for each class of speed{rings}{shown}.",
             "For each quantity, its value against the number of the drop.",
             partial(machine_courses, history),

@@ -169,3 +169,12 @@ def test_a_record_that_names_another_machine_is_told_with_both_names_and_counts_
     assert added.id not in [entry.id for entry in found.matched]
     assert any("drop_210.nc (machine)" in remark for remark in found.remarks)
     assert found.life.full_drops == 11  # the ten and itself
+
+
+def test_a_drop_of_bad_probes_does_not_make_another_machine_look_like_this_one(empty, tmp_path):
+    values = times(1.5, "gap_um", "gap_centre_x_um", "levitated_noise_um", "decay_time_s")
+    fill(empty, tmp_path, 5)
+    raw, machine = files(tmp_path, 50)
+    checks = ("probe scales NDE_A",)
+    empty.add(filing(raw, machine, seed=50, dropped="2020-02-01", values=values, failed_checks=checks), raw, machine)
+    assert of(empty, tmp_path, values=values).strange

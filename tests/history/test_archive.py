@@ -430,3 +430,19 @@ def test_settings_of_one_machine_go_before_those_of_all(empty):
     assert empty.settings("a").life.agreed_drops == 5
     assert empty.settings("a").life.full_speed == 100.0
     assert empty.settings("b").life.agreed_drops == 20
+
+
+def test_settings_with_the_mark_that_some_editors_put_before_them_are_read(empty):
+    (empty.folder / "archive.toml").write_text("format = 1\n[compare]\nleast_drops = 7\n", encoding="utf-8-sig")
+    assert empty.settings().compare.least_drops == 7
+
+
+def test_a_drop_that_is_added_again_from_the_archive_keeps_its_name(empty, tmp_path):
+    (old,) = fill(empty, tmp_path, 1)
+    entry = empty.entry(old.drop)
+    copy = empty.folder / entry.raw
+    again = replace(newer(old, "0.2.0"), raw_name=copy.name)
+    assert empty.add(again, copy, files(tmp_path, 0)[1]) == "analysed again"
+    assert empty.entry(old.drop).raw_name == old.raw_name
+    assert rebuild(empty) == []
+    assert empty.entry(old.drop).raw_name == old.raw_name

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -157,3 +158,25 @@ def test_verify_with_a_fault_is_code_two_and_rebuild_mends_the_catalogue(capsys,
     assert "--rebuild" in err
     assert run(capsys, "archive", "verify", "--archive", folder, "--rebuild")[0] == 0
     assert run(capsys, "archive", "verify", "--archive", folder)[0] == 0
+
+
+def test_a_machine_whose_name_is_written_otherwise_is_told(capsys, tmp_path):
+    other = tmp_path / "machine.toml"
+    other.write_text(Path(MACHINE).read_text().replace("Compressor rotor with two", "compressor rotor  with two"))
+    assert run(capsys, "archive", "add", "--archive", tmp_path / "a", MACHINE, YEARS / "drop_01.nc")[2] == ""
+    code, _, err = run(capsys, "archive", "add", "--archive", tmp_path / "a", other, YEARS / "drop_02.nc")
+    assert code == 0
+    assert (
+        "machine 'compressor rotor  with two wheels': drops of 'Compressor rotor with two wheels' are filed too" in err
+    )
+
+
+def test_a_drop_without_its_raw_file_is_told_with_the_cure(capsys, years, tmp_path):
+    folder = tmp_path / "archive"
+    shutil.copytree(years.folder, folder)
+    (folder / years.entries()[0].raw).unlink()
+    code, _, err = run(
+        capsys, "archive", "report", "--archive", folder, "--drop", "0810", "--report", tmp_path / "d.html"
+    )
+    assert code == 2
+    assert "is missing; put it back by adding drop_01.nc again" in err

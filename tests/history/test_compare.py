@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,9 @@ from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.figures.differences import differences
 from tdbmon.history import catalogue
+from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, Feature
@@ -23,6 +26,8 @@ from tdbmon.history.unfiled import as_drop, drop_to_compare
 from tdbmon.history.verdict import verdict_of
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
+from tdbmon.report.compare_report import build_compare_report
+from tdbmon.report.html import render_html
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import add, files, filing, fill, judged, newer
@@ -255,7 +260,7 @@ def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_pa
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})
     _, verdict = judged(empty, drop)
     assert verdict.word == "inspect"
-    assert "grown by 25 %" in verdict.reasons[0]
+    assert re.search(r"grown by 2[45]\.\d %, more than 20 %", verdict.reasons[0])
 
 
 def test_stress_and_whirl_beyond_their_limits_ask_for_an_inspection_even_of_the_first_drop(empty, tmp_path):
@@ -531,3 +536,77 @@ def test_a_record_of_a_drop_that_is_filed_is_not_compared_with_itself(years, tmp
         InputError, match=r"again.nc: states the same time \(2019-05-11 09:00:00 UTC\), machine and speed as"
     ):
         drop_to_compare(years, str(tmp_path / "again.nc"), None, False, silent)
+
+
+@pytest.mark.parametrize(("last", "word"), [(0.0, "as before"), (0.5, "changed")])
+def test_a_quantity_that_was_nought_in_every_drop_is_compared(empty, tmp_path, last, word):
+    """Its least scatter is a share of nothing."""
+    for i in range(6):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", values={("friction", "NDE"): 0.0})
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("friction", "NDE"): last})
+    comparison, verdict = judged(empty, drop)
+    assert verdict.word == word
+    assert [c.kind.name for c in comparison.flagged] == ["friction"] * (last > 0)
+    drawn = [label.get_text() for label in differences(comparison).axes[0].get_yticklabels()]
+    assert any("Friction of journal on ring (fitted), NDE" in text for text in drawn) == (last > 0)
+
+
+def test_stated_shares_keep_their_digits(empty, tmp_path):
+    """Rounded to whole per cent a significance of 0.4 % is "0 %", and a limit of 12.5 % another one."""
+    (empty.folder / "archive.toml").write_text(
+        "format = 1\n[matching]\nspeed = '2.5 %'\n[compare]\nsignificance = 0.004\n[inspect]\ngap_growth = '12.5 %'\n"
+    )
+    fill(empty, tmp_path, 8)
+    comparison, verdict = judged(empty, empty.entries()[-1].id)
+    assert "(all together 0.4 %)" in verdict.reasons[0]
+    assert "100 Hz ± 2.5 %" in comparison_lines(comparison, verdict)[1]
+    pages = render_html(build_compare_report(comparison, verdict))
+    assert "at most 2.5 % off" in pages
+    assert "at most 0.4 %" in pages
+    drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})
+    assert re.search(r"grown by 1[23]\.\d %, more than 12\.5 %", judged(empty, drop)[1].reasons[0])
+
+
+def test_what_fewer_than_three_drops_have_is_not_as_before(empty, tmp_path):
+    """Six drops match and none of their quantities can stand out, since but two of them have any."""
+
+    def whole_from(number, folder, **changes):
+        archive = open_archive(tmp_path / folder, create=True)
+        for i in range(7):
+            raw, machine = files(tmp_path, i)
+            made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", **(changes if i == 6 else {}))
+            kept = made.features if i >= number else made.features[:3]  # speed, and the radius at rest
+            archive.add(replace(made, features=kept), raw, machine)
+        return judged(archive, archive.entries()[-1].id)
+
+    comparison, verdict = whole_from(4, "a", values={("rebound_um", "NDE"): 3.0})
+    assert len(comparison.matched) == 6
+    assert verdict.word == "as before"
+    assert verdict.reasons[0].startswith("none of 2 quantities differs from the 6 matching drops before")
+    assert f"; nothing is told by {comparison.tested - 2} more, of which fewer than 3 of these" in verdict.reasons[0]
+    for i in range(7):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
+        empty.add(replace(made, features=made.features if i >= 4 else made.features[:1]), raw, machine)
+    verdict = judged(empty, empty.entries()[-1].id)[1]
+    assert verdict.word == "too few drops"
+    assert "no quantity is known of this drop and of 3 drops before" in verdict.reasons[0]
+
+
+def test_a_drop_of_unknown_speed_is_told_why_nothing_matches(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 50)
+    made = filing(raw, machine, seed=50, dropped="2021-01-01")
+    empty.add(replace(made, features=made.features[1:]), raw, machine)
+    comparison, verdict = judged(empty, made.drop)
+    assert comparison.matched == ()
+    assert any("none of the 6 drops before with a speed is compared" in reason for reason in verdict.reasons)
+    assert not any("with a speed" in reason for reason in judged(empty, empty.entries()[-2].id)[1].reasons)
+
+
+def test_drops_from_standstill_match_whatever_the_noise_of_their_speed(empty, tmp_path):
+    for i, speed in enumerate((0.0, 0.012, 0.31, 0.05)):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", speed=speed)
+    add(empty, tmp_path, 10, dropped="2020-02-01", speed=2.0)
+    last = add(empty, tmp_path, 11, dropped="2020-03-01", speed=0.02)
+    assert len(judged(empty, last)[0].matched) == 4

@@ -210,3 +210,12 @@ def test_the_slope_says_what_it_needs_and_leaves_out_levels_of_few_drops():
 
 def test_classes_of_speed():
     assert speed_classes([100, 60, 102, 61, None, 104.9, 105.1], 0.05) == [1, 0, 1, 0, 3, 1, 2]
+    assert speed_classes([0.02, 100, 0.0, 0.5, 105.0], 0.05) == [0, 1, 0, 0, 1]
+
+
+def test_values_that_are_all_nought_do_not_differ_and_another_one_does():
+    """With a least scatter that is a share of them there is none at all."""
+    same = compare_value(0.0, 0.0, np.zeros(4), np.zeros(4), 0.0)
+    assert (same.p, same.low, same.high, same.detectable(0.05)) == (1.0, 0.0, 0.0, None)
+    assert compare_value(0.1, 0.0, np.zeros(4), np.zeros(4), 0.0).p == 0.0
+    assert baseline(np.array([0.0, 0.0, 0.0, 0.1]), 0.0, 0.01).tolist() == [True] * 3 + [False]

@@ -17,6 +17,7 @@ from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
+from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
@@ -35,9 +36,10 @@ from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import changes
+from tdbmon.report.sections import trends as trends_section
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.conftest import YEARS
-from tests.history.made import files, filing, fill
+from tests.history.made import add, files, filing, fill
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
 
@@ -373,3 +375,62 @@ def test_a_fleet_lists_the_worst_first(empty, tmp_path):
     ]
     document = build_fleet_report(members)
     assert "1 of 3 machines asks for attention; 1 has too few matching drops for a verdict." in render_html(document)
+
+
+def test_a_change_of_level_is_drawn_where_it_is_among_many_drops(empty, tmp_path):
+    """The trend goes over the latest sixty of the drops before; the figure shows all of them."""
+    number = 70
+    for i in range(number):
+        level = 1.0 if i < 50 else 1.3
+        add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): level + 0.01 * (i % 3)})
+    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    (change,) = (c for c in found.changes if (c.kind.name, c.end) == ("rebound_um", "NDE"))
+    ax = trends(found, [change]).axes[0]
+    before, after = (line.get_xdata().tolist() for line in ax.lines if line.get_linestyle() == "--")
+    assert len(change.series) == 61
+    assert before == [10, 50.5]
+    assert after == [50.5, number]
+
+
+def test_the_table_of_trends_tells_the_change_points_that_are_drawn(empty, tmp_path):
+    (empty.folder / "archive.toml").write_text("format = 1\n[compare]\nsignificance = 0.0005\n")
+    for i in range(16):
+        add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): 1.0 if i < 8 else 1.3})
+    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    section = trends_section.section(found)
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    (row,) = (row for row in table.rows if row.cells[0] == "Rebound after the first contact, NDE")
+    assert row.cells[-1].startswith("from drop_8.nc on")
+
+
+def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tmp_path):
+    for i in range(4):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, name="ab"[i // 2], seed=i, dropped=f"2020-01-{i + 1:02d}")
+        empty.add(replace(made, synthetic=i == 0), raw, machine)
+    last = compare(empty, filed_drop(empty, empty.entries("a")[-1].id))
+    note = "1 of the {} records is synthetic: it was computed, not measured."
+    assert build_compare_report(last, verdict_of(last)).note == note.format(2)
+    assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
+    assert build_machine_report(machine_history(empty, "b")).note == ""
+    assert build_fleet_report(fleet(empty)).note == note.format(4)
+
+
+def test_the_intervals_of_a_fleet_lie_in_their_panels(empty, tmp_path):
+    for i in range(2):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
+        radius = Estimate(250e-6 + 20e-6 * i, 230e-6 + 20e-6 * i, 280e-6 + 20e-6 * i, "um")
+        made = replace(
+            made, features=tuple(replace(f, estimate=radius) if f.name == "gap_um" else f for f in made.features)
+        )
+        empty.add(made, raw, machine)
+    ax = fleet_figure(fleet(empty)).axes[0]
+    assert max(max(line.get_ydata()) for line in ax.lines) <= ax.get_ylim()[1]
+
+
+def test_a_machine_report_does_not_say_any_drop_where_older_ones_are_not_judged(empty, tmp_path):
+    for i in range(42):
+        add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01")
+    figure, *_ = figures_of(build_machine_report(machine_history(empty, "made up")))
+    assert figure.caption.startswith("What was flagged in any judged drop")

@@ -141,3 +141,12 @@ def test_rounded_stamps_do_not_change_the_velocity():
 def test_a_record_that_ends_too_early_is_told():
     with pytest.raises(InputError, match="needs 0.2 s"):
         found(np.zeros(5000), np.zeros(5000))
+
+
+def test_of_a_shaft_that_stands_there_is_none():
+    time = np.arange(0, 0.4, 1e-4)
+    still = planes(np.zeros_like(time), np.zeros_like(time), time)
+    for speed in (0.0, 0.015):
+        of_it = severity(still, "NDE", RELEASE, known(speed, "Hz", 0.002), known(CLEARANCE, "um"))
+        assert not of_it.peak.known
+        assert "stands at the release" in of_it.rms.why

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from tdbmon.history.archive import Archive
@@ -47,8 +49,7 @@ def test_the_wear_limit_counts_from_the_first_drops_where_the_wear_is_slow(empty
     words = [verdict.word for _, verdict in found]
     assert words[:10] == ["too few drops"] * 5 + ["as before"] * 5
     assert set(words[12:]) == {"inspect"}  # 24 % at the thirteenth
-    assert "NDE: the radius at rest has grown by 3" in found[-1][1].reasons[0]  # 38 %
-    assert "more than 20 %" in found[-1][1].reasons[0]
+    assert re.search(r"NDE: the radius at rest has grown by 3\d\.\d %, more than 20 %", found[-1][1].reasons[0])  # 38 %
 
 
 def test_drops_of_an_unchanged_machine_seldom_drift(empty, tmp_path):

@@ -23,7 +23,7 @@ def section(comparison: Comparison) -> Section | None:
         for change in compared
     )
     blocks: list[Block] = []
-    if any(c.difference is not None and c.difference.error is not None for c in compared):
+    if any(c.difference is not None and c.difference.error for c in compared):
         blocks.append(
             Figure(
                 "differences",

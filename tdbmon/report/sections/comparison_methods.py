@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tdbmon.history.compare import Comparison
-from tdbmon.quantity import percent
+from tdbmon.quantity import stated_percent
 from tdbmon.report.document import Paragraph, Section
 
 
@@ -25,7 +25,7 @@ def section(comparison: Comparison) -> Section:
                 " drops, Tukey's biweight location and scale from 15 on, and Student's t with the degrees of freedom that so"
                 " few drops leave. A drop that was off itself when it came is no measure for later ones and is left out of"
                 f" that quantity.{honest} Probabilities are corrected by {correction}"
-                f" {percent(compare.significance)}. Leaving drops out has its price: for 5 % it was 7 to 8 % in a count of"
+                f" {stated_percent(compare.significance)}. Leaving drops out has its price: for 5 % it was 7 to 8 % in a count of"
                 " quantities that scatter much."
             ),
             Paragraph(

@@ -10,7 +10,7 @@ from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import percent, short
+from tdbmon.quantity import percent, short, stated_percent
 from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -45,7 +45,9 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
     """Return the verdict, and the alarms of earlier drops that stand beside it."""
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
-    speed = "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {percent(wanted.tolerance)} off"
+    speed = (
+        "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {stated_percent(wanted.tolerance)} off"
+    )
     blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
     blocks += map(sentence, not_compared_sentences(comparison))
     blocks += standing_blocks(standing)

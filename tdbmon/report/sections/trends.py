@@ -26,7 +26,7 @@ def section(comparison: Comparison) -> Section | None:
     with_trend = [c for c in comparison.changes if c.trend is not None and c.kind.judged]
     if not with_trend:
         return None
-    from tdbmon.figures.trends import trends
+    from tdbmon.figures.trends import SEEN, trends
 
     shown = chosen(with_trend)
     rows = []
@@ -35,7 +35,7 @@ def section(comparison: Comparison) -> Section | None:
         if trend is None:
             continue
         point = "–"
-        if trend.change is not None and trend.change.p <= comparison.settings.compare.significance:
+        if trend.change is not None and trend.change.p <= SEEN:
             drop = change.trend_drops(comparison.entry.id)[trend.change.index]
             point = f"from {comparison.record(drop)} on, p = {trend.change.p:.2g}"
         rows.append(Row((change.title, words(trend.slope), f"{trend.p:.2g}", point)))
