@@ -81,7 +81,8 @@ def sizes_of(
         each = {}
         for p in free.shared:
             value = _turned(free, p.name, values[p.name])
-            known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE)
+            least = -math.inf if p.name in periods else p.least
+            known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE, least=least)
             if p.name in ends - periods.keys():
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_BEYOND)
             elif 2 * 1.96 * sigmas[p.name] > p.high - p.low:  # a ball so small that it carries nothing, say

@@ -63,6 +63,19 @@ def test_a_size_that_is_known_less_than_the_catalogue_knows_it_has_no_interval(n
     assert "do not tell it" in untold.why
 
 
+def test_an_interval_ends_where_a_size_cannot_be_less(named):
+    """A delay is never negative; an angle counts from anywhere."""
+    machine = named.problem.model.machine
+    everyone = {each.name: each for each in suspects(machine, machine.probes, ())}
+    lag, oval = everyone["channel_lag@DE_A"], everyone["oval_clearance@DE"]
+    both = with_cause(named, lag, Start({"delay": 1e-4}))
+    both = with_cause(both, oval, Start({"amplitude": 5e-6, "angle": 0.05}))
+    sizes = sizes_of(both, rest={f"{lag.name}.delay": 1e-4}).causes
+    delay, angle = sizes[lag.name]["delay"], sizes[oval.name]["angle"]
+    assert delay.low == 0.0 < delay.value < delay.high
+    assert angle.low < 0.0 < angle.value
+
+
 def test_the_law_of_what_acts_on_the_rotor_is_never_exact_and_that_of_a_sensor_is(named):
     machine = named.problem.model.machine
     everyone = {each.name: each for each in suspects(machine, machine.probes, ())}
