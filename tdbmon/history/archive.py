@@ -153,9 +153,8 @@ class Archive:
             if before:
                 self._same_drop(before[0], filing, raw)
                 raw_place = before[0].raw
-                filing = replace(
-                    filing, raw_name=before[0].raw_name
-                )  # what is added again may be the archive's own copy
+                # what is added again may be the archive's own copy
+                filing = replace(filing, raw_name=before[0].raw_name)
             else:
                 self._refuse_twin(base, filing, raw, machine)
             if self._whole(base, raw_place, filing.sha256, result_place):

@@ -434,9 +434,8 @@ def _compared(
     else:
         values = np.array([e.value for _, e in earlier], float)
         sigmas = np.array([e.sigma or 0.0 for _, e in earlier])
-        usual = abs(float(np.median(values))) or abs(
-            estimate.value
-        )  # of drops all at nought, this one has the only size
+        # of drops all at nought, this one has the only size
+        usual = abs(float(np.median(values))) or abs(estimate.value)
         least = kind.least * (usual if kind.relative else 1.0)
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
-from tdbmon.diagnosis.contender import AHEAD, Contender, negligible, settled, weighed, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, _simplified, contest, decided, only_accompanies
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.score import scores
@@ -149,18 +149,18 @@ def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
 
 
 def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
-    """A soft direction put a quarter of its period off is found again from the fall, where no contact has fixed it yet."""
+    """A soft direction put half of its period off is found again from the fall, where no contact has fixed it yet."""
     machine = drops.machine()
     problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     soft = next(s for s in suspects(machine, machine.probes, ()) if s.name == "support_anisotropy@DE")
     plain = settled(fallen, 0.014, 2)
-    stuck = with_cause(plain, soft, Start({"ratio": 0.8, "direction": math.radians(75)}))
+    stuck = with_cause(plain, soft, Start({"ratio": 0.8, "direction": math.radians(120)}))
     found = from_the_fall(fallen, stuck, (0.006, 0.010, 0.014))
     values, _ = found.problem.values(found.fit.point, 0)
     off = math.remainder(values["support_anisotropy@DE.direction"] - math.radians(30), math.pi)
     assert found.horizon == 0.014
-    assert found.misfit < settled(stuck, 0.014, 2).misfit - AHEAD  # how far that one comes hangs on the last digits
+    assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
     assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
     assert abs(math.degrees(off)) < 5
 
