@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -387,13 +386,6 @@ def test_empty_and_tiny_records_end_in_checks_not_in_errors(sound: xr.Dataset) -
         found = check(sound.isel(time=slice(0, n)), machine())
         assert all(isinstance(entry, Check) for entry in found)
         assert any(not entry.passed for entry in found)
-
-
-def test_the_checks_of_a_whole_coastdown_take_less_than_a_second() -> None:
-    ds = assign(read(DATASETS / "coastdown" / "drop_150.nc"), machine())
-    began = clock.process_time()
-    check(ds, machine())
-    assert clock.process_time() - began < 1.0  # 0.3 s were measured
 
 
 @pytest.mark.parametrize("size", [5e-3, -150e-6])
