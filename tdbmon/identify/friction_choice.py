@@ -64,7 +64,7 @@ class FrictionChoice:
 
 
 def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS) -> FrictionChoice:
-    """Vary the friction of both ends of a calibrated drop, all else as fitted.
+    """Vary the friction of both ends of a calibrated drop, all else as fitted; no further than the fit went.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
         If no tried coefficient can be simulated, or the probes show the orbit of no end.
     """
     machine, measured = calibration.calibrated, calibration.problem.drops[drop]
-    seconds = min(seconds, measured.seconds)
+    seconds = min(seconds, calibration.horizon)  # beyond it another path may be the nearer one
     fitted = {
         end: calibration.value(f"{end}.friction", machine.bearing(end).friction.nominal, "1") for end in machine.ends
     }

@@ -1,0 +1,135 @@
+"""Which drops of before a drop is compared with, and what is told of clocks, versions and names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from tdbsim.errors import InputError
+
+from tdbmon.history.matching import clock_remarks
+from tdbmon.history.unfiled import drop_to_compare
+from tdbmon.progress import silent
+from tdbmon.record.read import read, write
+from tests.history.conftest import YEARS
+from tests.history.made import add, files, filing, fill, judged
+
+
+def test_only_matching_drops_count(empty, tmp_path):
+    before = [add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", speed=99.0 + i) for i in range(5)]
+    add(empty, tmp_path, 10, dropped="2020-01-06", speed=60.0)
+    add(empty, tmp_path, 11, dropped="2020-01-06", speed=100.0, assembly="after the overhaul")
+    add(empty, tmp_path, 12, dropped="2020-01-07", speed=100.0, name="another machine")
+    later = add(empty, tmp_path, 13, dropped="2020-03-01", speed=101.0)
+    drop = add(empty, tmp_path, 14, dropped="2020-02-01", speed=100.0)
+    comparison, verdict = judged(empty, drop)
+    assert [entry.id for entry in comparison.matched] == before
+    assert verdict.word == "as before"
+    assert later not in [entry.id for entry in comparison.matched]
+    assert comparison.life.full_drops == 7  # of all speeds, this assembly, up to this drop
+
+
+def test_drops_of_one_day_come_in_the_order_of_their_filing(empty, tmp_path):
+    """Times that state the day alone are the same for all of them."""
+    for i in range(7):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped="2026-03-11T00:00:00")
+        empty.add(replace(made, filed=f"2026-03-12T08:0{i}:00+00:00"), raw, machine)
+    entries = empty.entries()
+    for place, entry in enumerate(entries):
+        found, _ = judged(empty, entry.id)
+        assert found.matched == tuple(entries[:place])
+        assert found.life.full_drops == place + 1
+    assert found.likeness.compared
+
+
+def test_drops_whose_probes_did_not_see_the_machine_are_not_compared_with(empty, tmp_path):
+    other = ("free fall DE", "machine and record NDE")  # of the fall's acceleration, and of the machine file's weights
+    before = [add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", failed_checks=other) for i in range(6)]
+    wrong = ("fall NDE", "whirl NDE", "dead DE_B")
+    add(empty, tmp_path, 20, dropped="2020-01-20", values={("gap_um", "NDE"): 3.0}, failed_checks=wrong)
+    sound = add(empty, tmp_path, 21, dropped="2020-02-01")
+    comparison, verdict = judged(empty, sound)
+    assert [entry.id for entry in comparison.matched] == before
+    assert verdict.word == "as before"
+    assert any("not compared with" in reason and "fall NDE, whirl NDE)" in reason for reason in verdict.reasons)
+    for i, each in enumerate((wrong, ("probe scales DE",), ("cabling NDE_A, DE_A",))):
+        doubted = add(empty, tmp_path, 22 + i, dropped=f"2020-02-{i + 2:02d}", failed_checks=each)
+        verdict = judged(empty, doubted)[1]
+        assert verdict.word == "inspect"
+        assert "what differs may be theirs" in verdict.reasons[0]
+
+
+def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
+    for i in range(3):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
+    raw, machine = files(tmp_path, 9)
+    back = replace(filing(raw, machine, seed=9, dropped="2001-01-01T00:00:00Z"), filed="2026-02-01T00:00:00+00:00")
+    empty.add(back, raw, machine)
+    ahead = add(empty, tmp_path, 10, dropped="2033-01-01T00:00:00Z")
+    timeless = add(empty, tmp_path, 11)
+    entries = {entry.id: entry for entry in empty.entries()}
+    said = {drop: clock_remarks(entry, list(entries.values())) for drop, entry in entries.items()}
+    assert "the recorder's clock went back" in said[back.drop][0]
+    assert "lies after its filing" in said[ahead][0]
+    assert "states no time" in said[timeless][0]
+    assert sum(bool(remarks) for remarks in said.values()) == 3
+    _, verdict = judged(empty, back.drop)
+    assert any("went back" in reason for reason in verdict.reasons)
+
+
+def test_a_word_for_the_assembly_that_is_left_out_after_an_overhaul_is_told(empty, tmp_path):
+    """Such a drop compares with those before the overhaul, whose assembly has no word either."""
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 10, dropped="2020-02-01", assembly="rebuilt")
+    _, verdict = judged(empty, add(empty, tmp_path, 11, dropped="2020-02-02"))
+    assert any(
+        "no assembly is stated of this drop, and 'rebuilt' of drops before it" in each for each in verdict.reasons
+    )
+    for drop in (empty.entries()[5].id, empty.entries()[6].id):
+        assert not any("no assembly is stated" in each for each in judged(empty, drop)[1].reasons)
+
+
+def test_a_folder_filed_at_once_in_any_order_says_nothing_of_a_clock(empty, tmp_path):
+    for i in (2, 0, 1):
+        raw, machine = files(tmp_path, i)
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}T00:00:00Z")
+        empty.add(replace(made, filed=f"2026-01-01T0{3 - i}:00:00+00:00"), raw, machine)
+    entries = empty.entries()
+    assert [clock_remarks(entry, entries) for entry in entries] == [[], [], []]
+
+
+def test_results_of_another_version_among_the_drops_before_are_told(empty, tmp_path):
+    for i in range(4):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", version="0.1.0" if i else "0.0.9")
+    drop = add(empty, tmp_path, 9, dropped="2020-02-01")
+    _, verdict = judged(empty, drop)
+    assert any("1 of the matching drops were analysed with another version" in reason for reason in verdict.reasons)
+
+
+def test_a_record_of_a_drop_that_is_filed_is_not_compared_with_itself(years, tmp_path):
+    """With a channel missing its numbers differ, so that it is no mere copy; its time tells."""
+    write(read(YEARS / "drop_05.nc").drop_vars("DE_B"), tmp_path / "again.nc")
+    with pytest.raises(
+        InputError, match=r"again.nc: states the same time \(2019-05-11 09:00:00 UTC\), machine and speed as"
+    ):
+        drop_to_compare(years, str(tmp_path / "again.nc"), None, False, silent)
+
+
+def test_a_drop_of_unknown_speed_is_told_why_nothing_matches(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 50)
+    made = filing(raw, machine, seed=50, dropped="2021-01-01")
+    empty.add(replace(made, features=made.features[1:]), raw, machine)
+    comparison, verdict = judged(empty, made.drop)
+    assert comparison.matched == ()
+    assert any("none of the 6 drops before with a speed is compared" in reason for reason in verdict.reasons)
+    assert not any("with a speed" in reason for reason in judged(empty, empty.entries()[-2].id)[1].reasons)
+
+
+def test_drops_from_standstill_match_whatever_the_noise_of_their_speed(empty, tmp_path):
+    for i, speed in enumerate((0.0, 0.012, 0.31, 0.05)):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", speed=speed)
+    add(empty, tmp_path, 10, dropped="2020-02-01", speed=2.0)
+    last = add(empty, tmp_path, 11, dropped="2020-03-01", speed=0.02)
+    assert len(judged(empty, last)[0].matched) == 4
