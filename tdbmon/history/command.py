@@ -26,7 +26,7 @@ def add(
     machine: Path,
     records: list[Path],
     *,
-    forces: bool,
+    forces: bool | None,
     assembly: str,
     dropped: str,
     workers: int,
@@ -57,6 +57,12 @@ def add(
         if outcome.failed or outcome.state == "already filed":
             continue
         entry = archive.entry(outcome.drop)
+        if version := archive.forces_before(entry):
+            _warn(
+                f"{outcome.record.name}: its result with forces, by tdbmon {version}, is kept but no longer counts: comparisons"
+                " and reports show no stresses of it; to have them again:"
+                f" tdbmon archive add --archive {folder} --forces {machine} {outcome.record}"
+            )
         failed_checks = entry.failed_checks
         if failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
