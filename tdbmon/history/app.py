@@ -24,7 +24,14 @@ def archive_add(
     machine: MachineFile,
     records: Annotated[list[Path], typer.Argument(metavar="RECORD...", help="dropdown records")],
     archive: ArchiveFolder,
-    forces: Forces = False,
+    forces: Annotated[
+        bool | None,
+        typer.Option(
+            "--forces/--no-forces",
+            help="fit the simulation: forces and stresses (much slower); by default where the drop is filed with them",
+            show_default=False,
+        ),
+    ] = None,
     assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
     dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
     workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,

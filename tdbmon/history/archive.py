@@ -128,6 +128,19 @@ class Archive:
         with catalogue.reading(self.catalogue) as base:
             return self._whole(base, entry.raw, entry.sha256, f"results/{entry.id}/{name}")
 
+    def has_forces(self, entry: Entry) -> bool:
+        """Return whether a drop's current result was made with forces."""
+        with catalogue.reading(self.catalogue) as base:
+            return catalogue.has_forces(base, entry.result)
+
+    def forces_before(self, entry: Entry) -> str:
+        """Return the version that made a drop's newest result with forces, where its current one has none; "" otherwise."""
+        with catalogue.reading(self.catalogue) as base:
+            if catalogue.has_forces(base, entry.result):
+                return ""
+            found = base.execute("SELECT version FROM results WHERE drop_id = ? AND forces", (entry.id,))
+            return max((str(row[0]) for row in found), key=catalogue.version_key, default="")
+
     def add(self, filing: Filing, raw: Path, machine: Path) -> Filed:
         """File a drop; the same again changes nothing.
 

@@ -102,6 +102,7 @@ def add_all(
 def _prepared(archive: Archive, order: Order) -> Order | Outcome:
     """Return an order with what is filed of its drop: assembly and time hold on, unless other ones are stated, which is refused.
 
+    A drop that is filed with forces gets them again, unless its order says otherwise: its stresses would leave the history.
     A record whose result by this version and machine file is filed is passed over; so a stopped batch goes on.
     """
     from tdbmon import __version__
@@ -128,9 +129,10 @@ def _prepared(archive: Archive, order: Order) -> Order | Outcome:
             + ("" if entry.dropped or order.dropped else " with --dropped TIME: without a time it would be the latest")
         )
         return Outcome(order.record, entry.id, "failed", why)
-    if any(archive.has(entry, name) for name in satisfying_names(__version__, machine, order.forces)):
+    forces = archive.has_forces(entry) if order.forces is None else order.forces
+    if any(archive.has(entry, name) for name in satisfying_names(__version__, machine, forces)):
         return Outcome(order.record, entry.id, "already filed")
-    return replace(order, assembly=entry.assembly, dropped=entry.dropped)
+    return replace(order, forces=forces, assembly=entry.assembly, dropped=entry.dropped)
 
 
 def _studies(

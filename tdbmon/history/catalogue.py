@@ -277,6 +277,11 @@ def maker(base: sqlite3.Connection, result: int) -> tuple[str, str]:
     return str(row[0]), str(row[1])
 
 
+def has_forces(base: sqlite3.Connection, result: int) -> bool:
+    """Return whether a result was made with forces."""
+    return bool(base.execute("SELECT forces FROM results WHERE id = ?", (result,)).fetchone()[0])
+
+
 def version_key(version: str) -> tuple[int, ...]:
     """Return the numbers of a program version, in which versions are ordered."""
     return tuple(int(part) for part in re.findall(r"\d+", version))

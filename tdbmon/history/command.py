@@ -12,6 +12,7 @@ import typer
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
+from tdbmon.history.catalogue import Entry
 from tdbmon.history.matching import assembly_remarks, counts, doubts
 from tdbmon.json_file import write_json
 from tdbmon.progress import Progress
@@ -25,7 +26,7 @@ def add(
     machine: Path,
     records: list[Path],
     *,
-    forces: bool,
+    forces: bool | None,
     assembly: str,
     dropped: str,
     workers: int,
@@ -56,6 +57,12 @@ def add(
         if outcome.failed or outcome.state == "already filed":
             continue
         entry = archive.entry(outcome.drop)
+        if version := archive.forces_before(entry):
+            _warn(
+                f"{outcome.record.name}: its result with forces, by tdbmon {version}, is kept but no longer counts: comparisons"
+                " and reports show no stresses of it; to have them again:"
+                f" tdbmon archive add --archive {folder} --forces {machine} {outcome.record}"
+            )
         failed_checks = entry.failed_checks
         if failed_checks:
             effect = "; no drop is compared with it" if doubts(failed_checks) else ""
@@ -129,19 +136,22 @@ def _written_otherwise(archive: Archive, machines: Iterable[str]) -> list[str]:
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     """List the drops in the order of their fall."""
     from tdbmon.history.contract import entry_json
-    from tdbmon.history.matching import clock_remarks
+    from tdbmon.history.matching import odd_clocks
 
     entries = open_archive(folder).entries(machine)
     if not entries:
         typer.echo(f"{folder}: no drops yet")
-    for name in dict.fromkeys(e.machine for e in entries):
-        own = [e for e in entries if e.machine == name]
+    of_machine: dict[str, list[Entry]] = {}
+    for entry in entries:
+        of_machine.setdefault(entry.machine, []).append(entry)
+    for name, own in of_machine.items():
+        odd = odd_clocks(own)
         typer.echo(f"{name}: {counted(len(own), 'drop')}")
         for entry in own:
             notes = [f"assembly {entry.assembly}"] if entry.assembly else []
             notes += [f"{counted(len(entry.failed_checks), 'check')} failed"] if entry.failed_checks else []
             notes += ["synthetic"] if entry.synthetic else []
-            notes += ["clock!"] if entry.dropped and clock_remarks(entry, own) else []
+            notes += ["clock!"] if entry.id in odd else []
             typer.echo(
                 f"  {entry.id}  {entry.when:<34}{entry.speed_words:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip()
             )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
@@ -74,8 +75,7 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     if not entry.dropped:
         return ["the record states no time of the drop: its place in the order is the time of its filing"]
     found = []
-    filed = seconds(entry.filed)
-    if filed is not None and entry.moment > filed + _DAY_S:
+    if _ahead(entry):
         found.append(
             f"the time of the drop, {entry.dropped}, lies after its filing ({moment(entry.filed)}): the recorder's clock is wrong"
         )
@@ -89,6 +89,21 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
             " if so, remove it and file it with --dropped"
         )
     return found
+
+
+def odd_clocks(entries: Sequence[Entry]) -> set[str]:
+    """Return the drops whose stated time `clock_remarks` calls odd, of all drops of a machine in order.
+
+    One pass from the last drop on: it was filed late where any later drop was filed before, hence where the first filed was.
+    """
+    odd: set[str] = set()
+    first: Entry | None = None  # filed, of those that fell later
+    stated = [entry for entry in entries if entry.dropped and seconds(entry.filed) is not None]
+    for _, of_moment in groupby(reversed(stated), key=lambda entry: entry.moment):
+        at_once = list(of_moment)
+        odd |= {e.id for e in at_once if _ahead(e) or (first is not None and _filed_before(first, e))}
+        first = min([*at_once, *([] if first is None else [first])], key=lambda entry: seconds(entry.filed) or 0.0)
+    return odd
 
 
 def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
@@ -111,6 +126,12 @@ def speed_remarks(entry: Entry, others: list[Entry]) -> list[str]:
         f"the speed at the release is not known, so that none of the {len(known)} drops before with a speed is compared: see to"
         " the speed signal or the keyphasor (tdbmon analyse says what is wrong with them)"
     ]
+
+
+def _ahead(entry: Entry) -> bool:
+    """Return whether a drop states a time after its filing."""
+    filed = seconds(entry.filed)
+    return filed is not None and entry.moment > filed + _DAY_S
 
 
 def _filed_before(one: Entry, other: Entry) -> bool:

@@ -24,8 +24,8 @@ class Order:
     Attributes
     ----------
     machine, record : Path
-    forces : bool
-        Fit the simulation: forces and stresses.
+    forces : bool, optional
+        Fit the simulation: forces and stresses; by default where the drop is filed with them.
     assembly : str
     dropped : str
         ISO 8601 time of the drop, where the record's own is missing or wrong.
@@ -35,7 +35,7 @@ class Order:
 
     machine: Path
     record: Path
-    forces: bool = False
+    forces: bool | None = None
     assembly: str = ""
     dropped: str = ""
     filed: str = ""
@@ -59,7 +59,7 @@ def study(order: Order, progress: Progress = silent) -> Filing:
     if sha256_of(order.record) != record.attrs["sha256"]:
         raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
     found = study_record(
-        record, machine, sha256_of(order.machine), order.forces, order.assembly, order.dropped, progress
+        record, machine, sha256_of(order.machine), bool(order.forces), order.assembly, order.dropped, progress
     )
     return replace(found, filed=order.filed) if order.filed else found
 

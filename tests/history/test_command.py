@@ -6,14 +6,19 @@ import csv
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from tdbmon import __version__
 from tdbmon.cli import main
+from tdbmon.history import batch
+from tdbmon.history.archive import open_archive
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
+from tests.history.made import files, filing
 
 MACHINE = str(YEARS / "machine.toml")
 OTHER = str(shipped("short/machine.toml"))
@@ -69,6 +74,58 @@ def test_an_alarm_fails_only_where_it_shall(capsys, years, tmp_path):
 def test_a_filed_record_by_its_file_is_the_filed_drop(capsys, years):
     by_file = run(capsys, "compare", "--archive", years.folder, YEARS / "drop_08.nc")[1]
     assert by_file == run(capsys, "compare", "--archive", years.folder, years.entries()[7].id)[1]
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A study that makes its numbers up, and the forces that it was asked for."""
+    asked = []
+
+    def study(order, progress):
+        asked.append(order.forces)
+        stress = 3e9 if order.forces else None
+        made = filing(order.record, order.machine, stress=stress, dropped="2020-01-01", version=__version__)
+        return replace(made, filed=order.filed)
+
+    monkeypatch.setattr(batch, "study", study)
+    return asked
+
+
+def test_a_drop_with_forces_that_is_analysed_again_keeps_them(capsys, tmp_path, quick):
+    """The stresses left the history without a word, where a newer version or machine file came and --forces was left out."""
+    folder, machine, mended = tmp_path / "archive", tmp_path / "machine.toml", tmp_path / "mended.toml"
+    record, _ = files(tmp_path, 1)
+    machine.write_text(Path(MACHINE).read_text())
+    mended.write_text(Path(MACHINE).read_text() + "# mended\n")
+    assert run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)[::2] == (0, "")
+    code, out, err = run(capsys, "archive", "add", "--archive", folder, mended, record)
+    assert (code, "analysed again" in out, err) == (0, True, "")
+    assert quick == [True, True]
+    (entry,) = open_archive(folder).entries()
+    assert open_archive(folder).filing(entry.id).stress
+    assert "already filed" in run(capsys, "archive", "add", "--archive", folder, mended, record)[1]
+
+
+def test_forces_that_no_longer_count_since_they_were_left_out_are_told_with_the_cure(capsys, tmp_path, quick):
+    folder, machine, mended = tmp_path / "archive", tmp_path / "machine.toml", tmp_path / "mended.toml"
+    record, _ = files(tmp_path, 1)
+    machine.write_text(Path(MACHINE).read_text())
+    mended.write_text(Path(MACHINE).read_text() + "# mended\n")
+    run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)
+    code, _, err = run(capsys, "archive", "add", "--archive", folder, "--no-forces", mended, record)
+    assert code == 0
+    assert f"drop_1.nc: its result with forces, by tdbmon {__version__}, is kept but no longer counts" in err
+    assert f"tdbmon archive add --archive {folder} --forces {mended} {record}" in err
+    # who leaves them out has them left out
+    assert "already filed" in run(capsys, "archive", "add", "--archive", folder, mended, record)[1]
+    assert run(capsys, "archive", "add", "--archive", folder, "--forces", mended, record)[::2] == (0, "")
+    assert quick == [True, False, True]
+
+
+def test_a_new_drop_is_filed_without_forces_unless_they_are_asked_for(capsys, tmp_path, quick):
+    record, _ = files(tmp_path, 1)
+    assert run(capsys, "archive", "add", "--archive", tmp_path / "archive", MACHINE, record)[::2] == (0, "")
+    assert not open_archive(tmp_path / "archive").filing(open_archive(tmp_path / "archive").entries()[0].id).forces
 
 
 def test_the_table_for_other_tools(capsys, years, tmp_path):

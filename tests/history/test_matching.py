@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 
+import numpy as np
 import pytest
 from tdbsim.errors import InputError
 
-from tdbmon.history.matching import clock_remarks
+from tdbmon.history import catalogue, matching
+from tdbmon.history.catalogue import Entry
+from tdbmon.history.command import list_drops
+from tdbmon.history.matching import clock_remarks, odd_clocks
 from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
@@ -74,8 +79,49 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     assert "lies after its filing" in said[ahead][0]
     assert "states no time" in said[timeless][0]
     assert sum(bool(remarks) for remarks in said.values()) == 3
+    assert odd_clocks(list(entries.values())) == {back.drop, ahead}
     _, verdict = judged(empty, back.drop)
     assert any("went back" in reason for reason in verdict.reasons)
+
+
+def made_entry(number: int, moment: float, filed: float, stated: bool) -> Entry:
+    when = datetime.fromtimestamp(moment, UTC).isoformat() if stated else ""
+    first = datetime.fromtimestamp(filed, UTC).isoformat()
+    return Entry(
+        f"{number:012d}", "", "", "", "made up", "", when, moment if stated else filed, first, None, True, (), number
+    )
+
+
+def test_the_clocks_of_a_list_are_those_that_each_drop_is_told_of():
+    """By one pass over all drops: each against all others took minutes where an archive holds ten thousand."""
+    day = 86400.0
+    for seed in range(50):
+        rng = np.random.default_rng(seed)
+        drawn = zip(
+            rng.integers(0, 12, 20) * day, rng.integers(0, 12, 20) * 0.7 * day, rng.random(20) < 0.8, strict=True
+        )
+        entries = [made_entry(number, *map(float, two), bool(stated)) for number, (*two, stated) in enumerate(drawn)]
+        entries.sort(key=lambda entry: entry.order)
+        told = {entry.id for entry in entries if entry.dropped and clock_remarks(entry, entries)}
+        assert 0 < len(told) < 20
+        assert odd_clocks(entries) == told
+
+
+def test_listing_twice_the_drops_reads_twice_the_times(monkeypatch, empty, tmp_path, capsys):
+    """It read the times of every pair of drops."""
+    read = []
+    monkeypatch.setattr(matching, "seconds", lambda time: read.append(time) or catalogue.seconds(time))
+
+    def times_read() -> int:
+        read.clear()
+        list_drops(empty.folder, "", None)
+        return len(read)
+
+    fill(empty, tmp_path, 12, few=True)
+    half = times_read()
+    for i in range(12):
+        add(empty, tmp_path, 20 + i, dropped=f"2021-01-{i + 1:02d}", few=True)
+    assert times_read() < 2.2 * half
 
 
 def test_a_word_for_the_assembly_that_is_left_out_after_an_overhaul_is_told(empty, tmp_path):
