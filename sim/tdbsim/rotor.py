@@ -176,7 +176,8 @@ def static_loads(machine: Machine, model: RotorModel) -> dict[str, float]:
     Raises
     ------
     InputError
-        If the centre of mass does not lie between the touchdown bearings: the rotor would tip.
+        If the centre of mass does not lie between the touchdown bearings: one end would rest at the top of its
+        clearance, and not both at the bottom.
     """
     return {end: mass * machine.gravity for end, mass in end_mass(machine, model).items()}
 
