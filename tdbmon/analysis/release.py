@@ -1,9 +1,10 @@
 """The instant at which the magnetic field let go, found in the record itself.
 
 Before it the shaft stands in its levitated orbit: a constant and once per revolution, with twice per revolution, higher orders
-that stand out, and the mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.  After it the rotor falls
-freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the magnetic bearings
-springs back in the lowest bending modes.  Position and velocity do not jump.  `tdbmon.analysis.release_fit` joins the two.
+that stand out, and the mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.
+After it the rotor falls freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the
+magnetic bearings springs back in the lowest bending modes.  Position and velocity do not jump.
+`tdbmon.analysis.release_fit` joins the two.
 """
 
 from __future__ import annotations
