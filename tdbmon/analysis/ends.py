@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from tdbsim.machine import Machine
+from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.axes import seen_ends
+from tdbmon.analysis.bent_line import line_beyond, relative_load
 from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.gap import SETTLED_S, Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
@@ -83,6 +85,7 @@ def analyse_ends(
             known = None if swing is None else swing.gap[end]
             circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end])
             circles[end] = _agreed(circle, end, known, checks)
+    beyond = line_beyond(planes, machine, rotor, loads)
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
@@ -106,7 +109,9 @@ def analyse_ends(
             gap_from_swing=Estimate.missing("um", no_swing) if swing is None else swing.gap[end],
             contacts=contacts,
             stiffness=_stiffness(contacts, air_gap.why, load / machine.gravity if machine.gravity else 0.0),
-            deepest=_deepest(planes, end, circle, start, contacts),
+            deepest=_bent(
+                _deepest(planes, end, circle, start, contacts), gap, machine.bearing(end), travel, load, beyond[end]
+            ),
         )
     return ends, swing
 
@@ -242,3 +247,25 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
     reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
     rule = "largest distance from the clearance centre"
     return Estimate.from_sigma(float(np.nanmax(reach)), gap.centre[1].sigma or 0.0, "um", rule, "0-pk")
+
+
+def _bent(
+    deepest: Estimate, gap: Gap | None, bearing: TouchdownBearing, travel: RestTravel, load: float, beyond: float
+) -> Estimate:
+    """Widen the largest excursion by how far the rigid line through the probes may pass the shaft, which the blow bends.
+
+    `beyond` : m, by how much the line lies below the shaft at rest.
+    """
+    if deepest.value is None or deepest.low is None or deepest.high is None or gap is None or gap.radius.value is None:
+        return deepest
+    deflected = deepest.value - gap.radius.value + travel.total
+    if beyond == 0.0 or deflected <= 0.0:
+        return deepest
+    passes = beyond * relative_load(bearing, load, deflected)
+    down, up = deepest.value - deepest.low, deepest.high - deepest.value
+    return replace(
+        deepest,
+        low=max(deepest.value - float(np.hypot(down, max(passes, 0.0))), 0.0),
+        high=deepest.value + float(np.hypot(up, max(-passes, 0.0))),
+        method=f"{deepest.method}; interval: also what the blow bends the shaft between probe and bearing",
+    )

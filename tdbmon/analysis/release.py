@@ -1,9 +1,10 @@
 """The instant at which the magnetic field let go, found in the record itself.
 
-Before it the shaft stands in its levitated orbit: a constant and once per revolution, with twice per revolution and the
-mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.  After it the rotor falls
-freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the magnetic bearings
-springs back in the lowest bending modes.  Position and velocity do not jump.  `tdbmon.analysis.release_fit` joins the two.
+Before it the shaft stands in its levitated orbit: a constant and once per revolution, with twice per revolution, higher orders
+that stand out, and the mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.
+After it the rotor falls freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the
+magnetic bearings springs back in the lowest bending modes.  Position and velocity do not jump.
+`tdbmon.analysis.release_fit` joins the two.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
+from tdbmon.analysis.surface_orders import surface_orders
 from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent
@@ -163,9 +165,10 @@ def find_release(
     mains = machine.mains if start - first > rate / machine.mains else None
     clear = t < time[start] - _CLEAR_S
     turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
-    floor = _floor(t[clear], data[:, clear], turning, mains)
+    orders = surface_orders(t[clear], data[:, clear], turning, mains, _SEEN_HZ * rate)
+    floor = _floor(t[clear], data[:, clear], turning, [*([mains] if mains else []), *orders])
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, floor_hz=floor)
+    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
@@ -200,11 +203,11 @@ def find_release(
     )
 
 
-def _floor(t: np.ndarray, levitated: np.ndarray, turning: float | None, mains: float | None) -> float | None:
+def _floor(t: np.ndarray, levitated: np.ndarray, turning: float | None, fitted: Sequence[float]) -> float | None:
     """Return the frequency of a line of the floor, Hz; without a speed a line may as well be the shaft's."""
     if not turning:
         return None
-    return floor_line(t, levitated, [turning, 2 * turning, *([mains] if mains else [])])
+    return floor_line(t, levitated, [turning, 2 * turning, *fitted])
 
 
 def not_told(why: str, falls: dict[str, Fall]) -> Release:

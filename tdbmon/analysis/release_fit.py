@@ -74,6 +74,8 @@ class ReleaseFit:
         Of the shaft and of the hum; None for what is not fitted.
     bending_hz : sequence of float
         Of the free rotor's bending modes that spring back.
+    orders_hz : sequence of float
+        Of higher orders of the surface and harmonics of the hum (`tdbmon.analysis.surface_orders`).
     floor_hz : float or None
         Of a line of floor or housing (`tdbmon.analysis.floor_line`).
     variance : (2 n,) array or None
@@ -86,6 +88,7 @@ class ReleaseFit:
     speed_hz: float | None
     mains_hz: float | None
     bending_hz: Sequence[float] = ()
+    orders_hz: Sequence[float] = ()
     floor_hz: float | None = None
     variance: Array | None = None
 
@@ -96,9 +99,9 @@ class ReleaseFit:
 
     @property
     def lasting(self) -> list[float]:
-        """Frequencies that go on in the fall, Hz: hum, the surface's second order, and a line of the floor."""
+        """Frequencies that go on in the fall, Hz: hum, the surface's second and higher orders, and a line of the floor."""
         orders = [2 * self.speed_hz] if self.speed_hz else []
-        return [hz for hz in (self.mains_hz, *orders, self.floor_hz) if hz]
+        return [hz for hz in (self.mains_hz, *orders, *self.orders_hz, self.floor_hz) if hz]
 
     @property
     def _variances(self) -> Array:
@@ -380,7 +383,7 @@ class ReleaseFit:
     def levitated(self, t0: float, decay: float) -> list[Array]:
         """Columns of the levitated orbit up to t0; then position and velocity go on, and its force dies away.
 
-        Hum and twice per revolution are the probes' and the shaft surface's: they go on as they were.
+        Hum, twice per revolution and higher orders are the probes' and the shaft surface's: they go on as they were.
         """
         after, before = np.maximum(self.t - t0, 0.0), np.minimum(self.t - t0, 0.0)
         columns = [np.ones_like(self.t)]

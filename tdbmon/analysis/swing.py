@@ -31,6 +31,7 @@ from tdbmon.estimate import Estimate
 WAYS = ("parallel", "conical")
 """How the shaft swings in its modes, by number."""
 _CYCLES = 30  # of the slower swing in a window
+_BEATS = 3.0  # of both swings in it, where they are near each other: in fewer their lines are not told apart
 _BENDING = 6  # free-free bending modes in the receptance
 _MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
 _THERE = 0.9  # of a window's samples, that must be there
@@ -83,7 +84,8 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     inside = time >= settled_s
     x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
-    window = int(_CYCLES / predicted[0] * rate)
+    apart = max(float(predicted[1] - predicted[0]), 1 / float(np.ptp(time)))
+    window = int(max(_CYCLES / predicted[0], _BEATS / apart) * rate)
     if x.shape[1] < 5 * window:
         return None
     whole = [x[:, piece] for piece in pieces(time[inside])]
@@ -232,7 +234,11 @@ def _fit_window(
     What is not `there` is zero in `part` and in `taper`, and weighs nothing.
     """
     part = (part - part.sum(axis=1, keepdims=True) / there.sum()) * there
-    found = [_peak(part * taper, rate, f) for f in predicted]
+    middle = float(np.mean(predicted))  # beyond it a line is the other swing's: one line must not be taken for both
+    found = [
+        _peak(part * taper, rate, f, *span)
+        for f, span in zip(predicted, ((0.0, middle), (middle, np.inf)), strict=True)
+    ]
     if found[0] is None:
         return None
     frequency = np.array([np.nan if f is None else f for f in found])
@@ -267,14 +273,14 @@ def _fit_window(
     return _WindowFit(frequency, sigma, complex_amplitude, noise)
 
 
-def _peak(part: np.ndarray, rate: float, near: float) -> float | None:
-    """Frequency of the highest line within 20 % of a prediction that stands out of its surroundings."""
+def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: float = np.inf) -> float | None:
+    """Frequency of the highest line within 20 % of a prediction, between two limits, that stands out of its surroundings."""
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
     n = next_fast_len(4 * part.shape[1], real=True)
     power = np.sum(np.abs(rfft(part, n, axis=1)) ** 2, axis=0)
     frequency = rfftfreq(n, 1 / rate)
-    band = np.flatnonzero(np.abs(frequency / near - 1) < 0.2)
+    band = np.flatnonzero((np.abs(frequency / near - 1) < 0.2) & (frequency > low) & (frequency < high))
     if band.size < 3:  # sampled too slowly, or too short
         return None
     top = band[int(np.argmax(power[band]))]
