@@ -51,19 +51,22 @@ def drop(seed, *, rate=20000.0, speed=97.0, decay=0.0, noise=0.27e-6, levitated=
     return planes_of(time, shaft), release
 
 
-@pytest.mark.parametrize(("rate", "drops"), [(5000.0, 200), (20000.0, 40)])
+@pytest.mark.parametrize(("rate", "drops"), [(5000.0, 100), (20000.0, 40)])
 def test_intervals_hold_the_truth(machine, rate, drops):
-    """At least 95 % of the intervals hold the release; none is off by 0.1 ms."""
-    errors, inside, widths = [], [], []
+    """At least 95 % of the intervals hold the release; none is off by 0.1 ms; and no decaying force is told but by chance."""
+    errors, inside, widths, soft = [], [], [], []
     for seed in range(drops):
         planes, truth = drop(seed, rate=rate)
-        found = find_release(planes, machine, 97.0).time
-        errors.append(found.value - truth)
-        inside.append(found.low <= truth <= found.high)
-        widths.append(found.high - found.low)
+        found = find_release(planes, machine, 97.0)
+        time = found.time
+        errors.append(time.value - truth)
+        inside.append(time.low <= truth <= time.high)
+        widths.append(time.high - time.low)
+        soft.append(found.force_decay.known)
     assert np.max(np.abs(errors)) < 1e-4
     assert np.mean(inside) >= 0.95
     assert np.median(widths) < 1e-4
+    assert np.mean(soft) <= 0.03
 
 
 def test_state_at_the_release_is_the_levitated_one(machine):
@@ -89,11 +92,6 @@ def test_a_force_that_dies_away_is_told_from_a_late_release(machine):
             (found.force_decay.low <= 2e-3 <= found.force_decay.high, found.time.low <= truth <= found.time.high)
         )
     assert (np.mean(held, axis=0) >= 0.85).all()
-
-
-def test_a_sudden_release_shows_no_decaying_force(machine):
-    soft = [find_release(drop(seed, rate=5000.0)[0], machine, 97.0).force_decay.known for seed in range(60)]
-    assert sum(soft) <= 2
 
 
 def changed(planes, end, alter):
