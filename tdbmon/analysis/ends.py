@@ -11,7 +11,7 @@ from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.axes import seen_ends
-from tdbmon.analysis.bent_line import line_beyond, relative_load
+from tdbmon.analysis.bent_line import at_rest, line_beyond, relative_load
 from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.gap import SETTLED_S, Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
@@ -85,7 +85,7 @@ def analyse_ends(
             known = None if swing is None else swing.gap[end]
             circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end])
             circles[end] = _agreed(circle, end, known, checks)
-    beyond = line_beyond(planes, machine, rotor, loads)
+    beyond = line_beyond(planes, machine, rotor, at_rest(machine, loads))
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
@@ -267,5 +267,6 @@ def _bent(
         deepest,
         low=max(deepest.value - float(np.hypot(down, max(passes, 0.0))), 0.0),
         high=deepest.value + float(np.hypot(up, max(-passes, 0.0))),
+        scatter=deepest.apart,
         method=f"{deepest.method}; interval: also what the blow bends the shaft between probe and bearing",
     )
