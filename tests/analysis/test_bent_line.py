@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tdbsim.machine import load_machine
+from tdbsim.quantity import Tolerant
 from tdbsim.rotor import build_rotor, static_loads
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
@@ -70,6 +71,20 @@ def test_probes_in_the_bearing_planes_see_no_bending(template):
 def test_the_load_of_a_travel_is_that_which_makes_it(template):
     bearing = template.touchdown_bearings[0]
     assert relative_load(bearing, 450.0, rest_travel(bearing, 9.0 * 450.0).total) == pytest.approx(9.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("positions", [(0.3, 0.3, 0.95, 0.95), (0.03, 0.03, 1.2, 1.2)])
+def test_the_circle_at_rest_lies_in_its_intervals_wherever_the_probes_stand(template, positions):
+    """The line lies 4 um below the shaft with probes far inboard, outboard 2 um above it."""
+    slowing = template.rotor.model_copy(update={"speed_decay_time": Tolerant(nominal=3.0, low=3.0, high=3.0)})
+    machine = with_probes_at(template.model_copy(update={"rotor": slowing}), *positions)
+    found = analyse(drop(machine, 8.0, 55.0, sampling=5e3, seed=10), machine)
+    for end in machine.ends:
+        gap, bearing = found.ends[end].gap, machine.bearing(end)
+        assert gap.agrees
+        assert holds(gap.centre[0], 0.0)
+        assert holds(gap.centre[1], 0.0)
+        assert holds(gap.radius, bearing.radial_gap.nominal + rest_travel(bearing, found.ends[end].load).total)
 
 
 @pytest.mark.parametrize(
