@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 # unit outside: (name in JSON and reports, factor from SI)
@@ -32,6 +32,9 @@ class Estimate:
         Why it, or its interval, is missing.
     kind : str
         ``"0-pk"``, ``"pk-pk"``, ``"rms"`` for amplitudes; empty otherwise.
+    scatter : Estimate or None
+        The same without the errors that all records of a machine share, which no difference between them holds; None where
+        the interval holds no such errors.
     """
 
     value: float | None
@@ -41,6 +44,7 @@ class Estimate:
     method: str = ""
     why: str = ""
     kind: str = ""
+    scatter: Estimate | None = None
 
     def __post_init__(self) -> None:
         if self.unit not in OUTSIDE:
@@ -70,6 +74,31 @@ class Estimate:
         """A value with the interval ``value ± quantile * sigma`` (SI), cut at the least that the quantity can be."""
         low = max(value - quantile * sigma, min(least, value))
         return cls(value, low, value + quantile * sigma, unit, method, "", kind)
+
+    def widened(self, by: float, holds: str = "", least: float = -math.inf) -> Estimate:
+        """Widen both halves of the interval by an error, SI, that all records of a machine share; `holds` says what it is.
+
+        It has one sign, if an unknown one, and so is added as it is.
+        """
+        if self.value is None or self.low is None or self.high is None or by == 0.0:
+            return self
+        return replace(
+            self,
+            low=max(self.low - by, min(least, self.low)),
+            high=self.high + by,
+            method=f"{self.method}; interval: also {holds}" if holds else self.method,
+            scatter=self.apart,
+        )
+
+    @property
+    def apart(self) -> Estimate:
+        """The same with the interval of what differs from record to record."""
+        return self.scatter or self
+
+    @property
+    def shared(self) -> float:
+        """By how much errors that all records share widen the upper half of the interval, SI."""
+        return 0.0 if self.high is None or self.apart.high is None else self.high - self.apart.high
 
     @property
     def known(self) -> bool:

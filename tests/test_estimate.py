@@ -53,6 +53,18 @@ def test_the_standard_deviation_is_that_of_the_interval():
     assert Estimate(1.0, 0.0, 2.0).log_sigma is None
 
 
+def test_an_error_that_all_records_share_is_in_the_interval_and_not_in_that_of_a_difference():
+    seen = Estimate.from_sigma(2e-6, 0.5e-6, "um", "test", "0-pk", least=0.0)
+    wide = seen.widened(2e-6, "the bend", least=0.0)
+    assert (wide.value, wide.low, wide.high) == (2e-6, 0.0, pytest.approx(4.98e-6))
+    assert wide.method == "test; interval: also the bend" and wide.shared == pytest.approx(2e-6)
+    again = wide.widened(1e-6)
+    assert again.apart == wide.apart == seen and again.shared == pytest.approx(3e-6)
+    assert seen.apart is seen and seen.shared == 0.0 and seen.widened(0.0) is seen
+    missing = Estimate.missing("um", "no probe")
+    assert missing.widened(1e-6) is missing and missing.shared == 0.0
+
+
 def test_what_is_missing_says_why_and_nothing_is_infinite():
     assert Estimate.missing("um", "no probe").to_json()["why"] == "no probe"
     with pytest.raises(ValueError, match="say why"):

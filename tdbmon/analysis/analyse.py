@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -14,17 +14,19 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 from tdbmon.analysis.axes import seen_ends
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.bearing_planes import apart_from_misread, bearing_planes
+from tdbmon.analysis.bent_line import LevitatedMiss, levitated_misses
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.expected_lines import Band, expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
-from tdbmon.analysis.levitation import Levitation, levitation, levitation_alone
+from tdbmon.analysis.levitation import Levitation, held_bent, levitation, levitation_alone
 from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import Phase, split_phases
 from tdbmon.analysis.release import Release, not_told, release_of, springing_back
+from tdbmon.analysis.release import held_bent as state_held_bent
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import NO_DROP, Analysis, EndResult, falls
 from tdbmon.analysis.returned import returned
@@ -148,6 +150,8 @@ def _drop(
 
     progress("fitting the run-down")
     rundown = rotation.run_down(released, rotor, checks)
+    before = rotation.before(released)
+    levitated, misses = _levitation(laid, planes, released, before, ends, checks)
 
     progress("looking for lines and whirl")
     seen, angle = planes.sel(end=seen_ends(planes)), rotation.angle(time, machine)
@@ -159,9 +163,9 @@ def _drop(
         record=record,
         planes=planes,
         checks=tuple(checks),
-        release=release,
+        release=None if release is None else _held_bent(release, misses, before),
         phases=_phases(time, None if unscaled else released, ends, rundown),
-        levitation=_levitation(planes, machine, released, rotation.before(released), ends, checks),
+        levitation=levitated,
         ends=ends,
         swing=swing,
         rundown=rundown,
@@ -212,6 +216,10 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         for end in machine.ends
     }
     seen, speed_hz = seen_ends(planes), rotation.before(float(time[-1]))
+    found = {
+        end: levitation_alone(planes, end, speed_hz, machine.mains, machine.bearing(end).radial_gap.nominal)
+        for end in seen
+    }
     return Analysis(
         machine=machine,
         rotor=laid.rotor,
@@ -219,10 +227,7 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         planes=planes,
         checks=tuple(checks),
         phases=(Phase("levitated", float(time[0]), float(time[-1])),),
-        levitation={
-            end: levitation_alone(planes, end, speed_hz, machine.mains, machine.bearing(end).radial_gap.nominal)
-            for end in seen
-        },
+        levitation=_levitated_bent(laid, planes, speed_hz, found)[0],
         ends=ends,
         rundown=rotation.without_drop(),
         speed_time=rotation.time,
@@ -273,16 +278,18 @@ def _phases(
 
 
 def _levitation(
+    laid: _Laid,
     planes: xr.Dataset,
-    machine: Machine,
     released: float | None,
     speed_hz: float | None,
     ends: dict[str, EndResult],
     checks: list[Check],
-) -> dict[str, Levitation]:
+) -> tuple[dict[str, Levitation], dict[str, LevitatedMiss]]:
+    """Return the levitated shaft at each end that is seen, and by how much the line may miss it there."""
+    machine = laid.machine
     if released is None:
-        return {}
-    return {
+        return {}, {}
+    found = {
         name: levitation(
             planes,
             name,
@@ -296,6 +303,24 @@ def _levitation(
         for name, end in ends.items()
         if end.plane != "none"
     }
+    return _levitated_bent(laid, planes, speed_hz, found)
+
+
+def _levitated_bent(
+    laid: _Laid, planes: xr.Dataset, speed_hz: float | None, found: Mapping[str, Levitation]
+) -> tuple[dict[str, Levitation], dict[str, LevitatedMiss]]:
+    """Return the levitated shaft with intervals that hold by how much the line may miss it, and that."""
+    orbits = [each.once.value for each in found.values() if each.once.value is not None]
+    misses = levitated_misses(planes, laid.machine, laid.rotor, speed_hz, orbits)
+    clearance = {end: laid.machine.bearing(end).radial_gap.nominal for end in found}
+    return {end: held_bent(each, misses[end], clearance[end]) for end, each in found.items()}, misses
+
+
+def _held_bent(release: Release, misses: Mapping[str, LevitatedMiss], speed_hz: float | None) -> Release:
+    states = {
+        end: state_held_bent(state, misses.get(end, LevitatedMiss()), speed_hz) for end, state in release.states.items()
+    }
+    return replace(release, states=states)
 
 
 def _spectra(seen: xr.Dataset) -> xr.Dataset | None:

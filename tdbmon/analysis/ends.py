@@ -11,7 +11,7 @@ from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.axes import seen_ends
-from tdbmon.analysis.bent_line import line_beyond, relative_load
+from tdbmon.analysis.bent_line import at_rest, line_beyond, relative_load
 from tdbmon.analysis.contacts import Contacts, find_contacts
 from tdbmon.analysis.gap import SETTLED_S, Gap, NoCircle, fit_gap, settled_from
 from tdbmon.analysis.late_beginning import late_beginning
@@ -76,6 +76,7 @@ def analyse_ends(
     settled |= {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends if end not in seen}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     shares = carried_shares(machine, rotor)
+    beyond = line_beyond(planes, machine, rotor, at_rest(machine, loads))
     circles: dict[str, Gap | NoCircle] = {}
     for end in machine.ends:
         since = settled[end]
@@ -83,9 +84,8 @@ def analyse_ends(
             circles[end] = since
         else:
             known = None if swing is None else swing.gap[end]
-            circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end])
+            circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end], beyond[end])
             circles[end] = _agreed(circle, end, known, checks)
-    beyond = line_beyond(planes, machine, rotor, loads)
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
@@ -211,7 +211,7 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
         return Estimate.missing("um", gap.why)
     if gap.radius.value is None or gap.radius.sigma is None:
         return Estimate.missing("um", gap.radius.why)
-    sigma = float(np.hypot(gap.radius.sigma, travel.sigma))
+    sigma = float(np.hypot(gap.radius.apart.sigma or 0.0, travel.sigma))
     if gap.radius.value <= travel.total:
         weight = f"rotor of {mass:.4g} kg, {load:.0f} N on this end"
         why = (
@@ -221,7 +221,7 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
         )
         return Estimate.missing("um", why)
     rule = "radius at rest less ball clearance and deflection of the machine file"
-    return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule)
+    return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule).widened(gap.radius.shared)
 
 
 def _stiffness(contacts: Contacts | None, no_air_gap: str, mass: float) -> Estimate:
@@ -246,7 +246,8 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
     reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
     rule = "largest distance from the clearance centre"
-    return Estimate.from_sigma(float(np.nanmax(reach)), gap.centre[1].sigma or 0.0, "um", rule, "0-pk")
+    sigma = gap.centre[1].apart.sigma or 0.0
+    return Estimate.from_sigma(float(np.nanmax(reach)), sigma, "um", rule, "0-pk").widened(gap.centre[1].shared)
 
 
 def _bent(
@@ -267,5 +268,6 @@ def _bent(
         deepest,
         low=max(deepest.value - float(np.hypot(down, max(passes, 0.0))), 0.0),
         high=deepest.value + float(np.hypot(up, max(-passes, 0.0))),
+        scatter=deepest.apart,
         method=f"{deepest.method}; interval: also what the blow bends the shaft between probe and bearing",
     )

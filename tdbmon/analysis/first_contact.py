@@ -12,6 +12,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.record.timebase import usual_interval
 
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
+_FREE_TRIED_S = (1e-3, 1.5e-3, 2e-3)  # the same, by which else they may be told
 _LEVELS = 25  # tried over the interval of the touching radius
 _PASSING_S = 4e-4  # on either side of a crossing, for its velocity: a small part of a contact
 _FEWEST_STEPS = 1.5  # on either side, where the samples lie far apart: three samples tell a velocity
@@ -98,8 +99,9 @@ def first_contact(
         unknown = f"{said(lifted)}, and there the shaft lifts off"
     else:
         unknown = _maybe(lost.within(contact.start, contact.end), "lifted off")
-    duration, rebound = _duration_and_rebound(t, d, r, contact, touching, sigma, step)
-    restitution = _restitution(t, d, contact, following, n, gravity)
+    tried = _tried(t, d, r, contact, touching, sigma)
+    duration, rebound = _duration_and_rebound(t, depth, tried, step)
+    restitution = _restitution(t, d, tried, n, gravity)
     if unknown:
         duration, restitution = (Estimate.missing(unit, unknown) for unit in ("s", "1"))
     again = _maybe(lost.within(touched[0] if touched else contact.start, following), "touched again")
@@ -127,37 +129,69 @@ def _maybe(missing: str, did: str) -> str:
     return f"{missing}, and there the shaft may have {did}" if missing else ""
 
 
-def _restitution(
-    t: np.ndarray, d: np.ndarray, contact: Contact, following: float, n: np.ndarray, gravity: float
-) -> Estimate:
-    """Velocity after over velocity before a contact whose touch and lift-off were seen."""
-    before = _flight(t, d, contact.start - _FREE_S, contact.start, contact.start, n, gravity)
-    after = _flight(t, d, contact.end, contact.end + _FREE_S, contact.end, n, gravity)
-    if before is None or after is None or before[0] <= 0 or after[0] >= 0 or following - contact.end < _FREE_S:
-        return Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
-    ratio = -after[0] / before[0]
-    spread = ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
-    rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
-    return Estimate.from_sigma(ratio, spread, "1", rule, least=0.0)
+@dataclass(frozen=True)
+class _Tried:
+    """A contact by one of the radii at which the shaft may touch: that radius, m, and when the next contact begins, s."""
+
+    level: float
+    contact: Contact
+    following: float
 
 
-def _duration_and_rebound(
-    t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float, step: float
-) -> tuple[Estimate, Estimate]:
-    """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch.
+def _tried(t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float) -> list[_Tried]:
+    """Return a contact by the touching radius, and by all others within its interval.
 
     Where the shaft hardly leaves the ring, a small shift of the level joins the contact to the next one.
     """
-    depth = d @ np.array([np.cos(contact.angle), np.sin(contact.angle)])
-    lasted, risen = [], []
+    out = []
     for shift in (0.0, *np.linspace(-1.96, 1.96, _LEVELS)):
         at = level + shift * sigma
         later = [each for each in contact_events(t, d, r, at) if each.end > contact.start]
-        if not later or later[0].start > contact.end:
-            continue
-        flight = (t >= later[0].end) & (t <= (later[1].start if len(later) > 1 else t[-1]))
-        lasted.append(later[0].end - later[0].start)
-        risen.append(max(at - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
+        if later and later[0].start <= contact.end:
+            out.append(_Tried(at, later[0], later[1].start if len(later) > 1 else float(t[-1])))
+    return out
+
+
+def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarray, gravity: float) -> Estimate:
+    """Velocity after over velocity before a contact whose touch and lift-off were seen.
+
+    The shaft bends to and fro as it flies, in a few milliseconds: the velocity that a straight line tells depends on where the
+    line begins and how long it is, by more than its scatter.
+    """
+    told = _ratio(t, d, tried[0], _FREE_S, n, gravity)
+    if told is None:
+        return Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
+    ratios = [
+        each[0] for at in tried for free in _FREE_TRIED_S if (each := _ratio(t, d, at, free, n, gravity)) is not None
+    ]
+    rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+    apart = float(np.sqrt(np.mean((np.array(ratios) - told[0]) ** 2)))
+    also = "what 1 to 2 ms and all touching radii within the interval tell"
+    return Estimate.from_sigma(*told, "1", rule, least=0.0).widened(1.96 * apart, also, least=0.0)
+
+
+def _ratio(
+    t: np.ndarray, d: np.ndarray, at: _Tried, free: float, n: np.ndarray, gravity: float
+) -> tuple[float, float] | None:
+    """Velocity after over velocity before a contact, by so long a free flight, s, and its standard deviation."""
+    contact = at.contact
+    before = _flight(t, d, contact.start - free, contact.start, contact.start, n, gravity)
+    after = _flight(t, d, contact.end, contact.end + free, contact.end, n, gravity)
+    if before is None or after is None or before[0] <= 0 or after[0] >= 0 or at.following - contact.end < free:
+        return None
+    ratio = -after[0] / before[0]
+    return ratio, ratio * float(np.hypot(after[1] / after[0], before[1] / before[0]))
+
+
+def _duration_and_rebound(
+    t: np.ndarray, depth: np.ndarray, tried: list[_Tried], step: float
+) -> tuple[Estimate, Estimate]:
+    """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch."""
+    lasted, risen = [], []
+    for at in tried:
+        flight = (t >= at.contact.end) & (t <= at.following)
+        lasted.append(at.contact.end - at.contact.start)
+        risen.append(max(at.level - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
     half = float(1.96 * np.sqrt(2) * step / 4)
     among = "for all touching radii within the interval"
     return (

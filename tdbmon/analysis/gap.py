@@ -23,6 +23,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.bent_line import BENDS, DRAWN
 from tdbmon.analysis.jackknife import jackknife
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.unbroken import pieces
@@ -104,6 +105,7 @@ def fit_gap(
     settled_s: float,
     from_swing: Estimate | None = None,
     shares: Mapping[str, float] | None = None,
+    beyond: float = 0.0,
 ) -> Gap | NoCircle:
     """Fit the clearance circle of an end.
 
@@ -124,6 +126,8 @@ def fit_gap(
     shares : mapping, optional
         Of the mass that this end carries, how much moves with each end (`tdbmon.analysis.swing.carried_shares`); by default all
         with its own.
+    beyond : float, optional
+        By how much the rigid line lies below the shaft at rest (`tdbmon.analysis.bent_line.line_beyond`), m.
 
     Returns
     -------
@@ -154,12 +158,15 @@ def fit_gap(
         return NoCircle(_too_vague(settled_s, float(time[-1]), float(sigma[2])))
     how = "circle through the settled arc alone"
     from_arc = Estimate.from_sigma(float(solution[2]), float(sigma[2]), "um", how)
+    passed = _bends(arc, travel.per_load, beyond)
+    from_arc = from_arc.widened(passed[2], BENDS)
     agrees = None
     if from_swing is not None and from_swing.value is not None:
         agrees = _overlap(from_arc, from_swing)
         if agrees:
             solution, sigma = _circle(cells.centre, arc, parts, travel.per_load, from_swing)
-    return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees)
+            passed = _bends(arc, travel.per_load, beyond, from_swing)
+    return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees, passed)
 
 
 def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.0) -> float | NoCircle:
@@ -359,6 +366,16 @@ def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tu
     return p, np.linalg.inv(normal)
 
 
+def _bends(arc: _Arc, per_load: float, beyond: float, known: Estimate | None = None) -> list[float]:
+    """Return by how much centre and radius err at most, m, where the line lies `beyond` below a shaft under its load at rest.
+
+    It does so in proportion to the load: part of it the fit takes for deflection, and the radius it knows stays.
+    """
+    straight = replace(arc, radius=arc.radius - DRAWN * beyond * arc.load)
+    off = _fit_circle(arc, per_load, known)[0] - _fit_circle(straight, per_load, known)[0]
+    return [float(each) for each in np.abs(off[:3])]
+
+
 def _gap(
     xy: np.ndarray,
     cells: _Cells,
@@ -367,18 +384,19 @@ def _gap(
     settled: float,
     from_arc: Estimate,
     agrees: bool | None,
+    passed: Sequence[float],
 ) -> Gap:
-    """Return the circle of a fit `p` (x, y, radius, deflection a unit of load), m, and its standard deviations."""
+    """Return the circle of a fit `p` (x, y, radius, deflection a unit of load), m, its standard deviations, and `_bends`."""
     how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
     x, y, radius = (
-        Estimate.from_sigma(float(p[i]), float(sigma[i]), "um", f"{what}: {how}")
+        Estimate.from_sigma(float(p[i]), float(sigma[i]), "um", f"{what}: {how}").widened(passed[i], BENDS)
         for i, what in enumerate(("centre", "centre", "radius"))
     )
     low, high = np.quantile(np.hypot(*(xy - p[:2]).T), [0.025, 0.975])
     rule = "2.5 % and 97.5 % quantile of the settled radius about the fitted centre"
     return Gap(
-        lower=Estimate.from_sigma(float(low), float(sigma[2]), "um", rule),
-        upper=Estimate.from_sigma(float(high), float(sigma[2]), "um", rule),
+        lower=Estimate.from_sigma(float(low), float(sigma[2]), "um", rule).widened(passed[2], BENDS),
+        upper=Estimate.from_sigma(float(high), float(sigma[2]), "um", rule).widened(passed[2], BENDS),
         centre=(x, y),
         radius=radius,
         from_arc=from_arc,

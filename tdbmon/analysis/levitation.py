@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from tdbmon.analysis.bent_line import BENDS, LevitatedMiss
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.turning_speed import told_from_orders, turning_speed
 from tdbmon.analysis.vibration_zone import share_of_clearance
@@ -135,6 +136,21 @@ def levitation_alone(
     far = float(np.hypot(*z).max())
     reach = Estimate(far, unit="um", method="greatest distance from the probes' zero", why=_FROM_ZERO, kind="0-pk")
     return replace(found, reach=reach, share=share_of_clearance(reach, clearance))
+
+
+def held_bent(found: Levitation, miss: LevitatedMiss, clearance: float) -> Levitation:
+    """Widen the intervals of a levitated shaft, seen along the rigid line, by how much that misses it in its bearing.
+
+    `clearance` : the radial gap of the machine file, m.
+    """
+    both = miss.sag + miss.once
+    return replace(
+        found,
+        y=found.y.widened(miss.sag, BENDS),
+        once=found.once.widened(miss.once, BENDS, least=0.0),
+        reach=found.reach.widened(both, BENDS, least=0.0),
+        share=found.share.widened(both / clearance, BENDS, least=0.0),
+    )
 
 
 def unknown(why: str) -> Levitation:

@@ -20,6 +20,7 @@ from tdbsim.modes import free_free
 from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import seen_ends, to_planes
+from tdbmon.analysis.bent_line import BENDS, LevitatedMiss
 from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
 from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
@@ -284,6 +285,18 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
         scale = best.scales[i] if best.scales else None
         out[end] = EndState(x, y, vx, vy, noise=noise[i], levitated=places[i], scale=scale)
     return out
+
+
+def held_bent(state: EndState, miss: LevitatedMiss, speed_hz: float | None) -> EndState:
+    """Widen the intervals of an end as it was let go, seen along the rigid line, by how much that misses the shaft."""
+    fast = 2 * np.pi * (speed_hz or 0.0) * miss.once
+    return replace(
+        state,
+        x=state.x.widened(miss.once, BENDS),
+        y=state.y.widened(miss.sag + miss.once, BENDS),
+        vx=state.vx.widened(fast, BENDS),
+        vy=state.vy.widened(fast, BENDS),
+    )
 
 
 def springing_back(rotor: RotorModel) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,8 @@ _NO_FORCES = "needs the fitted simulation: file the drop with --forces"
 def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:
     """Return every feature of `KINDS` of one drop, the missing ones with the reason why.
 
+    Their intervals are without errors that all drops of the machine share: no difference between drops holds these.
+
     Parameters
     ----------
     analysis : Analysis
@@ -34,7 +37,7 @@ def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[F
     for end in analysis.ends.values():
         found += _of_end(analysis, end)
         found += _of_fit(end.name, fitted)
-    return tuple(found)
+    return tuple(replace(each, estimate=each.estimate.apart) for each in found)
 
 
 def _of_rotor(analysis: Analysis) -> list[Feature]:
