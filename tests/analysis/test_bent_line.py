@@ -50,6 +50,7 @@ def test_the_deepest_place_lies_in_its_interval_wherever_the_probes_stand(templa
     for end in machine.ends:
         deepest = found.ends[end].deepest
         true = np.hypot(record.rotor_x.sel(end=end), record.rotor_y.sel(end=end)).values.max()
+        # a blow excites the bending too, which the interval does not hold
         assert deepest.low - 1e-6 <= true <= deepest.high + 1e-6
 
 
