@@ -25,8 +25,7 @@ from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation
 from tdbmon.analysis.phases import Phase, split_phases
-from tdbmon.analysis.release import Release, not_told, release_of, springing_back
-from tdbmon.analysis.release import held_bent as state_held_bent
+from tdbmon.analysis.release import Release, not_told, release_of, springing_back, state_held_bent
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import NO_DROP, Analysis, EndResult, falls
 from tdbmon.analysis.returned import returned

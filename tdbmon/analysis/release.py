@@ -287,7 +287,7 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
     return out
 
 
-def held_bent(state: EndState, miss: LevitatedMiss, speed_hz: float | None) -> EndState:
+def state_held_bent(state: EndState, miss: LevitatedMiss, speed_hz: float | None) -> EndState:
     """Widen the intervals of an end as it was let go, seen along the rigid line, by how much that misses the shaft."""
     fast = 2 * np.pi * (speed_hz or 0.0) * miss.once
     return replace(
