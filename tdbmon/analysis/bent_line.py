@@ -26,7 +26,7 @@ from tdbmon.analysis.rest import rest_travel
 BENDS = "what the shaft bends between probe and bearing"  # of an interval that holds it
 DRAWN = 1.2  # times what the drawing tells: parts shrunk on, shear and higher modes make a rotor bend more or less by some tenths
 _BENDING = 12  # free-free bending modes, whose flexibility bends the shaft
-_HEAVIEST = 1000.0  # loads at rest: no drop presses with more
+_LIGHTEST, _HEAVIEST = 1e-9, 1000.0  # loads at rest: no drop presses with more
 _NEAREST = 0.1  # of 1 - (w / w_k)^2: by a drawing, and without gyroscopics, a bending frequency is right to 5 %
 
 
@@ -97,12 +97,14 @@ def bent_once(planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz:
 
 def relative_load(bearing: TouchdownBearing, load: float, travel: float) -> float:
     """Return how many times the load at rest, N, makes contact, balls and support of a bearing yield by a travel, m."""
-    low, high = 0.0, _HEAVIEST
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        less = rest_travel(bearing, middle * load).total < travel
-        low, high = (middle, high) if less else (low, middle)
-    return high
+    from scipy.optimize import brentq
+
+    def beyond(times: float) -> float:
+        return rest_travel(bearing, times * load).total - travel
+
+    if beyond(_LIGHTEST) >= 0:
+        return 0.0
+    return float(brentq(beyond, _LIGHTEST, _HEAVIEST, xtol=1e-9)) if beyond(_HEAVIEST) > 0 else _HEAVIEST
 
 
 def _missed(planes: xr.Dataset, machine: Machine, modes: Modes) -> np.ndarray:

@@ -6,16 +6,15 @@ Left out, their velocity is taken for the shaft's, and shifts the release by tha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+
+from tdbmon.analysis.floor_line import left_by
 
 _ORDERS, _HARMONICS = range(3, 11), range(2, 7)  # of the speed, and of the mains
 _TURNS = 3.0  # of the shaft in the levitated stretch at least: in fewer its orders are not told from drift
 _APART = 1.0  # cells of the spectrum from lines that are fitted already
-_STANDS_OUT = (
-    60.0  # improvement of the misfit (chi-square): the greatest of a dozen, in a floor that is not quite white
-)
+# improvement of the misfit (chi-square): the greatest of a dozen, in a floor that is not quite white
+_STANDS_OUT = 60.0
 
 
 def surface_orders(
@@ -41,20 +40,12 @@ def surface_orders(
     apart = _APART / float(t[-1] - t[0])
     found: list[float] = []
     fitted = [turning, 2 * turning, *([mains] if mains else [])]
-    left = _left(t, data, fitted)
+    left = left_by(t, data, fitted)
     for hz in [k * turning for k in _ORDERS] + [k * mains for k in _HARMONICS if mains]:
         if hz > fastest or any(abs(hz - other) <= apart for other in (*fitted, *found)):
             continue
-        rest = _left(t, data, [*fitted, *found, hz])
+        rest = left_by(t, data, [*fitted, *found, hz])
         if rest > 0 and data.size * np.log(left / rest) > _STANDS_OUT:
             found.append(hz)
             left = rest
     return found
-
-
-def _left(t: np.ndarray, data: np.ndarray, lines: Sequence[float]) -> float:
-    """Sum of squares that a constant and lines leave, m^2."""
-    waves = [wave(2 * np.pi * hz * (t - t[0])) for hz in lines for wave in (np.cos, np.sin)]
-    design = np.column_stack([np.ones_like(t), *waves])
-    coefficients, *_ = np.linalg.lstsq(design, data.T, rcond=None)
-    return float(np.sum((data.T - design @ coefficients) ** 2))
