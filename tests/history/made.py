@@ -14,6 +14,7 @@ from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import Filing, StressBox
 from tdbmon.history.verdict import Verdict, verdict_of
+from tdbmon.history.verify import verify
 
 ENDS = ("NDE", "DE")
 # what a feature of this unit usually is, SI
@@ -136,3 +137,8 @@ def add(archive: Archive, folder, seed: int, **changes):
     made = filing(raw, machine, seed=seed, **changes)
     archive.add(made, raw, machine)
     return made.drop
+
+
+def wrong(archive: Archive) -> list[str]:
+    """Return what an archive's check finds wrong."""
+    return [f"{fault.file}: {fault.what}" for fault in verify(archive) if not fault.harmless]
