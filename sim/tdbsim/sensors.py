@@ -226,7 +226,7 @@ def delayed(values: Array, lag: float) -> Array:
 
 
 def clean_readings(
-    x: Array, y: Array, shaft_angle: Array, probes: Sequence[Probe], chain: SensorChain
+    x: Array, y: Array, shaft_angle: Array, probes: Sequence[Probe], chain: SensorChain, runout: ArrayLike = 0.0
 ) -> NDArray[np.float64]:
     """Return what probes read before hum, noise and converter, (..., probes, n), m.
 
@@ -239,10 +239,12 @@ def clean_readings(
     probes : sequence of Probe
         A row each; a leak from a probe that is not among them is left out.
     chain : SensorChain
+    runout : (..., probes, n) array
+        What the surface has beside the chain's, m.
     """
     links = [chain.of(probe.name) for probe in probes]
     axes = np.array([probe.angle + link.angle_error for probe, link in zip(probes, links, strict=True)])[:, None]
-    out = projected(x, y, axes)
+    out = projected(x, y, axes) + np.asarray(runout)
     if any(link.runout for link in links):
         out += surface([link.runout for link in links], shaft_angle, axes[:, 0])
     out *= np.array([link.gain for link in links])[:, None]

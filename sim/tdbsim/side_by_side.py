@@ -80,11 +80,11 @@ def _integrate(ready: list[Released], states: Array) -> list[float]:
         *(
             getattr(first, name)
             if name in _OF_THE_ROTOR
-            else np.stack([getattr(drop.model.arrays, name) for drop in repeated])
+            else np.array([getattr(d.model.arrays, name) for d in repeated])
             for name in Arrays._fields
         )
     )
-    start, peak = np.stack([drop.start for drop in repeated]), np.zeros((len(ready), 2))
+    start, peak = np.array([drop.start for drop in repeated]), np.zeros((len(ready), 2))
     step = longest_step(ready[0].model, ready[0].plan)
     reached = integrate(arrays, start, step, ready[0].since, states, ready[0].levitated, peak)
     for drop, greatest in zip(ready, peak, strict=True):

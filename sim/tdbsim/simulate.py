@@ -126,6 +126,8 @@ class DropPlan:
 
 def _check_numbers(name: str, value: object, unit: str, shape: tuple[int, ...]) -> None:
     """Raise InputError where a value is not of finite numbers, or of another form."""
+    if type(value) is float and not shape and math.isfinite(value):
+        return  # most are, and fits make plans by the thousand
     wanted = f"give {_FORMS[shape]}" + (f" in {unit}" if unit else "")
     try:
         numbers = np.asarray(value)

@@ -26,7 +26,8 @@ from tdbsim.usual_step import usual_step
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.prediction import centre, drop_plan, with_surface
+from tdbmon.identify.prediction import centre, drop_plan
+from tdbmon.identify.runout import with_runout
 
 Array = NDArray[np.float64]
 
@@ -121,7 +122,7 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     )
     for effect in effects:
         chain = effect.sense(chain, machine, 1 / measured.interval)
-    chain = _with_zeros(with_surface(chain, machine, own), {p.name: own[f"zero_{p.name}"] for p in machine.probes})
+    chain = _with_zeros(with_runout(chain, machine, own), {p.name: own[f"zero_{p.name}"] for p in machine.probes})
     motion = Motion(
         time=since,
         x=places[0] + offset.real[:, None],

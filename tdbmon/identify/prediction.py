@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -16,11 +16,12 @@ from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
 from tdbsim.drop_model import DropModel
 from tdbsim.machine import Machine
 from tdbsim.modes import Modes
-from tdbsim.sensors import Runout, SensorChain, clean_readings
+from tdbsim.sensors import SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
 from tdbmon.identify.drop import FLIGHT_S, LEAD_S, MeasuredDrop
 from tdbmon.identify.noise import coloured
+from tdbmon.identify.runout import ORDERS, runout_at, runout_phasors
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -85,26 +86,15 @@ class Sensors:
     Attributes
     ----------
     chain : SensorChain
-        What effects do to the channels, and how the surface at each end runs out (`with_surface`).
+        What effects do to the channels.
     shared, own : mapping
-        Values (SI) by name, of all drops and of this one; with several paths, (paths,) arrays of them.
+        Values (SI) by name, of all drops and of this one, what a usual surface runs out among these; with several paths,
+        (paths,) arrays of them.
     """
 
     chain: SensorChain
     shared: Mapping[str, float | Array]
     own: Mapping[str, float | Array]
-
-
-def with_surface(chain: SensorChain, machine: Machine, own: Values) -> SensorChain:
-    """Return a chain whose probes also see what a usual surface at their end runs out once and twice a revolution."""
-    probes = dict(chain.probes)
-    for end in machine.ends:
-        parts = [complex(own[f"{end}.runout_cosine_{k}"], own[f"{end}.runout_sine_{k}"]) for k in (1, 2)]
-        surface = tuple(Runout(k, abs(part), cmath.phase(part) / k) for k, part in enumerate(parts, start=1))
-        for probe in machine.probes_at(end):
-            link = chain.of(probe.name)
-            probes[probe.name] = replace(link, runout=(*link.runout, *surface))
-    return replace(chain, probes=probes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +201,8 @@ def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
 def readings(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return what the probes read of a path, (..., probes, k), m."""
     offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])[..., None]
-    seen = clean_readings(path.x + offset.real, path.y + offset.imag, path.angle, drop.probes, sensors.chain)
+    usual = runout_at(runout_phasors(drop.probes, machine, sensors.chain, sensors.own), path.angle)
+    seen = clean_readings(path.x + offset.real, path.y + offset.imag, path.angle, drop.probes, sensors.chain, usual)
     return seen + _zeros(drop, sensors)[..., None]
 
 
@@ -228,13 +219,14 @@ def levitated(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors
     gain = np.array([link.gain for link in links])
     place = path.mean + centre(machine, sensors.shared, [probe.position for probe in drop.probes])
     means = gain * (place * axes).real + np.array([link.offset for link in links])
-    surfaces = np.zeros((len(links), 2), dtype=complex)
-    for seen, axis, link in zip(surfaces, axes.tolist(), links, strict=True):
+    phasors = runout_phasors(drop.probes, machine, sensors.chain, sensors.own)
+    for probe, (axis, link) in enumerate(zip(axes.tolist(), links, strict=True)):
         for surface in link.runout:
-            if surface.order <= len(seen):
-                seen[surface.order - 1] += surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
-    once = path.whirl * axes + surfaces[:, 0]
-    phasors = np.stack([once, np.broadcast_to(surfaces[:, 1], once.shape)], axis=-1) * gain[:, None]
+            if surface.order in ORDERS:
+                crest = surface.amplitude * (axis * cmath.exp(1j * surface.phase)) ** surface.order
+                phasors[..., probe, surface.order - 1] += crest
+    phasors[..., 0] += path.whirl * axes
+    phasors *= gain[:, None]
     rows = {probe.name: i for i, probe in enumerate(drop.probes)}
     alone = means.copy(), phasors.copy()
     for name, (source, part) in sensors.chain.leaks.items():

@@ -27,7 +27,6 @@ from tdbmon.identify.prediction import (
     predict,
     readings,
     residuals,
-    with_surface,
 )
 from tdbmon.identify.slopes import Nudged, slopes
 from tdbmon.identify.variants import Variant, left_by, paths
@@ -178,7 +177,7 @@ class Problem:
         chain = SensorChain()
         for effect in effects:
             chain = effect.sense(chain, self.model.machine, 1 / self.drops[drop].interval)
-        return Sensors(with_surface(chain, self.model.machine, own), shared, own)
+        return Sensors(chain, shared, own)
 
     def _seen_at(self, point: Array, drop: int) -> tuple[DropModel, dict[str, float], Sensors]:
         """Return the model, a drop's own values and its probes at a point (raises InputError where that is impossible)."""
@@ -243,6 +242,7 @@ class Problem:
         self, base: Variant, point: Array, drop: int, horizon: float, among: Collection[str] | None, side: int
     ) -> Iterator[Nudged]:
         """Yield the drop with each parameter moved that may be; what cannot be set is left out."""
+        shared, own = self.values(point, drop)
         acting_names = {each.name for each in self.free}
         parameters = (*self.shared, *self.own[drop])
         for k, (column, parameter) in enumerate(zip(self.columns(drop), parameters, strict=True)):
@@ -252,16 +252,17 @@ class Problem:
             step = side * parameter.nudge
             if not self.low[column] <= point[column] + step <= self.high[column]:
                 step = -step
-            near = point.copy()
-            near[column] += step
-            values = self.values(near, drop)
-            model, acting = base.model, base.model.effects
+            of_all = k < len(self.shared)
+            value = {parameter.name: float(self._nominal[column] + self._scale[column] * (point[column] + step))}
+            values = (shared | value, own) if of_all else (shared, own | value)
+            model, acting, plan = base.model, base.model.effects, base.plan
             try:
-                if k < len(self.shared) or parameter.name.partition(".")[0] in acting_names:
+                if of_all or parameter.name.partition(".")[0] in acting_names:
                     model, acting = self.setting(*values, drop)
+                else:
+                    plan = planned(self.drops[drop], values[1], horizon) if parameter.moves else plan
                 if parameter.moves:  # then the probes stay as they are
                     sensors = replace(base.sensors, shared=values[0], own=values[1])
-                    plan = planned(self.drops[drop], values[1], horizon)
                     yield Nudged(k, step, Variant(model, plan, sensors))
                 else:
                     sensors = self.sensors(acting, *values, drop)

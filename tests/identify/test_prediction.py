@@ -13,7 +13,6 @@ from tdbmon.identify.prediction import (
     predict,
     readings,
     touched_rows,
-    with_surface,
 )
 
 LAG, GAIN = 19, 1.2
@@ -28,7 +27,7 @@ def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):
     row = [p.name for p in measured.probes].index("NDE_B")
 
     def surface(chain, see):
-        seen = [see(Sensors(with_surface(chain, machine, values), shared, values)) for values in (own, rough)]
+        seen = [see(Sensors(chain, shared, values)) for values in (own, rough)]
         return seen[1] - seen[0]
 
     late = SensorChain(probes={"NDE_B": ProbeChain(lag=LAG, gain=GAIN)})
