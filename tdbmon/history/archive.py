@@ -128,6 +128,11 @@ class Archive:
         with catalogue.reading(self.catalogue) as base:
             return self._whole(base, entry.raw, entry.sha256, f"results/{entry.id}/{name}")
 
+    def overtaken(self, entry: Entry, version: str, machine_sha256: str) -> bool:
+        """Return whether a drop's result that counts is by the same version and another machine file, which came later."""
+        with catalogue.reading(self.catalogue) as base:
+            return _overtaken(base, entry, version, machine_sha256)
+
     def has_forces(self, entry: Entry) -> bool:
         """Return whether a drop's current result was made with forces."""
         with catalogue.reading(self.catalogue) as base:
@@ -170,10 +175,11 @@ class Archive:
                 filing = replace(filing, raw_name=before[0].raw_name)
             else:
                 self._refuse_twin(base, filing, raw, machine)
-            if self._whole(base, raw_place, filing.sha256, result_place):
+            overtaken = bool(before) and _overtaken(base, before[0], filing.version, filing.machine_sha256)
+            if self._whole(base, raw_place, filing.sha256, result_place) and not overtaken:
                 return "already filed"
             again = base.execute("SELECT filed FROM results WHERE file = ?", (result_place,)).fetchone()
-            if again:  # its file was lost or damaged
+            if again and not overtaken:  # its file was lost or damaged
                 filing = replace(filing, filed=again[0])
             self._copy(raw, raw_place, filing.sha256)
             self._copy(machine, machine_place, filing.machine_sha256)
@@ -274,6 +280,11 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
 
     bring_up_to_date(archive, create)
     return archive
+
+
+def _overtaken(base: sqlite3.Connection, entry: Entry, version: str, machine_sha256: str) -> bool:
+    made_by, machine = catalogue.maker(base, entry.result)
+    return made_by == version and machine != machine_sha256
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -103,7 +103,8 @@ def _prepared(archive: Archive, order: Order) -> Order | Outcome:
     """Return an order with what is filed of its drop: assembly and time hold on, unless other ones are stated, which is refused.
 
     A drop that is filed with forces gets them again, unless its order says otherwise: its stresses would leave the history.
-    A record whose result by this version and machine file is filed is passed over; so a stopped batch goes on.
+    A record whose result by this version and machine file is filed is passed over, so a stopped batch goes on; but not where
+    another machine file came after it, whose result counts.
     """
     from tdbmon import __version__
 
@@ -130,7 +131,8 @@ def _prepared(archive: Archive, order: Order) -> Order | Outcome:
         )
         return Outcome(order.record, entry.id, "failed", why)
     forces = archive.has_forces(entry) if order.forces is None else order.forces
-    if any(archive.has(entry, name) for name in satisfying_names(__version__, machine, forces)):
+    filed = any(archive.has(entry, name) for name in satisfying_names(__version__, machine, forces))
+    if filed and not archive.overtaken(entry, __version__, machine):
         return Outcome(order.record, entry.id, "already filed")
     return replace(order, forces=forces, assembly=entry.assembly, dropped=entry.dropped)
 

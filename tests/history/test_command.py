@@ -106,6 +106,21 @@ def test_a_drop_with_forces_that_is_analysed_again_keeps_them(capsys, tmp_path, 
     assert "already filed" in run(capsys, "archive", "add", "--archive", folder, mended, record)[1]
 
 
+def test_the_machine_file_that_is_given_last_counts_though_it_was_given_before(capsys, tmp_path, quick):
+    """It was "already filed", and the result by the file in between went on to count."""
+    folder, machine, other = tmp_path / "archive", tmp_path / "machine.toml", tmp_path / "other.toml"
+    record, _ = files(tmp_path, 1)
+    machine.write_text(Path(MACHINE).read_text())
+    other.write_text(Path(MACHINE).read_text() + "# tried\n")
+    for path in (machine, other, machine):
+        said = run(capsys, "archive", "add", "--archive", folder, path, record)[1]
+        assert "already filed" not in said
+        (entry,) = open_archive(folder).entries()
+        assert open_archive(folder).machine_file(entry.id).read_text() == path.read_text()
+    assert "already filed" in run(capsys, "archive", "add", "--archive", folder, machine, record)[1]
+    assert len(quick) == 3
+
+
 def test_forces_that_no_longer_count_since_they_were_left_out_are_told_with_the_cure(capsys, tmp_path, quick):
     folder, machine, mended = tmp_path / "archive", tmp_path / "machine.toml", tmp_path / "mended.toml"
     record, _ = files(tmp_path, 1)
