@@ -21,7 +21,7 @@ from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
-from tdbmon.analysis.rest import rest_travel
+from tdbmon.analysis.rest import total_travel
 
 BENDS = "what the shaft bends between probe and bearing"  # of an interval that holds it
 DRAWN = 1.2  # times what the drawing tells: parts shrunk on, shear and higher modes make a rotor bend more or less by some tenths
@@ -100,7 +100,7 @@ def relative_load(bearing: TouchdownBearing, load: float, travel: float) -> floa
     from scipy.optimize import brentq
 
     def beyond(times: float) -> float:
-        return rest_travel(bearing, times * load).total - travel
+        return total_travel(bearing, times * load) - travel
 
     if beyond(_LIGHTEST) >= 0:
         return 0.0

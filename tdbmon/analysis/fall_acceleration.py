@@ -42,7 +42,7 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
 
     def fitted(instant: float) -> tuple[Array, float]:
         after = np.maximum(fit.t - instant, 0.0)
-        levitated, sags = fit.levitated(instant, 0.0), fit.sags(after, 0.0)
+        levitated, sags = fit.levitated(instant, 0.0), fit.sags(instant, 0.0)
         design = np.column_stack([*levitated, *sags, 0.5 * after**2])
         spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
         expected = np.zeros((len(spread), len(fit.data)))

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,14 @@ class FittedRelease:
     decay: tuple[float, float, float] | None
     misread: float = 0.0
     scales: tuple[float, ...] = ()
+
+
+class _Laws(NamedTuple):
+    """What a fit to an instant needs: columns (k, p), normal matrix (p, p), and the path of a unit weight let go there (k,)."""
+
+    design: Array
+    normal: Array
+    let_go: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +118,7 @@ class ReleaseFit:
 
     def search(self, low: float, high: float) -> FittedRelease:
         """Find the release between two instants."""
-        rough, _ = self._sudden(low, high)
+        rough = self._sudden_together(low, high)
         near = rough - _NEAR_S, rough + _NEAR_S
         best, alone = self._by_noise(rough)._sudden(*near)
         white = self._by_noise(best)
@@ -195,7 +204,10 @@ class ReleaseFit:
 
     def costs(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> Array:
         """Sum of squares an end, in units of its variance; for readings on a `scale`."""
-        _, residual, _ = self.solved(t0, decay, scale)
+        return self._costs(self._laws(t0, decay), scale)
+
+    def _costs(self, laws: _Laws, scale: float) -> Array:
+        _, residual = self._fitted(laws, scale)
         rows = np.sum(residual**2, axis=1) / self._variances
         return np.asarray(rows.reshape(-1, 2).sum(axis=1))
 
@@ -209,27 +221,38 @@ class ReleaseFit:
 
     def _sudden(self, low: float, high: float) -> tuple[float, list[float]]:
         """Return the instant of a sudden release, of all ends together and of each alone."""
+        grid, costs = self._coarsely(low, high)
+        ends = range(costs.shape[1])
+        return self._least(grid, costs, [*ends]), [self._least(grid, costs, [end]) for end in ends]
+
+    def _sudden_together(self, low: float, high: float) -> float:
+        """Return the instant of a sudden release of all ends together."""
+        grid, costs = self._coarsely(low, high)
+        return self._least(grid, costs, [*range(costs.shape[1])])
+
+    def _coarsely(self, low: float, high: float) -> tuple[Array, Array]:
+        """Return instants (m,) in coarse steps, s, and what a sudden release at each leaves of every end (m, n)."""
+        grid = np.arange(max(low, self.t[0] + 4e-3), min(high, self.t[-1] - 5e-4), _STEP_S)
+        return grid, np.array([self.costs(t0) for t0 in grid])
+
+    def _least(self, grid: Array, costs: Array, which: list[int]) -> float:
+        """Return the instant near the best of some, at which a sudden release leaves the least of some ends, s."""
         from scipy.optimize import minimize_scalar
 
-        grid = np.arange(max(low, self.t[0] + 4e-3), min(high, self.t[-1] - 5e-4), _STEP_S)
-        costs = np.array([self.costs(t0) for t0 in grid])
-        ends, exact = range(costs.shape[1]), {"xatol": 1e-7}
-        found = []
-        for which in ([*ends], *([end] for end in ends)):
-            centre = grid[int(np.argmin(costs[:, which].sum(axis=1)))]
-            span = (centre - _STEP_S, centre + _STEP_S)
-            best = minimize_scalar(
-                lambda t0, w=which: float(self.costs(t0)[w].sum()), bounds=span, method="bounded", options=exact
-            )
-            found.append(float(best.x))
-        return found[0], found[1:]
+        centre = grid[int(np.argmin(costs[:, which].sum(axis=1)))]
+        span, exact = (centre - _STEP_S, centre + _STEP_S), {"xatol": 1e-7}
+        best = minimize_scalar(
+            lambda t0: float(self.costs(t0)[which].sum()), bounds=span, method="bounded", options=exact
+        )
+        return float(best.x)
 
     def _on_any_scale(self, t0: float, reach: float = PROBE_SCALE) -> tuple[float, Array]:
         """Sum of squares of a sudden release, each end on the scale within reach that explains it best, and those scales.
 
         What is left is linear in the scale, so that three scales tell its square.
         """
-        low, middle, high = (self.costs(t0, scale=1 + off) for off in (-reach, 0.0, reach))
+        laws = self._laws(t0, 0.0)
+        low, middle, high = (self._costs(laws, 1 + off) for off in (-reach, 0.0, reach))
         bend, slope = np.maximum(low - 2 * middle + high, 1e-12), (high - low) / 2
         off = np.clip(-slope / bend, -1.0, 1.0)
         return float(np.sum(middle + slope * off + bend * off**2 / 2)), 1 + reach * off
@@ -371,27 +394,45 @@ class ReleaseFit:
 
     def solved(self, t0: float, decay: float = 0.0, scale: float = 1.0) -> tuple[Array, Array, Array]:
         """Return coefficients (p, 2 n), what is left (2 n, k) and columns (k, p) for an instant; for readings on a `scale`."""
+        laws = self._laws(t0, decay)
+        return *self._fitted(laws, scale), laws.design
+
+    def _laws(self, t0: float, decay: float) -> _Laws:
+        """Return what a fit to an instant needs, on whatever scale the readings are."""
         design = np.column_stack(self.levitated(t0, decay) + self.free(t0, decay))
-        fall = -scale * self.gravity * let_go(0j, np.maximum(self.t - t0, 0.0), decay).real
-        target = self.data - np.where(self.vertical[:, None], fall, 0.0)
         # normal equations: solved hundreds of times a search, and the columns are of one scale
         normal = design.T @ design
         normal += 1e-12 * np.trace(normal) * np.eye(len(normal))  # the free columns vanish for an instant at the end
-        coefficients = np.linalg.solve(normal, design.T @ target.T).astype(np.float64)
-        return coefficients, target - (design @ coefficients).T, design
+        return _Laws(design, normal, self._with_rest(let_go(0j, self._rest_and_after(t0), decay).real))
+
+    def _fitted(self, laws: _Laws, scale: float) -> tuple[Array, Array]:
+        """Return coefficients (p, 2 n) and what is left (2 n, k) of readings on a `scale`."""
+        target = self.data - np.where(self.vertical[:, None], -scale * self.gravity * laws.let_go, 0.0)
+        coefficients = np.linalg.solve(laws.normal, laws.design.T @ target.T).astype(np.float64)
+        return coefficients, target - (laws.design @ coefficients).T
+
+    def _rest_and_after(self, t0: float) -> Array:
+        """Return 0, then the times from an instant on, counted from it, s."""
+        return np.append(0.0, self.t[int(np.searchsorted(self.t, t0)) :] - t0)
+
+    def _with_rest(self, motion: Array) -> Array:
+        """Return a motion at all times, given it at those of `_rest_and_after`: before the instant it is at rest."""
+        column = np.full(len(self.t), motion[0])
+        column[len(column) - len(motion) + 1 :] = motion[1:]
+        return column
 
     def levitated(self, t0: float, decay: float) -> list[Array]:
         """Columns of the levitated orbit up to t0; then position and velocity go on, and its force dies away.
 
         Hum, twice per revolution and higher orders are the probes' and the shaft surface's: they go on as they were.
         """
-        after, before = np.maximum(self.t - t0, 0.0), np.minimum(self.t - t0, 0.0)
         columns = [np.ones_like(self.t)]
         if self.speed_hz:
-            s = 2j * np.pi * self.speed_hz
-            orbit = np.exp(s * before) + s * after
+            s, after = 2j * np.pi * self.speed_hz, self._rest_and_after(t0)[1:]
+            fall = 1 + s * after
             if decay > 0:
-                orbit += s**2 * _path(s - 1 / decay, after)
+                fall += s**2 * _path(s - 1 / decay, after)
+            orbit = np.concatenate([np.exp(s * (self.t[: len(self.t) - len(after)] - t0)), fall])
             columns += [orbit.real, orbit.imag]
         for f in self.lasting:
             wave = np.exp(2j * np.pi * f * (self.t - t0))
@@ -405,17 +446,16 @@ class ReleaseFit:
 
     def free(self, t0: float, decay: float) -> list[Array]:
         """Columns of the free motion besides the fall, each starting with neither displacement nor velocity."""
-        after = np.maximum(self.t - t0, 0.0)
         columns = []
         if self.speed_hz:
             s = 2j * np.pi * self.speed_hz
-            turning = s**2 * let_go(s, after, decay)
-            columns += [turning.real, turning.imag]
-        return columns + self.sags(after, decay)
+            turning = s**2 * let_go(s, self._rest_and_after(t0), decay)
+            columns += [self._with_rest(turning.real), self._with_rest(turning.imag)]
+        return columns + self.sags(t0, decay)
 
-    def sags(self, after: Array, decay: float) -> list[Array]:
+    def sags(self, t0: float, decay: float) -> list[Array]:
         """Columns of the sag that springs back in each bending mode, from 1 at rest, less that 1."""
-        columns = []
+        columns, after = [], self._rest_and_after(t0)
         for hz in self.bending_hz:
             # x'' + w^2 x = w^2 exp(-t/T)
             w = 2 * np.pi * hz
@@ -423,7 +463,7 @@ class ReleaseFit:
             sag = (1 - share) * np.cos(w * after) - 1
             if decay > 0:
                 sag += share * (np.exp(-after / decay) + np.sin(w * after) / (w * decay))
-            columns.append(sag)
+            columns.append(self._with_rest(sag))
         return columns
 
 

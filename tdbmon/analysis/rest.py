@@ -49,15 +49,25 @@ class RestTravel:
 def rest_travel(bearing: TouchdownBearing, load: float) -> RestTravel:
     """Return the travel at a static load (N) with the machine file's values and tolerances."""
     clearance, stiffness = bearing.balls.diametral_clearance, bearing.support_stiffness
-    contact = static_depth(load, bearing.contact_stiffness, bearing.contact_exponent)
-    balls = ball_travel(bearing, load, clearance.nominal)
-    support = load / stiffness.nominal
+    contact, balls, support = _parts(bearing, load)
     clearance_sigma = (clearance.high - clearance.low) / 4 / 2
     support_sigma = support * (stiffness.high - stiffness.low) / 4 / stiffness.nominal
     h = 0.02
     steeper = ball_travel(bearing, load * (1 + h), clearance.nominal)
     per_load = contact / bearing.contact_exponent + (steeper - balls) / h + support
     return RestTravel(contact, balls, support, float(np.hypot(clearance_sigma, support_sigma)), per_load)
+
+
+def total_travel(bearing: TouchdownBearing, load: float) -> float:
+    """Return the sum of the parts of `rest_travel` alone, m."""
+    contact, balls, support = _parts(bearing, load)
+    return contact + balls + support
+
+
+def _parts(bearing: TouchdownBearing, load: float) -> tuple[float, float, float]:
+    contact = static_depth(load, bearing.contact_stiffness, bearing.contact_exponent)
+    balls = ball_travel(bearing, load, bearing.balls.diametral_clearance.nominal)
+    return contact, balls, load / bearing.support_stiffness.nominal
 
 
 def ball_travel(bearing: TouchdownBearing, load: float, diametral_clearance: float) -> float:

@@ -9,13 +9,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
+import numpy as np
+
 Method = Literal["holm", "fdr_bh"]
 
 
 def corrected(p: Sequence[float], method: Method) -> list[float]:
     """Return probabilities corrected for how many they are, each at most 1, in the order given."""
-    if not p:
-        return []
-    from statsmodels.stats.multitest import multipletests
-
-    return [float(x) for x in multipletests(p, method=method)[1]]
+    rising = np.argsort(p)
+    each, number = np.array(p, dtype=float)[rising], len(p)
+    if method == "holm":
+        each = np.maximum.accumulate(each * np.arange(number, 0, -1))
+    else:
+        each = np.minimum.accumulate((each / (np.arange(1, number + 1) / max(1, number)))[::-1])[::-1]
+    found = np.empty(number)
+    found[rising] = np.minimum(each, 1.0)
+    return found.tolist()

@@ -84,17 +84,22 @@ def frozen_runs(signal: Signal) -> Runs:
     flat = signal.flat.where(signal.flat.length >= _FLAT)
     if not len(flat):
         return flat
-    frozen = np.zeros(len(flat), dtype=bool)
-    for i, (first, length) in enumerate(zip(flat.first, flat.length, strict=True)):
-        beside = min(_AROUND, int(length))  # no further: where a swing turns, coarse steps stand still for a while too
-        before = signal.steps[max(first - beside, 0) : first]
-        after = signal.steps[first + length - 1 : first + length - 1 + beside]
-        frozen[i] = any(
-            side.size >= _FLAT and np.nanmedian(np.abs(side)) >= 3 * signal.quantum
-            for side in (before, after)
-            if np.isfinite(side).any()
-        )
-    return flat.where(frozen)
+    # no further: where a swing turns, coarse steps stand still for a while too
+    beside, last = np.minimum(flat.length, _AROUND), flat.first + flat.length - 1
+    sides = ((flat.first - beside, flat.first), (last, last + beside))
+    moves = [_usual_step(signal.steps, *side) >= 3 * signal.quantum for side in sides]
+    return flat.where(moves[0] | moves[1])
+
+
+def _usual_step(steps: np.ndarray, first: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """Return the median size of the steps in stretches of at most `_AROUND`; NaN where too few are in one, or none is known."""
+    first, stop = np.maximum(first, 0), np.minimum(stop, steps.size)
+    at = first[:, None] + np.arange(_AROUND)
+    size = np.where(at < stop[:, None], np.abs(steps[np.minimum(at, steps.size - 1)]), np.nan)
+    size.sort(axis=1)  # NaN comes last
+    known, row = np.isfinite(size).sum(axis=1), np.arange(len(first))
+    middle = 0.5 * (size[row, np.maximum(known - 1, 0) // 2] + size[row, known // 2])
+    return np.where(stop - first >= _FLAT, middle, np.nan)
 
 
 def jumped_runs(signal: Signal, runs: Runs) -> np.ndarray:

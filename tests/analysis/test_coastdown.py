@@ -21,6 +21,7 @@ from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.report import build_report
 from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed, recorded
 
 
 @pytest.fixture(scope="module", params=["drop_100", "drop_150"])
@@ -94,7 +95,7 @@ def test_the_interval_of_the_decay_time_holds_the_truth(result, machine, rotor, 
 @pytest.mark.parametrize("name", ["drop_060", "drop_100"])
 def test_the_interval_of_a_short_record_holds_what_slipping_rings_hide(name, rotor):
     machine, answer = load_machine(shipped("short/machine.toml")), json.loads(shipped("short/answer.json").read_text())
-    found = analyse(read(shipped(f"short/{name}.nc")), machine).rundown.decay_time
+    found = analysed(f"short/{name}").rundown.decay_time
     assert found.low <= with_rings(machine, rotor, answer["true"]) <= found.high
     assert found.high - found.low < 0.06 * found.value
 
@@ -165,11 +166,11 @@ def test_a_record_with_displacement_alone_gets_the_rest(machine):
     assert alone.lines == ()
 
 
-def test_keyphasor_alone_gives_the_speed(coastdown_record, machine):
+def test_keyphasor_alone_gives_the_speed(coastdown, coastdown_record, machine):
     alone = analyse(coastdown_record.drop_vars("speed"), machine)
     assert alone.rundown.decay_time.value == pytest.approx(11.74, rel=0.01)
     assert alone.rundown.source == "keyphasor pulses"
-    both = analyse(coastdown_record, machine).rundown
+    both = coastdown.rundown
     for quantity in ("initial", "lost_speed"):
         known, counted = getattr(both, quantity), getattr(alone.rundown, quantity)
         assert counted.low <= known.value <= counted.high, quantity
@@ -178,9 +179,8 @@ def test_keyphasor_alone_gives_the_speed(coastdown_record, machine):
 
 def test_speed_lost_in_contacts_is_no_surer_than_the_law_that_it_is_told_from(machine):
     """Of a record of half a second the keyphasor alone tells the decay from 8 to 17 s, and what was lost no better."""
-    record = read(shipped("short/drop_100.nc"))
-    known = analyse(record, machine).rundown.lost_speed.value
-    counted = analyse(record.drop_vars("speed"), machine).rundown
+    known = analysed("short/drop_100").rundown.lost_speed.value
+    counted = analyse(recorded("short/drop_100").drop_vars("speed"), machine).rundown
     assert counted.decay_time.low <= 11.742 <= counted.decay_time.high
     assert counted.lost_speed.low <= known <= counted.lost_speed.high
 
@@ -214,7 +214,7 @@ def test_a_record_that_begins_late_calls_no_later_contact_the_first(machine, beg
     end = result.ends["NDE"]
     assert end.gap is not None and end.contacts.events
     if not why:
-        whole = analyse(record, machine).ends["NDE"]
+        whole = analysed("short/drop_060").ends["NDE"]
         assert end.contacts.first.duration.value == pytest.approx(whole.contacts.first.duration.value, abs=1e-4)
         return
     assert end.contacts.first is None
@@ -236,15 +236,14 @@ def test_one_end_alone_is_analysed_at_its_probes(machine):
 
 
 def test_a_missing_swing_says_what_it_lacks(machine, coastdown_record):
-    """60 s hold a thousand cycles of it: what is missing is an end, or one end at rest."""
-    long = coastdown_record.sel(time=slice(0, 60))
+    """20 s hold hundreds of cycles of it: what is missing is an end, or one end at rest."""
+    long = coastdown_record.sel(time=slice(0, 20))
     assert analyse(long, machine).swing is not None
     alone = analyse(long.drop_vars(["DE_A", "DE_B"]), machine)
     assert alone.no_swing == alone.ends["NDE"].gap_from_swing.why == "the swing takes both ends, and DE is not seen"
     features = {f.name: f.estimate for f in features_of(alone)}
     assert features["swing_1_hz"].why == alone.no_swing
-    short = read(shipped("short/drop_150.nc"))
-    bouncing = analyse(short, machine)
+    bouncing = analysed("short/drop_150")
     assert "takes both ends at rest, and NDE is not" in bouncing.no_swing
     assert "still lifts off" in bouncing.ends["NDE"].air_gap.why
     offset = [machine.channel_in_file(name) for name in ("NDE_A", "NDE_B")]
@@ -274,9 +273,9 @@ def test_terminal_and_report_state_a_number_alike(coastdown):
 
 
 def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
-    record = read(shipped("short/drop_100.nc"))
-    said = "\n".join(summary_lines(analyse(record, machine)))
+    said = "\n".join(summary_lines(analysed("short/drop_100")))
     assert "outside the tolerance" not in said
+    record = recorded("short/drop_100")
     for probe in machine.probes:
         record[probe.name] = 1.3 * record[probe.name]
     said = "\n".join(summary_lines(analyse(record, machine)))
@@ -286,15 +285,14 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
 
 @pytest.mark.parametrize(("last", "told"), [(0.13, True), (0.5, False)])
 def test_where_no_circle_is_found_the_terminal_says_what_tells_the_first_contact(machine, last, told):
-    channels = read(shipped("short/drop_100.nc"))
-    found = analyse(channels.sel(time=slice(0, last)), machine)
+    found = analyse(recorded("short/drop_100").sel(time=slice(0, last)), machine)
     assert any("--forces" in line for line in summary_lines(found)) == told
     assert not any("--forces" in line for line in summary_lines(found, fitted=True))
 
 
 def test_a_record_cut_before_the_release_tells_how_the_shaft_levitates(machine):
     record = read(shipped("short/drop_100.nc"))
-    whole, cut = analyse(record, machine), analyse(record.sel(time=slice(0, 0.095)), machine)
+    whole, cut = analysed("short/drop_100"), analyse(record.sel(time=slice(0, 0.095)), machine)
     assert [each.check for each in cut.checks if not each.passed] == ["drop"]
     assert cut.release is None and [phase.name for phase in cut.phases] == ["levitated"]
     for end, known in whole.levitation.items():
@@ -337,8 +335,8 @@ def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
 def test_effects_of_the_machine_file_are_said_to_be_in_the_simulation_alone():
     machine = load_machine(shipped("short/machine.toml"))
     oval = EffectSetting(name="oval_clearance", where="NDE", amplitude="20 um")
-    record = read(shipped("short/drop_100.nc"))
-    bare, carrying = (analyse(record, m) for m in (machine, machine.model_copy(update={"effects": (oval,)})))
+    carried = machine.model_copy(update={"effects": (oval,)})
+    bare, carrying = analysed("short/drop_100"), analyse(recorded("short/drop_100"), carried)
     (row,) = [each for each in carrying.checks if each not in bare.checks]
     assert row.passed
     assert row.detail.startswith("oval_clearance at NDE: the simulation has it")

@@ -9,6 +9,7 @@ from tdbmon.analysis.contract import analysis_json
 from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed, recorded
 
 LACKING = {
     "no displacement": ["NDE_A", "NDE_B", "DE_A", "DE_B"],
@@ -37,9 +38,8 @@ def quantities(content, at=""):
 
 @pytest.mark.parametrize("which", LACKING)
 def test_what_is_lacking_is_null_with_the_reason(which, machine):
-    record = read(shipped("short/drop_100.nc"))
-    whole = analysis_json(analyse(record, machine))
-    less = record.drop_vars([machine.channel_in_file(name) for name in LACKING[which]])
+    whole = analysis_json(analysed("short/drop_100"))
+    less = recorded("short/drop_100").drop_vars([machine.channel_in_file(name) for name in LACKING[which]])
     if which == "no release":
         less = less.isel(time=slice(2300, None))
     content = analysis_json(analyse(less, machine))

@@ -7,24 +7,24 @@ import pytest
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
-from tdbmon.record.read import read
-from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed, recorded
+
+SOUND = "short/drop_100"
 
 
 def cut(machine, share, *probes):
-    """A shipped record, and the same with this share of the deepest samples of some probes at one limit."""
-    sound = read(shipped("short/drop_100.nc"))
-    record = sound.copy()
+    """A shipped record with this share of the deepest samples of some probes at one limit."""
+    record = recorded(SOUND)
     for probe in probes:
         channel = machine.channel_in_file(probe)
-        values = sound[channel]
+        values = record[channel]
         record[channel] = np.maximum(values, float(values.quantile(share))).assign_attrs(values.attrs)
-    return sound, record
+    return record
 
 
 def test_a_cut_arc_tells_no_circle(machine):
-    sound, record = cut(machine, 0.1, "NDE_A", "NDE_B")
-    whole, found = analyse(sound, machine), analyse(record, machine)
+    record = cut(machine, 0.1, "NDE_A", "NDE_B")
+    whole, found = analysed(SOUND), analyse(record, machine)
     end = found.ends["NDE"]
     assert end.gap is None
     assert end.contacts is None
@@ -38,8 +38,8 @@ def test_a_cut_arc_tells_no_circle(machine):
 
 def test_a_cut_probe_leaves_the_other_end(machine):
     """Along the rigid line its missing peaks would take both ends."""
-    sound, record = cut(machine, 0.5, "NDE_B")
-    whole, found = analyse(sound, machine).ends["DE"], analyse(record, machine)
+    record = cut(machine, 0.5, "NDE_B")
+    whole, found = analysed(SOUND).ends["DE"], analyse(record, machine)
     assert found.ends["NDE"].gap is None
     assert "are cut off" in found.ends["NDE"].air_gap.why
     assert_same_end(found.ends["DE"], whole)
@@ -48,11 +48,11 @@ def test_a_cut_probe_leaves_the_other_end(machine):
 
 def test_samples_missing_over_the_first_contact_leave_the_other_end(machine):
     """Along the rigid line the other end's first contact was told 7 ms late."""
-    sound, record = cut(machine, 0.0)
+    record = cut(machine, 0.0)
     values = record["NDE_A"].copy()
     values[2100:2300] = np.nan  # 5 to 15 ms after the release
     record["NDE_A"] = values
-    whole, found = analyse(sound, machine).ends["DE"].contacts, analyse(record, machine)
+    whole, found = analysed(SOUND).ends["DE"].contacts, analyse(record, machine)
     first = found.ends["DE"].contacts.first
     assert first.touch.value == pytest.approx(whole.first.touch.value, abs=1e-4)
     assert first.touch.low <= whole.first.touch.value <= first.touch.high
@@ -62,12 +62,11 @@ def test_samples_missing_over_the_first_contact_leave_the_other_end(machine):
 
 def test_probes_without_their_offset_leave_the_other_end(machine):
     """As where the machine file lacks the set-point voltage of one end's probes."""
-    sound = read(shipped("short/drop_100.nc"))
-    record = sound.copy()
+    record = recorded(SOUND)
     for probe in ("NDE_A", "NDE_B"):
         channel = machine.channel_in_file(probe)
-        record[channel] = (sound[channel] + 1.5e-3).assign_attrs(sound[channel].attrs)
-    whole, found = analyse(sound, machine).ends["DE"], analyse(record, machine)
+        record[channel] = (record[channel] + 1.5e-3).assign_attrs(record[channel].attrs)
+    whole, found = analysed(SOUND).ends["DE"], analyse(record, machine)
     assert {c.channel for c in found.checks if c.check == "range" and not c.passed} == {"NDE_A", "NDE_B"}
     assert "NDE_A and NDE_B read where no rotor gets to" in found.ends["NDE"].air_gap.why
     assert_same_end(found.ends["DE"], whole)
@@ -82,15 +81,15 @@ def assert_same_end(found, whole):
 
 
 def test_of_one_peak_cut_off_only_the_greatest_excursion_is_withheld(machine):
-    sound, record = cut(machine, 0.001, "NDE_B")
-    whole, found = analyse(sound, machine).ends["NDE"], analyse(record, machine).ends["NDE"]
+    record = cut(machine, 0.001, "NDE_B")
+    whole, found = analysed(SOUND).ends["NDE"], analyse(record, machine).ends["NDE"]
     assert found.deepest.value is None
     assert found.gap.radius.value == pytest.approx(whole.gap.radius.value, abs=0.5e-6)
     assert found.contacts.first.rebound.value == pytest.approx(whole.contacts.first.rebound.value, abs=0.5e-6)
 
 
 def test_samples_cut_off_take_no_part_in_the_calibration(machine):
-    drop = measured_drop(cut(machine, 0.02, "NDE_A", "NDE_B")[1], machine)
+    drop = measured_drop(cut(machine, 0.02, "NDE_A", "NDE_B"), machine)
     assert [probe.name for probe in drop.probes] == ["NDE_A", "NDE_B", "DE_A", "DE_B"]
     gone = np.isnan(drop.reading).mean(axis=1)
     np.testing.assert_allclose(gone[:2], 0.02, atol=0.005)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tdbsim.machine import load_machine
 
-from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.lines import find_lines, spectra_against_time
-from tdbmon.record.read import read
 from tdbmon.report.document import Table
 from tdbmon.report.sections import spectra
-from tdbmon.shipped import shipped
 from tests.analysis.planes import planes_of
+from tests.shipped_drops import analysed
 
 RATE, SECONDS, NOISE = 5000.0, 4.0, 0.3e-6
 TIME = np.arange(0, SECONDS, 1 / RATE)
@@ -72,7 +69,7 @@ def test_a_weak_tone_beside_strong_ones_is_no_swing():
 
 def test_shipped_drops_with_a_conical_swing_that_climbs_tell_it():
     """No line told it, though it is the second strongest of all that moves."""
-    analysis = analyse(read(shipped("years/drop_01.nc")), load_machine(shipped("years/machine.toml")))
+    analysis = analysed("years/drop_01")
     assert "swing 2" not in {line.name for line in analysis.lines}
     (found,) = analysis.drifting
     assert found.name == "swing 2"

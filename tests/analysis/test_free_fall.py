@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import pytest
 from tdbsim.machine import load_machine
@@ -17,13 +18,21 @@ from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 from tests.analysis.test_release import drop
 from tests.diagnosis.simulated import record
+from tests.shipped_drops import analysed, recorded
 
 NAMES = ("coastdown/drop_100", "short/drop_060", "short/drop_100", "short/drop_150", "short/drop_210", "loose/drop_060")
 
 
+@cache
+def planes_of(name):
+    """The first 0.3 s of a shipped record at the bearing planes."""
+    machine = load_machine(shipped(f"{name.partition('/')[0]}/machine.toml"))
+    return to_planes(assign(recorded(name), machine), machine).sel(time=slice(0, 0.3))
+
+
 def fallen(name, machine, *, longer=1.0, larger=1.0):
     """Checks of a shipped record with times and lengths read so many times too long."""
-    planes = to_planes(assign(read(shipped(f"{name}.nc")), machine), machine).sel(time=slice(0, 0.3))
+    planes = planes_of(name)
     changed = planes.assign_coords(time=planes.time.values * longer)
     changed["displacement"] = changed.displacement * larger
     changed.attrs["sampling_hz"] = planes.attrs["sampling_hz"] / longer
@@ -91,7 +100,7 @@ def test_a_bent_shaft_does_not_make_a_record_wrong(machine):
 
 def scaled(name, machine, **scales):
     """Checks of probes against each other on a shipped record, some of its probes on a wrong scale."""
-    channels = assign(read(shipped(f"{name}.nc")), machine)
+    channels = assign(recorded(name), machine)
     channels = channels.isel({channels.NDE_A.dims[0]: channels[channels.NDE_A.dims[0]] < 0.3})
     changed = channels.assign({probe: channels[probe] * scale for probe, scale in scales.items()})
     return check_probe_scales(
@@ -196,19 +205,18 @@ def test_a_machine_on_end_does_not_fall_across_its_bearings(machine):
     assert check_free_fall(release, machine.model_copy(update={"gravity": 0.0})) == []
 
 
-def test_an_analysis_carries_the_check(machine):
-    record = read(shipped("short/drop_100.nc"))
-    found = [check for check in analyse(record, machine).checks if check.check == "free fall"]
+def test_an_analysis_carries_the_check():
+    found = [check for check in analysed("short/drop_100").checks if check.check == "free fall"]
     assert len(found) == 2
     assert all(check.passed for check in found)
 
 
 def test_the_ratio_of_an_ends_probes_follows_the_gain_of_one(machine):
-    true = read(shipped("short/drop_150.nc"))
-    off = true.assign(NDE_A=1.1 * true["NDE_A"])
-    off["NDE_A"].attrs = true["NDE_A"].attrs
+    off = recorded("short/drop_150")
+    off["NDE_A"] = (1.1 * off["NDE_A"]).assign_attrs(off["NDE_A"].attrs)
     before, after = (
-        {end: probe_ratio(analyse(each, machine).release, machine, end) for end in machine.ends} for each in (true, off)
+        {end: probe_ratio(each.release, machine, end) for end in machine.ends}
+        for each in (analysed("short/drop_150"), analyse(off, machine))
     )
     for end in machine.ends:
         assert before[end].low < 1.0 < before[end].high

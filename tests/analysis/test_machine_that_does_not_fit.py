@@ -10,6 +10,7 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed
 
 
 def _ten_times_as_thick(folder: Path) -> Machine:
@@ -34,7 +35,7 @@ def test_a_negative_gap_is_withheld_with_the_weight_that_leaves_none(tmp_path: P
     assert any(line.startswith("rotor") and "5600 kg" in line for line in summary_lines(found))
 
 
-def test_a_sound_machine_leaves_a_gap(machine: Machine) -> None:
-    found = analyse(read(shipped("short/drop_100.nc")), machine)
+def test_a_sound_machine_leaves_a_gap() -> None:
+    found = analysed("short/drop_100")
     assert all(check.passed for check in found.checks)
     assert all(end.air_gap.known for end in found.ends.values())

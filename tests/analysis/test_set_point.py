@@ -12,10 +12,9 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
-from tdbmon.record.read import read
 from tdbmon.report.document import Paragraph, Table
 from tdbmon.report.sections import release
-from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed
 
 
 def oval(machine, seconds):
@@ -38,8 +37,8 @@ def checks_of(result, name):
 
 
 @pytest.mark.parametrize("name", ["short/drop_100", "loose/drop_060"])
-def test_a_sound_shaft_levitates_near_the_centre(name, machine):
-    found = checks_of(analyse(read(shipped(f"{name}.nc")), machine), "set point")
+def test_a_sound_shaft_levitates_near_the_centre(name):
+    found = checks_of(analysed(name), "set point")
     assert set(found) == {"NDE", "DE"}
     assert all(check.passed for check in found.values())
 

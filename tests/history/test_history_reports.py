@@ -18,7 +18,7 @@ from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_boxes import stress_boxes
 from tdbmon.figures.trends import trends
-from tdbmon.history.archive import Archive
+from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
@@ -49,37 +49,44 @@ def comparison(years: Archive):
     return compare(years, filed_drop(years, years.entries()[-1].id))
 
 
-@pytest.fixture
-def stressed(empty, tmp_path):
-    """Drops of two speeds with stresses, of a machine with a hostile name."""
+@pytest.fixture(scope="module")
+def stressed(tmp_path_factory) -> Archive:
+    """Drops of two speeds with stresses, of a machine with a hostile name; read it only."""
+    folder = tmp_path_factory.mktemp("stressed")
+    archive = open_archive(folder / "archive", create=True)
     for i in range(12):
-        raw, machine = files(tmp_path, i)
+        raw, machine = files(folder, i)
         made = filing(
             raw, machine, seed=i, name=HOSTILE, dropped=f"2020-01-{i + 1:02d}", speed=100.0 if i % 3 else 60.0,
             stress=2e9 + 2e7 * i,
         )  # fmt: skip
-        empty.add(made, raw, machine)
-    return empty
+        archive.add(made, raw, machine)
+    return archive
 
 
-def reports(years, comparison, stressed):
+@pytest.fixture(scope="module")
+def history(years: Archive):
+    return machine_history(years, years.machines()[0])
+
+
+@pytest.fixture(scope="module")
+def reports(years, comparison, history, stressed):
     """Reports of every kind, of drops with and without forces."""
     stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     return [
         build_compare_report(comparison, verdict_of(comparison)),
         build_compare_report(stressed_last, verdict_of(stressed_last)),
-        build_machine_report(machine_history(years, years.machines()[0])),
+        build_machine_report(history),
         build_machine_report(machine_history(stressed, HOSTILE)),
         build_fleet_report(fleet(years)),
         build_fleet_report(fleet(stressed)),
     ]
 
 
-def test_every_figure_is_readable(years, comparison, stressed):
-    found = reports(years, comparison, stressed)
-    for document in found:
+def test_every_figure_is_readable(reports):
+    for document in reports:
         assert_readable(document)
-    names = {figure.name for document in found for figure in figures_of(document)}
+    names = {figure.name for document in reports for figure in figures_of(document)}
     assert names >= {"differences", "trends", "stress-boxes", "machine-courses", "fleet"}
 
 
@@ -122,7 +129,7 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
         assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
 
 
-def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(years, comparison):
+def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(years, comparison, history):
     assert load_machine(YEARS / "machine.toml").ends == ("NDE", "DE")
     lines = comparison_lines(comparison, verdict_of(comparison))
     places = [next(i for i, line in enumerate(lines) if f"Radius at rest, {end}  " in line) for end in ("NDE", "DE")]
@@ -130,7 +137,7 @@ def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(
     assert places[0] + 1 == places[1] and places[2] + 1 == places[3]
     assert any(" um " in line for line in lines) and not any(letter in line for line in lines for letter in "µ−")
     assert any(re.search(r" -\d", line) for line in lines)
-    titles = [course.title for course in machine_history(years, years.machines()[0]).courses]
+    titles = [course.title for course in history.courses]
     assert titles[:2] == ["Radius at rest, NDE", "Radius at rest, DE"]
     unfiled = as_drop(years.filing(comparison.entry.id))
     assert [c.title for c in compare(years, unfiled).changes] == [c.title for c in comparison.changes]
@@ -254,8 +261,7 @@ def test_before_and_difference_subtract_as_they_are_written(comparison):
         assert apart == pytest.approx(feature["difference"]["value"], rel=1e-9, abs=1e-9), change.title
 
 
-def test_a_machine_report_draws_what_it_flags(years):
-    history = machine_history(years, years.machines()[0])
+def test_a_machine_report_draws_what_it_flags(history):
     assert history.flagged
     figure = machine_courses(history)
     titles = [ax.get_title(loc="left") for ax in figure.axes if ax.get_visible()]
@@ -284,8 +290,9 @@ def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_n
     assert "Left out, since checks of their records failed: drop_3.nc." in render_html(build_machine_report(history))
 
 
-def test_a_machine_of_one_speed_has_trends_too(years):
-    assert "Trends over all drops" in render_html(build_machine_report(machine_history(years, years.machines()[0])))
+def test_a_machine_of_one_speed_has_trends_too(history):
+    blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
+    assert "Trends over all drops" in [block.caption for block in blocks if isinstance(block, Table)]
 
 
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
@@ -302,8 +309,8 @@ def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stre
 
 
 @pytest.mark.slow
-def test_all_reports_are_whole_in_both_formats(years, comparison, stressed):
-    for document in reports(years, comparison, stressed):
+def test_all_reports_are_whole_in_both_formats(reports):
+    for document in reports:
         html = render_html(document)
         assert "</script><b>" not in html
         pages = pypdf.PdfReader(io.BytesIO(render_pdf(document))).pages

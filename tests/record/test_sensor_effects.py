@@ -14,6 +14,7 @@ from tdbmon.analysis.axes import to_planes
 from tdbmon.record.read import read
 from tdbmon.record.sensor_effects import freed
 from tdbmon.shipped import shipped
+from tests.shipped_drops import analysed
 
 SAMPLING = 20000.0
 SENSORS = {
@@ -99,7 +100,7 @@ def test_an_analysis_with_the_gain_in_the_machine_file_finds_the_gap_of_a_sound_
     name = machine.channel_in_file("NDE_A")
     faulty = record.copy()
     faulty[name] = record[name] * 1.05
-    sound, wrong, right = analyse(record, machine), analyse(faulty, machine), analyse(faulty, carrying)
+    sound, wrong, right = analysed("short/drop_100"), analyse(faulty, machine), analyse(faulty, carrying)
     true = sound.ends["NDE"].gap.radius.value
     assert abs(wrong.ends["NDE"].gap.radius.value - true) > 5e-6
     assert right.ends["NDE"].gap.radius.value == pytest.approx(true, abs=1e-8)

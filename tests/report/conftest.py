@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from tdbsim.machine import load_machine, parse_machine
+from tdbsim.machine import parse_machine
 
-from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
-from tdbmon.record.read import read
 from tdbmon.report import Document, build_report
-
-DATASETS = Path(__file__).parents[2] / "datasets"
+from tests.shipped_drops import analysed
 
 # ends a script element, opens another, and holds what HTML, SVG, typst, matplotlib's mathtext and JSON might act on
 HOSTILE = "</script><script>alert(1)</script><b>&amp; $\\frac{1}$ #sys.inputs *b* _i_ @ref \\u003c"
@@ -23,13 +19,7 @@ HOSTILE = "</script><script>alert(1)</script><b>&amp; $\\frac{1}$ #sys.inputs *b
 @pytest.fixture(scope="session")
 def short() -> Analysis:
     """A short record: 0.5 s at 20 kHz, which ends long before standstill."""
-    return analyse(read(DATASETS / "short" / "drop_100.nc"), load_machine(DATASETS / "short" / "machine.toml"))
-
-
-@pytest.fixture(scope="session")
-def coastdown() -> Analysis:
-    """A whole drop: 85 s at 10 kHz, to standstill."""
-    return analyse(read(DATASETS / "coastdown" / "drop_100.nc"), load_machine(DATASETS / "coastdown" / "machine.toml"))
+    return analysed("short/drop_100")
 
 
 @pytest.fixture(scope="session")
