@@ -1,7 +1,8 @@
 """Probabilities of many quantities that are looked at together, corrected for their number.
 
 Holm's method bounds the chance of any false flag (S. Holm, Scand. J. Stat. 6 (1979) 65), that of Benjamini and Hochberg the share
-of false ones among the flags (J. R. Stat. Soc. B 57 (1995) 289).
+of false ones among the flags (J. R. Stat. Soc. B 57 (1995) 289).  Both are in statsmodels too, whose function collects all
+garbage at every call: 0.2 s with records in memory, and the history of a machine corrects a hundred times.
 """
 
 from __future__ import annotations

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from statsmodels.stats.multitest import multipletests
 
 from tdbmon.history.correction import corrected
 
@@ -23,3 +27,9 @@ def test_none_is_above_one(method):
 
 def test_nothing_to_correct_is_nothing():
     assert corrected([], "holm") == []
+
+
+@pytest.mark.parametrize("method", ["holm", "fdr_bh"])
+@given(p=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30))
+def test_they_are_those_of_statsmodels(method, p):
+    np.testing.assert_allclose(corrected(p, method), multipletests(p, method=method)[1], rtol=1e-12, atol=1e-300)
