@@ -307,6 +307,19 @@ def test_identical_channels(sound: xr.Dataset) -> None:
     assert set(left_out(ds, machine(), check(ds, machine()))) == {"DE_A", "DE_B"}
 
 
+def test_a_probe_at_the_other_end_of_the_shaft_is_told(sound: xr.Dataset) -> None:
+    """A position that lacks a digit: every other check passed, and no clearance came out."""
+    plan = machine()
+    assert not [each for each in check(sound, plan) if each.check == "place"]
+    near = plan.touchdown_bearings[0].position + 0.01
+    probes = [p.model_copy(update={"position": near}) if p.name == "DE_A" else p for p in plan.probes]
+    (told,) = [
+        each for each in check(sound, plan.model_copy(update={"probes": tuple(probes)})) if each.check == "place"
+    ]
+    assert told.channel == "DE_A" and not told.passed
+    assert "check position and end of this probe" in told.detail
+
+
 def test_an_inverted_probe_lets_the_rotor_fall_sideways(sound: xr.Dataset) -> None:
     assert ("fall", "NDE") in _failed(_changed(sound, "NDE_A", -sound["NDE_A"].values))
 
