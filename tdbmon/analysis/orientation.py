@@ -123,9 +123,14 @@ def _likely_cause(end: str, record: xr.Dataset, machine: Machine, release_s: flo
         parts = [f"probe '{p.name}' is inverted" for p, s in zip(probes, signs, strict=True) if s < 0]
         if swap:
             parts.insert(0, f"probes '{probes[0].name}' and '{probes[1].name}' are swapped")
-        found.append(" and ".join(parts))
+        cures = ["exchange their channels in [channels]"] if swap else []
+        if min(signs) < 0:  # holds of readings in volts and in um; a sensitivity would tell nothing of the latter
+            turned = " and ".join(f"'{p.name}'" for p, s in zip(probes, signs, strict=True) if s < 0)
+            cures.append(f"add 180 deg to the angle of {turned}")
+        found.append((" and ".join(parts), " and ".join(cures)))
     if found:
-        return "likely " + min(found, key=len) + ": check the cabling, or set a negative sensitivity"
+        cause, cure = min(found, key=lambda each: len(each[0]))
+        return f"likely {cause}: check the cabling, or, in the machine file, {cure}"
     turn = -_from_bottom(np.linalg.solve(directions, readings))
     return f"the probes' angles look {turn:+.0f} deg off: check them against the drawing"
 

@@ -15,6 +15,7 @@ FORCES_TELL = "fall and first contacts are in the record all the same: --forces 
 _DRAG = "constant drag"
 _SHOWN_IN = {"  duration": "ms"}
 _COASTED = "coast-down to "
+_HALF = (0.4, 0.65)  # of the gap on the drawing: about half of it, which may be the diametral clearance
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
@@ -148,4 +149,9 @@ def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
         return ""
     tolerance = f"{drawn.low * 1e6:g} to {drawn.high * 1e6:g} um"
     cause = "worn, or " if gap.low > drawn.high else ""  # wear does not make a gap narrower
-    return f", outside the tolerance ({tolerance}): {cause}gap of the machine file, sensitivity or weight of the rotor are wrong"
+    share = (gap.low + gap.high) / (2 * drawn.nominal)
+    twice = " (radial_gap is half of the diametral clearance)" if _HALF[0] < share < _HALF[1] else ""
+    return (
+        f", outside the tolerance ({tolerance}): {cause}gap of the machine file{twice}, sensitivity or weight of the rotor"
+        " are wrong"
+    )

@@ -35,10 +35,9 @@ def slowing_remarks(contender: Contender) -> list[str]:
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     where = ", in all drops" if len(slowings) > 1 else ""
     return [
-        f"after the release the shaft falls behind one that only coasts by {factor:.2f} times what is simulated{where}, beside a"
-        " drag that may be off by its tolerance:"
-        f" the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or friction at"
-        " small loads may not be as the file has it. The verdict does not rest on it"
+        f"the contacts slow the shaft {factor:.2f} times as much as simulated{where}, and a drag within its tolerance does not"
+        f" explain that: the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or"
+        " friction at small loads may not be as the file has it. The verdict does not rest on it"
     ]
 
 

@@ -12,7 +12,9 @@ from tdbmon.progress import on_terminal
 from tdbmon.report_file import report_writers
 
 archive_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="File drops over years, and look them up.")
-DropID = Annotated[str, typer.Argument(metavar="ID", help="a drop's identifier, or the first digits of it")]
+DropID = Annotated[
+    str, typer.Argument(metavar="ID", help="a drop's identifier, the first digits of it, or its record's name")
+]
 ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
 Forces = Annotated[
     bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")

@@ -33,6 +33,7 @@ from tdbmon.history.twin import at_same_instant, laid, twin_of
 from tdbmon.quantity import moment
 from tdbmon.sha256 import sha256_of
 
+_FEW = 5  # drops of one name that a message lists
 Filed = Literal["filed", "analysed again", "already filed"]
 
 
@@ -69,12 +70,12 @@ class Archive:
             return found
 
     def entry(self, drop: str) -> Entry:
-        """Return a drop by its identifier or the first digits of it.
+        """Return a drop by its identifier, the first digits of it, or the name of its record.
 
         Raises
         ------
         InputError
-            If none or several begin so.
+            If none or several are meant.
         """
         with catalogue.reading(self.catalogue) as base:
             found = catalogue.entries(base, "id LIKE ? || '%' OR sha256 = ?", (drop, drop)) if drop.isalnum() else []
@@ -82,8 +83,21 @@ class Archive:
                 return found[0]
             if found:
                 raise InputError(f"{self.folder}: {len(found)} drops begin with '{drop}'; give more digits")
-            some = [row[0] for row in base.execute("SELECT id FROM drops LIMIT 50")]
-        raise InputError(f"{self.folder}: no drop '{drop}'{did_you_mean(drop, some)}")
+            found = catalogue.entries(base, "raw_name = ?", (drop,))
+            if len(found) == 1:
+                return found[0]
+            if found:
+                several = ", ".join(f"{entry.id} of {entry.machine}" for entry in found[:_FEW])
+                more = f" and {len(found) - _FEW} more" if len(found) > _FEW else ""
+                raise InputError(
+                    f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}{more}"
+                )
+            some = [each for row in base.execute("SELECT id, raw_name FROM drops") for each in row]
+        near = did_you_mean(drop, some)
+        shown = (
+            near if "mean" in near else f"; 'tdbmon archive list --archive {self.folder}' shows those that are filed"
+        )
+        raise InputError(f"{self.folder}: no drop '{drop}'{shown}")
 
     def machines(self) -> list[str]:
         """Return the names of the machines that have drops here."""

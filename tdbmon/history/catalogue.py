@@ -106,7 +106,7 @@ class Entry:
     @property
     def speed_words(self) -> str:
         """Its speed at the release, as text."""
-        return "speed unknown" if self.speed is None else f"{self.speed:.4g} Hz"
+        return "speed unknown" if self.speed is None else f"{f'{self.speed:#.4g}'.rstrip('.')} Hz"
 
     @property
     def order(self) -> tuple[float, str, str]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Progress) -> Drop:
-    """Return the drop of an identifier, of a record's file, or the last one filed.
+    """Return the drop of an identifier, of a record's file (of the filed one where there is none), or the last one filed.
 
     Parameters
     ----------
@@ -53,8 +53,11 @@ def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: b
         return _filed(archive, entries[-1].id, machine, forces)
     path = Path(drop)
     if not path.exists():
-        if path.suffix or len(path.parts) > 1:
-            raise InputError(f"{drop}: no such file; give a record, or the identifier of a filed drop")
+        names = {entry.raw_name for entry in archive.entries()}
+        if len(path.parts) > 1 or (path.suffix and drop not in names):
+            raise InputError(
+                f"{drop}: no such file, nor the record of a filed drop; give a record, or a drop's identifier"
+            )
         return _filed(archive, archive.entry(drop).id, machine, forces)
     from tdbmon.record.read import read
 

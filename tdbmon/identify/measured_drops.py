@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
+from tdbmon.record.assign import assign
+from tdbmon.record.same_samples import same_samples
+
+_NEAR = 3e-3  # relative: the speeds of two exports of one drop
 
 
 def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[MeasuredDrop, ...]:
@@ -18,12 +23,13 @@ def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[Mea
     Raises
     ------
     InputError
-        If there is no record, one is given twice, whatever its name, or one cannot be used.
+        If there is no record, one is given twice, whatever its name or format, or one cannot be used.
     """
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
     _check_twice(records)
     drops = [measured_drop(record, machine) for record in records]
+    _check_exports(drops, records, machine)
     names = [drop.name for drop in drops]
     return tuple(
         replace(drop, name=f"{drop.name} ({again})") if (again := names[: k + 1].count(drop.name)) > 1 else drop
@@ -40,3 +46,17 @@ def _check_twice(records: Sequence[xr.Dataset]) -> None:
             raise InputError(f"{name} is given twice{other}; a drop counts once, give each record once")
         if content:
             seen[content] = name
+
+
+def _check_exports(drops: Sequence[MeasuredDrop], records: Sequence[xr.Dataset], machine: Machine) -> None:
+    """Refuse two exports of one measurement, such as a CSV and a TDMS file: their samples tell, no digest does."""
+    laid: dict[int, xr.Dataset] = {}
+    for (i, one), (k, other) in combinations(enumerate(drops), 2):
+        if abs(one.speed - other.speed) > _NEAR * max(one.speed, other.speed):
+            continue
+        for j in {i, k} - laid.keys():
+            laid[j] = assign(records[j], machine)
+        if same_samples(laid[i], laid[k]):
+            raise InputError(
+                f"{other.name} holds the same measurement as {one.name}; a drop counts once, give one of the two files"
+            )

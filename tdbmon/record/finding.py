@@ -20,8 +20,13 @@ class Check:
 
 
 def um(length: float) -> str:
-    """Return a length in m as text in um: to a tenth, which is about what probes resolve, with two figures below one."""
+    """Return a length in m as text in um: to a tenth, which is about what probes resolve, with two figures below one.
+
+    From 10 mm on, which only a wrong unit shows, in mm.
+    """
     value = length * 1e6
+    if abs(value) >= 1e4:
+        return f"{value * 1e-3:.4g} mm"
     return f"{round(value, 1):.4g} um" if abs(value) >= 1 else f"{value:.2g} um"
 
 

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
+from tdbsim.units import si_unit_of
 
 from tdbmon.quantity import percent
 from tdbmon.record import faults
@@ -147,7 +148,6 @@ def _moves_slowly(values: np.ndarray) -> bool:
 
 def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check:
     ratio = swing / gap
-    stated = f"'{unit}'" if unit else "the sensitivity"
     detail = f"moves by {um(moved)} pk-pk in a radial gap of {um(gap)}"
     if 0.1 <= ratio <= 10 or swing == 0:
         return Check("unit", name, True, detail)
@@ -157,8 +157,17 @@ def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check
     return Check(
         "unit", name, False,
         f"{detail}: {times:.0f} times too {way} for a drop; most likely a factor {nearest:g} ({_FACTORS[nearest]}):"
-        f" check {stated} in the file or the machine file",
+        f" check {_where_stated(unit)}",
     )  # fmt: skip
+
+
+def _where_stated(unit: str) -> str:
+    """Return where the unit of a probe comes from; `unit` is what the file states."""
+    if unit and si_unit_of(unit) != si_unit_of("V"):
+        return f"'{unit}' in the file (a unit in the machine file counts only where the file states none)"
+    return (
+        "the probe's sensitivity in the machine file" if unit else "the probe's unit or sensitivity in the machine file"
+    )
 
 
 def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: Runs) -> Check:

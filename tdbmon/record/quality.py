@@ -15,6 +15,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
+from tdbmon.record.probe_places import check_places
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
 from tdbmon.record.speed_spikes import check_speed_spikes, without_speed_spikes
@@ -55,6 +56,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     probes = [probe for probe in machine.probes if probe.name in ds]
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
+    found += check_places(machine, probes)
     found += ds.attrs.get("time_remarks", ())
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
     # a shaft that does not fall, or not yet in every direction, tells neither dead probes nor wrong units

@@ -18,6 +18,13 @@ _HEAD = 4096
 _MACHINE_FILE = re.compile(
     rb"^\s*(\[rotor\]|\[\[(rotor\.sections|magnetic_bearing|touchdown_bearing)\]\])", re.MULTILINE
 )
+# what a record often comes in, by its first bytes
+_PACKED = {
+    b"PK\x03\x04": "a zip archive or an Excel workbook; unpack it, or save the sheet as CSV, and give that file",
+    b"\xd0\xcf\x11\xe0": "an Excel workbook; save its sheet as CSV and give that file",
+    b"\x1f\x8b": "a packed file (gzip); unpack it and give the file in it",
+    b"7z\xbc\xaf": "a packed file (7-Zip); unpack it and give the file in it",
+}
 
 
 def read(path: str | Path) -> xr.Dataset:
@@ -86,6 +93,9 @@ def recognise(path: Path) -> Format:
     for candidate in FORMATS:
         if candidate.recognises(head, path):
             return candidate
+    for start, what in _PACKED.items():
+        if head.startswith(start):
+            raise InputError(f"{path}: is {what}")
     known = ", ".join(candidate.name for candidate in FORMATS)
     raise InputError(f"{path}: is of no format that can be read; known: {known}")
 

@@ -179,7 +179,8 @@ def _differ(ratio: float, wrong: str) -> str:
     if wrong == "keyphasor" or ratio <= 0:
         judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
         return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"
-    off = f"{ratio:.3g} times too low" if ratio > 1 else f"{1 / ratio:.3g} times too high"
+    wrong_by = float(f"{max(ratio, 1 / ratio):.3g}")  # in full: 1000, not 1e+03
+    off = f"{wrong_by:g} times too {'low' if ratio > 1 else 'high'}"
     clock = _named(ratio, _CLOCKS)
     causes = f"{signal or 'a wrong unit'}, or a sampling rate stated {off}{clock and f' ({clock})'}"
     judged = (

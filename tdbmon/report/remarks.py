@@ -1,4 +1,4 @@
-"""Remarks on several records as sentences, those of one kind in one."""
+"""Remarks on several records as sentences, those of one kind in one; and on what a table leaves out."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
         channel, words = (found["channel"], found["words"]) if found else ("", words)
         kinds.setdefault(_NUMBER.sub("#", words) if record else remark, []).append((record, channel, words))
     return [_joined(alike) for alike in kinds.values()]
+
+
+def and_more(count: int) -> str:
+    """Return, to end a caption with, how many rows a table leaves out; "" for none."""
+    return f"; {count} more {'is' if count == 1 else 'are'} left out" if count > 0 else ""
 
 
 def _joined(alike: list[tuple[str, str, str]]) -> str:

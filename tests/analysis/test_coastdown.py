@@ -281,6 +281,7 @@ def test_a_gap_outside_its_tolerance_is_told_on_the_terminal(machine):
     said = "\n".join(summary_lines(analyse(record, machine)))
     low, high = machine.bearing("NDE").radial_gap.low * 1e6, machine.bearing("NDE").radial_gap.high * 1e6
     assert f"outside the tolerance ({low:g} to {high:g} um): worn, or" in said
+    assert "diametral" not in said
 
 
 @pytest.mark.parametrize(("last", "told"), [(0.13, True), (0.5, False)])
@@ -329,6 +330,7 @@ def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
     drawn = machine.model_copy(update={"touchdown_bearings": bearings})
     said = "\n".join(summary_lines(analyse(read(shipped("short/drop_100.nc")), drawn)))
     assert "outside the tolerance (480 to 520 um): gap of the machine file" in said
+    assert "radial_gap is half of the diametral clearance" in said
     assert "worn" not in said
 
 

@@ -35,6 +35,9 @@ def test_an_inverted_probe_is_named(record, machine, probe):
     row = rows(faulty, machine)[probe.split("_")[0]]
     assert not row.passed
     assert f"'{probe}' is inverted" in row.detail
+    assert f"add 180 deg to the angle of '{probe}'" in row.detail
+    turned = [p.model_copy(update={"angle": p.angle + np.pi}) if p.name == probe else p for p in machine.probes]
+    assert rows(faulty, machine.model_copy(update={"probes": tuple(turned)}))[probe.split("_")[0]].passed
 
 
 @pytest.mark.parametrize("offset", [-300e-6, 300e-6, 600e-6])

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from tdbsim.errors import InputError
 
 from tdbmon import __version__
 from tdbmon.cli import main
@@ -18,7 +19,7 @@ from tdbmon.history import batch
 from tdbmon.history.archive import open_archive
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
-from tests.history.made import files, filing
+from tests.history.made import files, filing, fill
 
 MACHINE = str(YEARS / "machine.toml")
 OTHER = str(shipped("short/machine.toml"))
@@ -172,6 +173,23 @@ def test_an_archive_that_cannot_be_written_to_can_be_read(capsys, years, tmp_pat
             path.chmod(path.stat().st_mode | 0o200)
 
 
+def test_a_filed_drop_is_found_by_its_records_name(capsys, years, empty, tmp_path, monkeypatch):
+    """Reports name drops by their records."""
+    monkeypatch.chdir(tmp_path)  # where no such file is
+    code, out, _ = run(capsys, "compare", "--archive", str(years.folder), "drop_09.nc")
+    assert code == 0
+    assert out.startswith("drop e944eaa488ac (drop_09.nc)")
+    first = fill(empty, tmp_path / "first", 1)[0].drop
+    raw, machine = files(tmp_path, 7)
+    raw = raw.rename(tmp_path / "drop_0.nc")
+    other = filing(raw, machine, name="another", seed=7)
+    empty.add(other, raw, machine)
+    with pytest.raises(InputError, match="2 drops have the record 'drop_0.nc'") as caught:
+        empty.entry("drop_0.nc")
+    assert f"{first} of made up" in str(caught.value)
+    assert f"{other.drop} of another" in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -180,6 +198,8 @@ def test_an_archive_that_cannot_be_written_to_can_be_read(capsys, years, tmp_pat
         (["archive", "add", "--archive", "new", MACHINE, "a.nc", "--dropped", "yesterday"], "--dropped 'yesterday'"),
         (["archive", "add", "--archive", "new", MACHINE, "a.nc", "b.nc", "--dropped", "2020-01-01"], "one by one"),
         (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "no drop 'ffffffffffff'"),
+        (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "shows those that are filed"),
+        (["archive", "show", "--archive", "ARCHIVE", "drop_1.nc"], "did you mean 'drop_"),
         (["archive", "remove", "--archive", "ARCHIVE", ""], "no drop ''"),
         (["archive", "export", "--archive", "ARCHIVE", "--out", "f.xlsx"], ".csv or .parquet"),
         (["archive", "list", "--archive", "ARCHIVE", "--json", "nowhere/f.json"], "nowhere does not exist"),

@@ -39,7 +39,7 @@ from tdbmon.report.sections import changes
 from tdbmon.report.sections import trends as trends_section
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.conftest import YEARS
-from tests.history.made import add, files, filing, fill
+from tests.history.made import add, files, filing, fill, judged
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
 
@@ -117,7 +117,20 @@ def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_
     first = render_html(build_compare_report(found, verdict_of(found))).split("What was compared")[0]
     value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
     assert "How hard the bearings were hit" in first
-    assert f"{100 * value / 4.2e9:.0f} % of the limit, 4200 MPa" in first
+    assert f"{100 * value / 4.2e9:.0f} % of 4200 MPa" in first
+
+
+@pytest.mark.parametrize(("stress", "said"), [(2.03e9, "by no more than chance"), (3.2e9, "beyond chance"), (2e9, "")])
+def test_a_stress_out_of_the_range_before_is_said_to_be_chance_or_not(empty, tmp_path, stress, said):
+    """Beside a range it was left to the reader why a drop outside it had not changed."""
+    for k, before in enumerate((1.98e9, 2.0e9, 2.02e9, 1.99e9, 2.01e9)):
+        add(empty, tmp_path, k, stress=before, dropped=f"2020-01-{k + 1:02d}")
+    found, verdict = judged(empty, add(empty, tmp_path, 9, stress=stress, dropped="2020-02-01"))
+    blocks = build_compare_report(found, verdict).sections[0].blocks
+    (hit,) = [b for b in blocks if isinstance(b, Table) and b.caption.startswith("How hard")]
+    told = [row.cells[2] for row in hit.rows if "stress" in row.cells[0]]
+    assert len(told) == 2
+    assert all((f"this drop lies outside, {said}" in cell) == bool(said) for cell in told)
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):

@@ -47,7 +47,7 @@ def test_a_drop_at_another_speed_does_not_hide_an_alarm(worn, tmp_path):
     (member,) = fleet(worn)
     assert member.verdict.word == "changed"
     assert member.latest.verdict.word == "too few drops"
-    said = "drop_6.nc (2021-01-06, 100 Hz)"
+    said = "drop_6.nc (2021-01-06, 100.0 Hz)"
     document = build_fleet_report([member])
     assert "1 of 1 machines asks for attention." in render_html(document)
     assert said in render_html(document)
@@ -68,7 +68,7 @@ def test_a_comparison_fails_on_an_earlier_alarm_that_stands(worn, tmp_path, caps
     content = json.loads(told.read_text())
     assert content["verdict"] == "too few drops"
     assert [(each["drop"], each["verdict"]) for each in content["standing"]] == [(alarm.id, "changed")]
-    said = "drop_6.nc (2021-01-06, 100 Hz)"
+    said = "drop_6.nc (2021-01-06, 100.0 Hz)"
     assert f"an earlier alarm stands: {said}: changed" in capsys.readouterr().out
     assert f"The alarm of {said} stands: changed" in report.read_text()
     for drop, code in ((worn.entries()[5].id, 0), (alarm.id, 3)):  # as it was after that drop

@@ -11,7 +11,7 @@ import pytest
 from tdbsim.errors import InputError
 
 from tdbmon.estimate import Estimate
-from tdbmon.history import catalogue, twin
+from tdbmon.history import catalogue
 from tdbmon.history.archive import open_archive
 from tdbmon.history.batch import add_all
 from tdbmon.history.study import Order
@@ -19,6 +19,7 @@ from tdbmon.history.twin import laid, twin_of
 from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
+from tdbmon.record.same_samples import same_samples
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill, wrong
@@ -147,23 +148,23 @@ def test_no_stretch_of_a_shipped_drop_lies_in_another():
             for one in drops:
                 size = one.sizes["time"]
                 part = one.isel(time=slice(int(start * size), int(end * size)))
-                assert [twin._same_samples(part, other) for other in drops] == [other is one for other in drops]
+                assert [same_samples(part, other) for other in drops] == [other is one for other in drops]
 
 
 def test_what_two_cut_records_have_in_common_tells_that_they_are_one_drop():
     """One lacks its start, the other its end."""
     whole = laid(YEARS / "drop_01.nc", YEARS / "machine.toml")
     first, last = whole.isel(time=slice(0, 20000)), whole.isel(time=slice(10000, None))
-    assert twin._same_samples(first, last)
-    assert twin._same_samples(last, first)
+    assert same_samples(first, last)
+    assert same_samples(last, first)
     other = laid(YEARS / "drop_02.nc", YEARS / "machine.toml").isel(time=slice(10000, None))
-    assert not twin._same_samples(first, other)
+    assert not same_samples(first, other)
 
 
 def test_probes_that_do_not_move_tell_nothing():
     whole = laid(YEARS / "drop_01.nc", YEARS / "machine.toml").isel(time=slice(0, 4000))
     still = whole.map(lambda channel: channel * 0.0, keep_attrs=True)
-    assert not twin._same_samples(still.isel(time=slice(0, 2000)), still)
+    assert not same_samples(still.isel(time=slice(0, 2000)), still)
 
 
 def test_two_drops_of_like_features_are_two(years):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting, load_machine
@@ -29,6 +30,20 @@ def test_a_drop_given_twice_is_not_fitted_twice(tmp_path):
     records = [read(path) for path in (shipped("loose/drop_100.nc"), copy)]
     with pytest.raises(InputError, match=r"copy.nc is given twice, also as drop_100.nc"):
         fit_drops(load_machine(shipped("loose/machine.toml")), records)
+
+
+def test_another_export_of_a_drop_is_not_fitted_beside_it(tmp_path):
+    """Its rounding makes it another file; as a second drop it would be held out to prove a fit to itself."""
+    source, export = read(shipped("loose/drop_100.nc")), tmp_path / "export.csv"
+    names = [str(name) for name in source.data_vars]
+    scale = np.array([1e6 if source[name].attrs["units"] == "m" else 1.0 for name in names])
+    table = np.column_stack([source["time"].to_numpy(), *(source[name].to_numpy() for name in names)])
+    units = ["um" if source[name].attrs["units"] == "m" else source[name].attrs["units"] for name in names]
+    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))])
+    np.savetxt(export, table * np.concatenate([[1.0], scale]), fmt="%.5f", delimiter=",", header=head, comments="")
+    machine = load_machine(shipped("loose/machine.toml"))
+    with pytest.raises(InputError, match=r"export.csv holds the same measurement as drop_100.nc; a drop counts once"):
+        measured_drops([source, read(shipped("loose/drop_150.nc")), read(export)], machine)
 
 
 def test_what_the_machine_file_says_of_a_sensor_is_no_fault_of_the_record():

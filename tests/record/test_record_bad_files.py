@@ -168,3 +168,14 @@ def test_an_impossible_rate_is_no_rate(rate: float, tmp_path: Path) -> None:
         file["A"] = np.arange(4.0)
         file["A"].attrs["fs"] = rate
     assert "nothing tells when" in _refused(tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize(
+    ("start", "says"),
+    [(b"PK\x03\x04", "save the sheet as CSV"), (b"\x1f\x8b\x08\x00", "unpack it"), (b"\xd0\xcf\x11\xe0", "as CSV")],
+)
+def test_a_packed_record_is_to_be_unpacked(start, says, tmp_path):
+    path = tmp_path / "record.bin"
+    path.write_bytes(start + bytes(range(256)))
+    with pytest.raises(InputError, match=says):
+        read(path)

@@ -114,6 +114,25 @@ def test_header_rows_that_differ_a_little_keep_their_names(kind: str, tmp_path: 
     np.testing.assert_allclose(record["time"].values, [0, 0.001])
 
 
+def test_units_behind_a_slash_or_in(tmp_path: Path) -> None:
+    record = _read(
+        tmp_path,
+        "Zeit/ms;Weg X1/µm;Weg in Y/mm;Drehzahl in 1/min;Kraft/(kN);Ai0/Vib\n0;1,5;2;60;1;3\n0,5;2;3;120;1;4\n",
+    )
+    assert list(record.data_vars) == ["Weg X1", "Weg in Y", "Drehzahl", "Kraft", "Ai0/Vib"]
+    np.testing.assert_allclose(record["time"], [0, 5e-4])
+    np.testing.assert_allclose(record["Weg X1"], [1.5e-6, 2e-6])
+    np.testing.assert_allclose(record["Weg in Y"], [2e-3, 3e-3])
+    np.testing.assert_allclose(record["Drehzahl"], [1, 2])
+    np.testing.assert_allclose(record["Kraft"], [1000, 1000])
+    assert record["Ai0/Vib"].attrs["units"] == ""
+
+
+def test_a_slash_in_names_is_no_unit_where_the_time_has_none_there(tmp_path: Path) -> None:
+    record = _read(tmp_path, "time;Ai0/A;Ai0/V\n0;1;2\n0,001;2;3\n")
+    assert list(record.data_vars) == ["Ai0/A", "Ai0/V"]
+
+
 def test_a_row_of_empty_units_leaves_them_open(tmp_path: Path) -> None:
     record = _read(tmp_path, "time;A;B\n;;\n0;1,5;-2\n0,001;2,5;-3\n")
     assert list(record.data_vars) == ["A", "B"]
@@ -304,6 +323,21 @@ def test_a_day_that_may_be_two_is_left_open(first: str, last: str, day: str, tmp
 )
 def test_a_date_in_the_header_is_read_where_it_is_one(stated: str, read: str, tmp_path: Path) -> None:
     record = _read(tmp_path, f"# date: {stated}\ntime [s],A [um]\n0,1\n0.001,2\n0.002,3\n")
+    assert record.attrs["drop_time"] == read
+
+
+@pytest.mark.parametrize(
+    ("above", "read"),
+    [
+        ("Datum;10.03.2026\nUhrzeit;09:15:07\n", "2026-03-10T09:15:07"),
+        ("Date;2026-03-10\nTime;09:15:07,5\n", "2026-03-10 09:15:07.5"),
+        ("Date;2026-03-10\nTime;morning\n", "2026-03-10"),
+        ("Uhrzeit;09:15:07\n", ""),
+    ],
+)
+def test_a_day_and_a_clock_above_the_table_are_one_moment(above: str, read: str, tmp_path: Path) -> None:
+    """Drops of one day would else have no order."""
+    record = _read(tmp_path, f"{above}time [s];A [um];B [um]\n0;1;2\n0.001;2;3\n0.002;3;4\n")
     assert record.attrs["drop_time"] == read
 
 

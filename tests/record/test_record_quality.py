@@ -91,7 +91,10 @@ def test_a_constant_or_empty_probe(value: float, sound: xr.Dataset) -> None:
 def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
     ds = _changed(sound, "NDE_A", sound["NDE_A"].values * factor)
     failed = _failed(ds)
-    assert f"a factor {factor:g} " in failed["unit", "NDE_A"]
+    said = failed["unit", "NDE_A"]
+    assert f"a factor {factor:g} " in said and ("e+" not in said or factor == 1e6)
+    stated = sound["NDE_A"].attrs["source_units"]
+    assert f"check '{stated}' in the file (a unit in the machine file counts only where the file states none)" in said
     assert ("range", "NDE_A") not in failed  # said once
     assert "NDE_A" in left_out(ds, machine(), check(ds, machine()))
 
@@ -304,6 +307,19 @@ def test_identical_channels(sound: xr.Dataset) -> None:
     )
     assert ("identical", "DE_B") in failed
     assert set(left_out(ds, machine(), check(ds, machine()))) == {"DE_A", "DE_B"}
+
+
+def test_a_probe_at_the_other_end_of_the_shaft_is_told(sound: xr.Dataset) -> None:
+    """A position that lacks a digit: every other check passed, and no clearance came out."""
+    plan = machine()
+    assert not [each for each in check(sound, plan) if each.check == "place"]
+    near = plan.touchdown_bearings[0].position + 0.01
+    probes = [p.model_copy(update={"position": near}) if p.name == "DE_A" else p for p in plan.probes]
+    (told,) = [
+        each for each in check(sound, plan.model_copy(update={"probes": tuple(probes)})) if each.check == "place"
+    ]
+    assert told.channel == "DE_A" and not told.passed
+    assert "check position and end of this probe" in told.detail
 
 
 def test_an_inverted_probe_lets_the_rotor_fall_sideways(sound: xr.Dataset) -> None:

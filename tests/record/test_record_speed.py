@@ -114,7 +114,7 @@ def test_two_marks_on_the_shaft_leave_the_keyphasor_out() -> None:
         (0.5, ["two marks a revolution", "stated 2 times too high"]),
         (10.0, ["a wrong unit", "stated 10 times too low"]),
         (60.0, ["rpm written as Hz", "time in s read as min"]),
-        (1000.0, ["a wrong unit", "time in ms read as s"]),
+        (1000.0, ["a wrong unit", "stated 1000 times too low", "time in ms read as s"]),
     ],
 )
 def test_a_wrong_clock_is_suspected_beside_the_speed_signal(path: Path, stretch: float, words: list[str]) -> None:

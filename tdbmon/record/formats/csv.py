@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ class CSV:
         lines = decoded(path.read_bytes()).split("\n")
         layout = layout_of(lines, path)
         leaves: list[Leaf] = []
-        date = first_text(layout.header.entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+        date = _stated_moment(layout.header.entries)
         for name, unit, caption, column in zip(
             layout.header.names, layout.header.units, layout.header.captions, _columns(lines, layout, path), strict=True
         ):
@@ -53,6 +54,13 @@ class CSV:
         return Content(
             channels_of(Branch("", tuple(leaves), layout.header.entries), path), title, date, _cut_off(lines)
         )
+
+
+def _stated_moment(entries: Mapping[str, str]) -> str:
+    """Return the moment that the lines above the table state, a day and a clock in one entry or in two; "" without."""
+    date = first_text(entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+    clock = first_text(entries, ("time", "uhrzeit", "zeit", "time of day", "start time", "startzeit")) or ""
+    return f"{date} {clock.replace(',', '.')}" if DATE.fullmatch(date) and CLOCK.fullmatch(clock) else date
 
 
 def _first_moment(lines: list[str], layout: Layout) -> str:

@@ -59,8 +59,8 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
         rows, likely = [max(rows, key=lambda cells: len(set(cells)))] if rows else [], 0
     names, captions = _names_and_captions(rows, likely, len(row))
     if not any(unit is not None for unit in units):
-        units = [split_unit(name)[1] for name in names]
-        names = [split_unit(name)[0] for name in names]
+        split_name = _name_and_unit if any(_is_labelled_time(name) for name in names) else split_unit
+        names, units = map(list, zip(*map(split_name, names), strict=True))
     if names[0] == _LABVIEW_TIME:
         names[0] = "time" if row[0] else ""
         entries |= {} if row[0] else _labview_interval(entries)
@@ -155,6 +155,27 @@ def is_unit_row(cells: list[str]) -> bool:
     bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in cells if cell)
     time_first = bool(texts[0]) and (time_factor(texts[0]) is not None or _CLOCK_FORM.fullmatch(texts[0]) is not None)
     return bracketed or (time_first and (twice or (2 * len(known) >= len(filled) and max(map(len, filled)) <= 6)))
+
+
+def _split_label(label: str) -> tuple[str, str | None]:
+    """Split ``"Weg X1/mm"`` or ``"Drehzahl in 1/min"``, as German standards write it, into name and unit."""
+    for sign in re.finditer(r"\s*/\s*|\s+in\s+", label):
+        name, unit = label[: sign.start()], label[sign.end() :].strip()
+        unit = unit[1:-1] if re.fullmatch(r"\(.*\)", unit) else unit
+        value = re.match(r"[-+]?[\d.]+(?!\s*/)", unit)  # of which a unit library would make a multiple
+        if name and value is None and si_unit_of(unit) is not None:
+            return name, unit
+    return label, None
+
+
+def _name_and_unit(label: str) -> tuple[str, str | None]:
+    name, unit = _split_label(label)
+    return split_unit(label) if unit is None else (name, unit)
+
+
+def _is_labelled_time(label: str) -> bool:
+    name, unit = _split_label(label)
+    return unit is not None and is_time_name(name) and time_factor(unit) is not None
 
 
 def _says_a_unit(text: str) -> bool:

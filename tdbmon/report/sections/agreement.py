@@ -30,9 +30,9 @@ def section(fitted: FittedDrop) -> Section:
     blocks: list[Block] = [
         Paragraph(
             f"The fitted model, simulated on from its state at the release. To {horizon} the agreement was sought by the fit;"
-            f" what follows was not fitted. Trajectories with impacts part exponentially, these by some {rate:.0f} a second:"
-            " beyond the first contacts a small error of the model or of a fitted value grows into a different path, and only"
-            " statistics of the two can be compared."
+            f" what follows was not fitted. Neighbouring paths with impacts part exponentially: here they are e times as"
+            f" far apart after each {1e3 / rate:.0f} ms. Beyond the first contacts a small error of the model or of a fitted"
+            " value grows into a different path, and only statistics of the two can be compared."
         ),
         _residuals(found),
     ]

@@ -11,6 +11,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.quantity import off_by, percent, short, words
 from tdbmon.record.slow_roll import COMPENSATED, runout_words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
+from tdbmon.report.remarks import and_more
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
@@ -130,7 +131,7 @@ def _lines(whole: CoastDown) -> Table:
         apart = "–" if a is None or b is None else _place_apart(a, b)
         rows.append(Row((name, _place(a), _place(b), apart, _height(a), _height(b))))
     more = len(pairs) - _LISTED
-    caption = "Lines of both spectra" + (f"; {more} more are left out" if more > 0 else "")
+    caption = "Lines of both spectra" + and_more(more)
     header = ("Line", "Measured", "Simulated", "Error", "Amplitude measured", "Amplitude simulated")
     return Table(caption, header, tuple(rows))
 

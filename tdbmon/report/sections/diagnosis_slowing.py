@@ -30,9 +30,9 @@ def section(evidence: Evidence) -> Section | None:
             Paragraph(
                 "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
                 " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
-                f" the shaft. The simulated lag behind a rotor that only coasts counts {counted}, and"
-                f" {beside:.2f} times where the drag may be off by its tolerance as well: polar inertia and friction at small"
-                " loads are known no better. What remains tells of rings that are hard to turn."
+                " the shaft. Polar inertia and friction at small loads are not known well, so that the angle by which contacts"
+                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated, and {beside:.2f}"
+                " times where the drag may be off by its tolerance as well. What remains tells of rings that are hard to turn."
             ),
             Figure(
                 "slowing",

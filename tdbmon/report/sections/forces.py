@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tdbmon.identify.parameters import sensor_parameters, stated_parameters
 from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
-from tdbmon.report.remarks import grouped
+from tdbmon.report.remarks import and_more, grouped
 
 if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from tdbmon.identify.stress import Stress
 
 _LISTED = 12  # contacts of an end
+_CONTACTS = (
+    "A contact lasts here as long as the simulated force acts: one that is told from the displacement may hold several. The"
+    " greatest peak of all is taken from every step of the simulation, the others from its samples."
+)
 _STEEP = (
     "The greatest forces are those of all steps of the simulation, since the first blow of an inner ring may be shorter than a"
     " sample of the record. How near they come to true ones, and how often their intervals hold these, was counted on synthetic"
@@ -110,6 +114,7 @@ def section(fitted: FittedDrop) -> Section:
         )
         if any(end.history.time.size for end in ends)
         else Paragraph("The simulations differ from the release on: no force is drawn against time."),
+        *((Paragraph(_CONTACTS),) if any(end.contacts for end in ends) else ()),
         *(_contacts(end) for end in ends if end.contacts),
         _values(fitted),
     ]
@@ -176,9 +181,7 @@ def _contacts(end: EndForces) -> Table:
     more = len(end.contacts) - _LISTED
     caption = (
         f"{end.end}: force of each contact until the simulations part, {end.history.parted * 1e3:.0f} ms after the release"
-        " (95 % intervals); as the simulated force begins and ends: a contact told from the displacement may hold several;"
-        " the greatest peak of all is that of all steps of the simulation, the others are those at its samples"
-        + (f"; {more} more are left out" if more > 0 else "")
+        " (95 % intervals)" + and_more(more)
     )
     return Table(caption, ("Contact", "Begins, from the release", "Duration", "Peak normal force", "Impulse"), rows)
 

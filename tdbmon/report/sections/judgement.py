@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import Comparison
+from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
@@ -91,10 +91,12 @@ def _hit(comparison: Comparison) -> list[Block]:
         before = "–"
         if low is not None and high is not None:
             unit = change.kind.unit
-            before = f"{short(Estimate(low, unit=unit))} to {short(Estimate(high, unit=unit))}"
+            before = (
+                f"{short(Estimate(low, unit=unit))} to {short(Estimate(high, unit=unit))}{_out_of(change, low, high)}"
+            )
         against = ""
         if change.kind.name == "stress_max_mpa" and change.estimate.value is not None:
-            against = f"{percent(change.estimate.value / limit)} of the limit, {limit * 1e-6:.0f} MPa"
+            against = f"{percent(change.estimate.value / limit)} of {limit * 1e-6:.0f} MPa"
         rows.append(Row((change.title, quantity(change.estimate), before, against or "–")))
     if not asked:
         said = (
@@ -104,7 +106,15 @@ def _hit(comparison: Comparison) -> list[Block]:
     return [
         Table(
             "How hard the bearings were hit: the fitted model, with 95 % intervals",
-            ("Quantity", "This drop", "Before", "Against"),
+            ("Quantity", "This drop", "Least to greatest before", "Against the limit"),
             tuple(rows),
         )
     ]
+
+
+def _out_of(change: Change, low: float, high: float) -> str:
+    """Say what it means where a drop lies out of the range of those before, which the next one of ten often does."""
+    value = change.estimate.value
+    if value is None or low <= value <= high:
+        return ""
+    return "; this drop lies outside, " + ("beyond chance" if change.differs else "by no more than chance")
