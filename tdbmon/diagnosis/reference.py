@@ -101,9 +101,8 @@ def diagnose_since(
     InputError
         If a record is in both, or a diagnosis is impossible.
     """
-    for (
-        record
-    ) in records:  # by content: folders of different years often hold the same names, and one drop has many formats
+    # by content: folders of different years often hold the same names, and one drop has many formats
+    for record in records:
         if any(record.equals(earlier) or same_samples(record, earlier) for earlier in reference):
             raise InputError(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
