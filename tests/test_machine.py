@@ -66,6 +66,18 @@ def test_a_number_is_already_si():
         ('elastic_modulus = "200 GPa"', 'elastic_modulus = "200 MPa"', "2e+08 Pa is not between"),
         ('rotation = "ccw"', 'rotation = "left"', "ccw"),
         (
+            'outer_diameter = "60 mm"',
+            "outer_diameter = 60",
+            "section 1 of 60 m diameter and 0.08 m length is of no shaft",
+        ),
+        ('length = "80 mm"', "length = 80", "A number without a unit is in m"),
+        ('diameter = "12.303 mm"', 'diameter = "12,303 mm"', "has a decimal comma; write '12.303 mm'"),
+        (
+            'nominal = "250 um"',
+            'nominal = "250 um ± 50 um"',
+            "holds a tolerance; where a value may have one, write nominal",
+        ),
+        (
             'diametral_clearance = { nominal = "18 um"',
             'diametral_clearance = { nominal = "18 mm"',
             "18000 um is more than",
@@ -187,3 +199,11 @@ def test_a_record_as_text_in_the_place_of_a_machine_file(tmp_path):
 def test_a_wrong_effect_names_the_file(effect, says):
     with pytest.raises(InputError, match=r"^machine\.toml: \[\[effect\]\] " + says):
         changed("[speed]", f"[[effect]]\n{effect}\n[speed]")
+
+
+def test_a_decimal_comma_outside_of_texts_is_told(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(TEXT.replace("poisson_ratio = 0.3", "poisson_ratio = 0,3"))
+    with pytest.raises(InputError, match="not valid TOML") as error:
+        load_machine(path)
+    assert "a number has a decimal point, not a comma" in str(error.value)

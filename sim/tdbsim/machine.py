@@ -7,6 +7,7 @@ know it exactly.  Unknown keys, impossible dimensions and positions outside the 
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+_DECIMAL_COMMA = re.compile(r"=\s*[-+]?\d+,\d")
 
 
 class Section(Part):
@@ -416,8 +418,10 @@ def load_machine(path: str | Path) -> Machine:
             " UTF-8"
         ) from None
     except tomllib.TOMLDecodeError as error:
-        order = "" if path.suffix == ".toml" else "; give the machine's TOML file, which comes before the records"
-        raise InputError(f"{path}: is not valid TOML: {error}{order}") from None
+        cure = "" if path.suffix == ".toml" else "; give the machine's TOML file, which comes before the records"
+        if _DECIMAL_COMMA.search(path.read_text(encoding="utf-8-sig")):
+            cure += "; a number has a decimal point, not a comma"
+        raise InputError(f"{path}: is not valid TOML: {error}{cure}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     return parse_machine(data, str(path))

@@ -18,6 +18,8 @@ _SMALLEST_JOURNAL = 0.2  # of the pitch radius: thicker is no sleeve in the inne
 _LEAST_FILLED = 0.2  # of the pitch circle by balls
 # times; what turns with the ring may lie so far inside of the journal's radius or outside of the balls'
 _RING_WIDTH = 2.0
+_THINNEST, _THICKEST = 1e-3, 5.0  # m: from a dental spindle to the largest generators
+_LONGEST = 30.0  # m, of one section
 
 
 def check_plausible(machine: Machine) -> None:
@@ -67,6 +69,13 @@ def _check_rotor(rotor: Rotor) -> None:
         if not low <= value <= high:
             raise InputError(
                 f"[rotor]: {name} {value:g} {unit} is not between {low:g} and {high:g} {unit}; is the unit right?"
+            )
+    for number, section in enumerate(rotor.sections, start=1):
+        diameter, length = section.outer_diameter, section.length
+        if not _THINNEST <= diameter <= _THICKEST or length > _LONGEST:
+            raise InputError(
+                f"[rotor]: section {number} of {diameter:g} m diameter and {length:g} m length is of no shaft; are the units"
+                " right? A number without a unit is in m"
             )
     decay = rotor.speed_decay_time
     if decay is not None and decay.low <= 0:

@@ -37,6 +37,7 @@ _TURNS = re.compile(
 )
 _COUNTED = ("Hz", "V s")  # SI units in which a turn is one, not 2 pi: a speed, and the volts of a speed signal a hertz
 
+_COMMA = re.compile(r"^(\s*[-+]?\d+),(\d+)")  # a decimal comma
 _NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -126,6 +127,14 @@ def to_si(value: Any, si: str) -> float:
         if not found:
             example = "a number, e.g. 1.5" if si == "1" else f'a number and a unit, e.g. "1.5 {si}"'
             raise InputError(f"'{value}' is not a quantity; write {example}")
+        if _COMMA.match(value):
+            pointed = _COMMA.sub(r"\1.\2", value).strip()
+            raise InputError(f"'{value}' has a decimal comma; write '{pointed}'")
+        if "±" in value or "+-" in value or "+/-" in value:
+            raise InputError(
+                f"'{value}' holds a tolerance; where a value may have one, write nominal and tolerance:"
+                ' { nominal = "250 um", tolerance = "50 um" }'
+            )
         number = float(found.group(1))
         if found.group(2):
             number *= scale(found.group(2), si)
