@@ -24,6 +24,7 @@ from tdbmon.identify.parameters import Parameter, machine_parameters
 from tdbmon.machine_file import with_effects
 from tdbmon.progress import Progress
 from tdbmon.quantity import short, words
+from tdbmon.record.assign import assign
 from tdbmon.record.same_samples import same_samples
 
 Values = Mapping[str, Estimate]
@@ -102,8 +103,9 @@ def diagnose_since(
         If a record is in both, or a diagnosis is impossible.
     """
     # by content: folders of different years often hold the same names, and one drop has many formats
+    before_laid = [assign(earlier, machine) for earlier in reference]
     for record in records:
-        if any(record.equals(earlier) or same_samples(record, earlier) for earlier in reference):
+        if any(same_samples(assign(record, machine), earlier) for earlier in before_laid):
             raise InputError(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
             )

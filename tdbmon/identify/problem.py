@@ -259,8 +259,8 @@ class Problem:
             try:
                 if of_all or parameter.name.partition(".")[0] in acting_names:
                     model, acting = self.setting(*values, drop)
-                else:
-                    plan = planned(self.drops[drop], values[1], horizon) if parameter.moves else plan
+                elif parameter.moves:
+                    plan = planned(self.drops[drop], values[1], horizon)
                 if parameter.moves:  # then the probes stay as they are
                     sensors = replace(base.sensors, shared=values[0], own=values[1])
                     yield Nudged(k, step, Variant(model, plan, sensors))
