@@ -13,7 +13,7 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.result import Analysis
 from tdbmon.atomic import write_text
-from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.estimate import Estimate
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -115,7 +115,7 @@ def _row(name: str, true: float, found: Estimate) -> tuple[str, str, str, str]:
     inside = ""
     if found.low is not None and found.high is not None:
         inside = "yes" if found.low <= true <= found.high else "**no**"
-    return name, f"{true * OUTSIDE[found.unit]:.5g} {found.unit}", str(found), inside
+    return name, str(Estimate(true, unit=found.unit)), str(found), inside
 
 
 if __name__ == "__main__":
