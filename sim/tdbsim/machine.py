@@ -407,7 +407,8 @@ def load_machine(path: str | Path) -> Machine:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        data = tomllib.loads(text)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the machine's TOML file") from None
     except IsADirectoryError:
@@ -419,7 +420,7 @@ def load_machine(path: str | Path) -> Machine:
         ) from None
     except tomllib.TOMLDecodeError as error:
         cure = "" if path.suffix == ".toml" else "; give the machine's TOML file, which comes before the records"
-        if _DECIMAL_COMMA.search(path.read_text(encoding="utf-8-sig")):
+        if _DECIMAL_COMMA.search(text):
             cure += "; a number has a decimal point, not a comma"
         raise InputError(f"{path}: is not valid TOML: {error}{cure}") from None
     except OSError as error:

@@ -103,9 +103,10 @@ def diagnose_since(
         If a record is in both, or a diagnosis is impossible.
     """
     # by content: folders of different years often hold the same names, and one drop has many formats
-    before_laid = [assign(earlier, machine) for earlier in reference]
+    earlier = [assign(each, machine) for each in reference]
     for record in records:
-        if any(same_samples(assign(record, machine), earlier) for earlier in before_laid):
+        laid = assign(record, machine)
+        if any(same_samples(laid, each) for each in earlier):
             raise InputError(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
             )
