@@ -10,7 +10,8 @@ from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022)
-DRIFT = -4e-6  # m in 20 ms
+END_S = HORIZONS[-1]
+DRIFT = -6e-6  # m by then, of which the values of the model take up some tenths of a micrometre
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def drifted(crew):
     """The plain model fitted to drops in which one probe drifts, no parabola."""
 
     def drift(since, angle, axes):
-        moved = DRIFT * (1 - np.exp(-np.maximum(since, 0.0) / 0.03)) / (1 - np.exp(-2 / 3))
+        moved = DRIFT * (1 - np.exp(-np.maximum(since, 0.0) / 0.03)) / (1 - np.exp(-END_S / 0.03))
         return np.array([[0.0], [0.0], [0.0], [1.0]]) * moved
 
     return settled_plain(with_readings(problem_of(crew), drift), *HORIZONS)
@@ -28,7 +29,7 @@ def test_a_probe_that_drifts_is_told_with_how_far(drifted):
     assert drifted.fails
     said = drifting_probe(drifted, drifted, HORIZONS)
     told = re.match(r"probe 'DE_B' drifts: it reads (-[\d.]+) um more 22 ms after the release", said)
-    assert told and float(told[1]) * 1e-6 == pytest.approx(DRIFT, rel=0.05)
+    assert told and float(told[1]) * 1e-6 == pytest.approx(DRIFT, rel=0.15)
 
 
 @pytest.mark.parametrize(
