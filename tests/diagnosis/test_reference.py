@@ -129,10 +129,10 @@ def test_files_after_reference_belong_to_it():
 
 
 def test_the_command_says_that_nothing_changed(tmp_path, capsys):
-    # four drops of one machine in one condition, by a rig program that shares no code with the simulator
-    first, second, third, fourth = (str(path) for path in sorted(shipped("short").glob("drop_*.nc")))
+    # drops of one machine in one condition, by a rig program that shares no code with the simulator
+    _, second, third, fourth = (str(path) for path in sorted(shipped("short").glob("drop_*.nc")))
     out, page = tmp_path / "r.json", tmp_path / "r.html"
-    words = ["diagnose", str(shipped("short/machine.toml")), first, third, "--reference", second, fourth]
+    words = ["diagnose", str(shipped("short/machine.toml")), third, "--reference", second, fourth]
     with pytest.raises(SystemExit) as stopped:
         main([*words, "--json", str(out), "--report", str(page)])
     said = capsys.readouterr()

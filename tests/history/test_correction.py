@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -29,7 +31,15 @@ def test_nothing_to_correct_is_nothing():
     assert corrected([], "holm") == []
 
 
+@pytest.fixture(scope="module")
+def no_garbage():
+    """statsmodels collects all garbage at every call, which takes long beside the records of other tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gc, "collect", lambda *_: 0)
+        yield
+
+
 @pytest.mark.parametrize("method", ["holm", "fdr_bh"])
 @given(p=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30))
-def test_they_are_those_of_statsmodels(method, p):
+def test_they_are_those_of_statsmodels(method, p, no_garbage):
     np.testing.assert_allclose(corrected(p, method), multipletests(p, method=method)[1], rtol=1e-12, atol=1e-300)
