@@ -24,6 +24,7 @@ from tdbsim.machine import Machine
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import LACKS, AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
+from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.exchanged_ends import exchanged_ends
@@ -94,9 +95,13 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
+        progress("looking for what the machine file may have wrong")
+        mistaken = exchanged_ends(machine, problem) or mistaken_entry(problem)
         problem = replace(with_divergence(problem), to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
+        if mistaken is not None:  # fits of a wrong machine fail further on, where they take long
+            usable = [h for h in usable if h <= TOUCHED_S] or usable[:1]
         problem, passed = followed(problem, usable, progress)
         usable = [h for h in usable if h <= passed[-1].horizon]
         point = passed[-1].fit.point
@@ -104,11 +109,6 @@ def fit_drops(
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
         trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
         misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
-        mistaken = None
-        if misfit > LACKS:
-            progress("looking for what the machine file may have wrong")
-            plain = build_problem(machine, drops, crew)
-            mistaken = exchanged_ends(machine, plain) or mistaken_entry(plain)
     shared, _ = problem.values(point, 0)
     early = [each.fit for each in passed if each.horizon <= _EARLY][-1:] or [passed[0].fit]
     remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
