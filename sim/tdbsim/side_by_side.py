@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tdbsim import state_layout
-from tdbsim.drop_model import Array, Arrays, DropModel
+from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 from tdbsim.first_use import compile_apart
 from tdbsim.integration import check_finite, check_modes, longest_step
-from tdbsim.simulate import DropPlan, Released, Trajectory, check_memory, instants, released
+from tdbsim.levitation import fill_levitated
+from tdbsim.release import OF_THE_ROTOR, begin, chosen, side_by_side
+from tdbsim.simulate import DropPlan, Trajectory, before_release, check_memory, instants
 
 Case = tuple[DropModel, DropPlan]
 
 MOST = 8  # drops in a batch; as many as a vector has numbers
-_OF_THE_ROTOR = ("square", "damping", "gyro", "at_end", "weight")
 
 
 def shared(model: DropModel, plan: DropPlan) -> Hashable:
@@ -24,7 +26,7 @@ def shared(model: DropModel, plan: DropPlan) -> Hashable:
     if plan.method != "splitting" or model.machine.has_heat:
         return None
     arrays = model.arrays
-    rotor = b"".join(getattr(arrays, name).tobytes() for name in _OF_THE_ROTOR)
+    rotor = b"".join(getattr(arrays, name).tobytes() for name in OF_THE_ROTOR)
     shapes = model.n, arrays.ball_cosine.shape, arrays.magnet.shape
     return rotor, shapes, longest_step(model, plan), plan.seconds, plan.levitated, plan.sampling
 
@@ -43,50 +45,38 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
         In the order of the cases, as `run` gives them, to rounding; what that would raise where a drop cannot be, which
         does no harm to the others.
     """
-    check_memory(*cases[0], times=len(cases))
-    compile_apart("lanes", *cases[0])
-    count = len(instants(cases[0][1]))
-    states = np.empty((len(cases), count, state_layout.size(cases[0][0].n)))
-    found: list[Released | InputError] = []
-    for model, plan in cases:
-        try:
-            check_modes(model.n)
-            found.append(released(model, plan, states[sum(isinstance(each, Released) for each in found)]))
-        except InputError as error:
-            found.append(error)
-    ready = [each for each in found if isinstance(each, Released)]
-    ends = iter(_integrate(ready, states[: len(ready)]) if ready else ())
-    return [_finished(each, next(ends)) if isinstance(each, Released) else each for each in found]
-
-
-def _finished(drop: Released, reached: float) -> Trajectory | InputError:
-    try:
-        if len(drop.since):
-            check_finite(reached, drop.since, drop.state)
-    except InputError as error:
-        return error
-    return drop.trajectory()
-
-
-def _integrate(ready: list[Released], states: Array) -> list[float]:
-    """Fill the drops' states, and return the times reached."""
     from tdbsim.lanes import integrate
 
-    for drop in ready:
-        drop.fill_levitated()
-    repeated = [*ready, *(ready[-1] for _ in range(MOST - len(ready)))]
-    first = ready[0].model.arrays
-    arrays = Arrays(
-        *(
-            getattr(first, name)
-            if name in _OF_THE_ROTOR
-            else np.array([getattr(d.model.arrays, name) for d in repeated])
-            for name in Arrays._fields
-        )
-    )
-    start, peak = np.array([drop.start for drop in repeated]), np.zeros((len(ready), 2))
-    step = longest_step(ready[0].model, ready[0].plan)
-    reached = integrate(arrays, start, step, ready[0].since, states, ready[0].levitated, peak)
-    for drop, greatest in zip(ready, peak, strict=True):
-        drop.peak[:] = greatest
-    return [float(time) for time in reached]
+    models, plans = [model for model, _ in cases], [plan for _, plan in cases]
+    plan, n = plans[0], models[0].n
+    check_memory(models[0], plan, times=len(cases))
+    compile_apart("lanes", models[0], plan)
+    try:
+        check_modes(n)
+    except InputError as error:
+        return [error] * len(cases)
+    arrays = side_by_side(models)
+    start, whirl, faults = begin(arrays, models, plans)
+    ready = [k for k, fault in enumerate(faults) if fault is None]
+    if not ready:
+        return [each for each in faults if each is not None]
+    time = instants(plan)
+    levitated = before_release(plan, time)
+    since, peak = time - plan.levitated, np.zeros((len(ready), 2))
+    states = np.empty((len(ready), len(time), state_layout.size(n)))
+    fill_levitated(whirl[ready], since[:levitated], start[ready], states)
+    lanes = [*ready, *(ready[-1] for _ in range(MOST - len(ready)))]
+    whole = arrays if lanes == list(range(MOST)) else chosen(arrays, lanes)
+    step = longest_step(models[0], plan)
+    reached = integrate(whole, start[lanes], step, since[levitated:], states, levitated, peak)
+    found: list[Trajectory | InputError | None] = list(faults)
+    for k, state, greatest, end in zip(ready, states, peak, reached[: len(ready)].tolist(), strict=True):
+        try:
+            if levitated < len(time):
+                check_finite(end, since[levitated:], state)
+        except InputError as error:
+            found[k] = error
+            continue
+        model = replace(models[k], arrays=models[k].arrays._replace(end=arrays.end[k], magnet=arrays.magnet[k]))
+        found[k] = Trajectory(model, plans[k], time, state, greatest, whirl[k])
+    return [each for each in found if each is not None]

@@ -9,17 +9,16 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tdbsim import state_layout
 from tdbsim.channel_names import check_channel_names
-from tdbsim.columns import CAGE_ANGLE, GAP, RING_ANGLE
 from tdbsim.drop_model import Array, DropModel, build_model
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.integration import Integration
-from tdbsim.levitation import add_whirl_force, fill_levitated, levitate
+from tdbsim.levitation import Whirl, fill_levitated
 from tdbsim.machine import Machine
+from tdbsim.release import alone, begin, check_speed
 from tdbsim.sensors import SensorChain, check_pulses
 
 if TYPE_CHECKING:
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 Pair = tuple[float, float]
 
 _RECORD = 1.6  # times its states is what a record takes at least, with all that no probe sees
-_FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
 _FORMS = {(): "a number", (2,): "a number for each end", (2, 2): "(x, y) for each end"}
 
 
@@ -169,7 +167,7 @@ class Trajectory:
     time: Array
     state: Array
     peak_normal: Array
-    whirl: NDArray[np.complex128]
+    whirl: Whirl
     warmth: Warmth | None = None
 
 
@@ -199,7 +197,7 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     """
     from tdbsim.drop_record import drop_record
 
-    _holds_together(machine, plan)
+    check_speed(machine, plan)
     check_channel_names(machine)
     check_pulses(machine, plan.sensors, plan.speed, plan.sampling)
     model = build_model(machine, effects, plan.bending, plan.attachment)
@@ -251,7 +249,7 @@ class Released:
     model: DropModel
     plan: DropPlan
     start: Array
-    whirl: NDArray[np.complex128]
+    whirl: Whirl
     time: Array
     levitated: int
     state: Array
@@ -265,39 +263,22 @@ class Released:
     def fill_levitated(self) -> None:
         """Fill the states before the release."""
         before = self.time[: self.levitated] - self.plan.levitated
-        fill_levitated(self.whirl, before, self.start, self.state[: self.levitated])
+        fill_levitated(self.whirl[None], before, self.start[None], self.state[None])
 
     def trajectory(self, warmth: Warmth | None = None) -> Trajectory:
         """Return the drop when it has been integrated."""
         return Trajectory(self.model, self.plan, self.time, self.state, self.peak, self.whirl, warmth)
 
 
-def released(model: DropModel, plan: DropPlan, room: Array | None = None) -> Released:
-    """Return a drop at its release (raises as `simulate`); the model stays as it was.
-
-    `room` : (k, size), for its states, where they shall not stand in an array of their own.
-    """
-    _holds_together(model.machine, plan)
-    if room is None:
-        check_memory(model, plan)
+def released(model: DropModel, plan: DropPlan) -> Released:
+    """Return a drop at its release (raises as `simulate`); the model stays as it was."""
+    check_memory(model, plan)
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
-    start, whirl = _released(model, plan)
+    start, whirl = _begin(model, plan)
     time = instants(plan)
-    levitated = int(np.searchsorted(time, plan.levitated - 1e-12))
-    state = np.empty((len(time), len(start))) if room is None else room
-    return Released(model, plan, start, whirl, time, levitated, state, np.zeros(2))
-
-
-def _holds_together(machine: Machine, plan: DropPlan) -> None:
-    """Raise InputError for a speed at which no steel shaft holds together: it is in another unit."""
-    radius = max(section.outer_diameter for section in machine.rotor.sections) / 2
-    surface = 2 * math.pi * plan.speed * radius
-    if surface > _FASTEST_SURFACE:
-        raise InputError(
-            f"speed {plan.speed:g} Hz ({60 * plan.speed:g} rpm) lets the shaft's surface of radius {radius * 1e3:g} mm run at"
-            f" {surface:.3g} m/s, which no rotor stands; is the unit right?"
-        )
+    levitated = before_release(plan, time)
+    return Released(model, plan, start, whirl, time, levitated, np.empty((len(time), len(start))), np.zeros(2))
 
 
 def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:
@@ -328,50 +309,19 @@ def instants(plan: DropPlan) -> Array:
     return np.arange(_samples(plan)) / plan.sampling
 
 
+def before_release(plan: DropPlan, time: Array) -> int:
+    """Return how many instants of a drop's record are before the release."""
+    return int(np.searchsorted(time, plan.levitated - 1e-12))
+
+
 def initial_state(model: DropModel, plan: DropPlan) -> Array:
     """Return the state at the release; the model's angles, set-point and magnetic forces are set to the plan's."""
-    return _released(model, plan)[0]
+    return _begin(model, plan)[0]
 
 
-def _released(model: DropModel, plan: DropPlan) -> tuple[Array, NDArray[np.complex128]]:
+def _begin(model: DropModel, plan: DropPlan) -> tuple[Array, Whirl]:
     """Return the state at the release, and the whirl before it with the shaft's angle at zero."""
-    from tdbsim.standstill import rest
-
-    arrays, n = model.arrays, model.n
-    arrays.end[:, CAGE_ANGLE], arrays.end[:, RING_ANGLE] = plan.cage_angle, plan.ring_angle
-    y = np.zeros(state_layout.size(n))
-    omega = model.machine.sense * 2 * math.pi * plan.speed
-    mean_x, mean_y, unturned = levitate(arrays, np.asarray(plan.set_point, dtype=float), omega)
-    whirl = unturned * np.exp(1j * plan.shaft_angle)
-    add_whirl_force(arrays, omega, whirl)
-    y[state_layout.modes_x(n)], y[state_layout.modes_y(n)] = mean_x + whirl.real, mean_y + whirl.imag
-    push = _rigid_velocity(arrays.at_end, plan.velocity)
-    for rates, whirling, pushed in (
-        (y[state_layout.mode_rates_x(n)], -omega * whirl.imag, push.real),
-        (y[state_layout.mode_rates_y(n)], omega * whirl.real, push.imag),
-    ):
-        rates[:] = whirling
-        rates[:2] += pushed  # of the rigid modes
-    y[state_layout.shaft_angle(n)], y[state_layout.omega(n)] = plan.shaft_angle, omega
-    y[state_layout.ring_angles(n)] = plan.ring_angle
-    means, orbits = (arrays.at_end @ (mean_x + 1j * mean_y)).tolist(), abs(arrays.at_end @ whirl).tolist()
-    for end, name in enumerate(model.machine.ends):
-        *places, found = rest(arrays, end)
-        if not found:
-            raise InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
-        y[state_layout.bodies(n, end) :][: len(places)] = places
-        offset, orbit = abs(means[end] - complex(*places[:2])), orbits[end]
-        if offset + orbit >= arrays.end[end, GAP]:
-            raise InputError(
-                f"end '{name}': the levitated shaft, {offset * 1e6:.4g} um off the inner ring's centre with an"
-                f" orbit of {orbit * 1e6:.4g} um 0-pk, reaches the gap of {arrays.end[end, GAP] * 1e6:.4g} um;"
-                " check set-point, unbalance and speed"
-            )
-    return y, unturned
-
-
-def _rigid_velocity(at_end: Array, velocity: Sequence[Sequence[float]]) -> NDArray[np.complex128]:
-    """Return the velocities x + i y of the two rigid modes that move the shaft at the ends (x, y an end) as wanted."""
-    (a, b), (c, d) = at_end[:, :2].tolist()
-    first, second = (complex(*each) for each in velocity)
-    return np.array([d * first - b * second, a * second - c * first]) / (a * d - b * c)
+    start, whirl, (fault,) = begin(alone(model), [model], [plan])
+    if fault is not None:
+        raise fault
+    return start[0], whirl[0]

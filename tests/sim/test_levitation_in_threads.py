@@ -1,4 +1,4 @@
-"""Drops are simulated in several threads at a time, which share the factors of the levitated rotor."""
+"""Drops are simulated in several threads at a time, which share what is known of the levitated rotor."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -13,7 +13,7 @@ CALLS = 3000
 
 
 def test_threads_that_levitate_one_rotor_do_not_disturb_each_other():
-    """LAPACK's solver counts the pivots it is given up and down in place: shared, they would be wrong now and then."""
+    """What holds a rotor up is kept for all of them, and none may change it."""
     model = build_model(load_machine(shipped("short/machine.toml")), bending=12)
     plan = DropPlan(speed=100.0, seconds=0.01, set_point=((1e-5, -2e-5), (2e-5, 1e-5)))
     alone = initial_state(model.copy(), plan)
