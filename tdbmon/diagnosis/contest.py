@@ -93,11 +93,7 @@ def contest(
         early = replace(held)
         held.met(later)
         held.simplify()
-        if early.best.bic > early.plain.bic - PLAIN_LEAD:
-            parted = held.plain.ratio < _ACTS_LATER * floor and held.best.fails
-        else:
-            parted = not held.adds_to(early.best)
-        if parted:  # paths with impacts do
+        if held.parts_from(early, floor):
             held = early
     before = [held.plain, *held.others]
     compared = with_twins(before, held.best, suspects, horizons)
@@ -160,6 +156,16 @@ class _Contest:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
         self.plain, self.others = _simplified(self.plain, self.others)
+
+    def parts_from(self, early: _Contest, floor: float) -> bool:
+        """True where paths with impacts have parted since a contest as it stood earlier, which then counts.
+
+        A cause that led is refuted where the plain model leaves noise alone for longer.
+        """
+        led = early.best.bic <= early.plain.bic - PLAIN_LEAD
+        if led and (self.best.causes or self.best.fails):
+            return not self.adds_to(early.best)
+        return self.plain.ratio < _ACTS_LATER * floor and self.best.fails
 
     def adds_to(self, named: Contender) -> bool:
         """True where the best model has a cause beyond those of one that was followed on, proved on a drop held out.

@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 LEAST_DROPS = 2  # to hold one out
 _PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
 _CLEAR = 0.05  # of the plain model's misfit
-_MANY = 4  # drops
-_CLEAR_IN_MEAN = 0.02  # of the plain model's misfit in many drops
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
@@ -106,19 +104,6 @@ class HeldOut:
         return bool(self.each) and all(proof.holds and proof.clear for proof in self.each)
 
     @property
-    def in_every_drop(self) -> bool:
-        """True where the extended model does better in each of many drops, each held out by itself, and clearly in the mean.
-
-        That tells a cause weaker still: what only seems to be there does harm in one of them.
-        """
-        return len(self.each) >= _MANY and all(proof.holds for proof in self.each) and self.takes > _CLEAR_IN_MEAN
-
-    @property
-    def told_by_each(self) -> bool:
-        """True where drops held out one by one tell a cause that is too weak to be seen in readings."""
-        return self.clear_in_each or self.in_every_drop
-
-    @property
     def takes(self) -> float:
         """Share of the plain model's misfit that the extended one takes away, of the noise in it too."""
         return 1 - self.extended_misfit / self.plain_misfit
@@ -150,8 +135,7 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
     is no proof, two are to be one: a ball of another size may hardly be met in one of them.  So are two where the plain model
-    leaves noise alone and the cause acts in contacts: there something always fits a little better.  Waves, lobes and balls may
-    be told by all drops, up to the first that contradicts: no law that is a little off looks like them in each.
+    leaves noise alone and the cause acts in contacts: there something always fits a little better.
 
     Parameters
     ----------
@@ -165,17 +149,19 @@ def proved(plain: Contender, extended: Contender) -> HeldOut:
     """
     first, *further = telling_drops(plain)
     proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
-    one_by_one = extended.fits_much and plain.ratio <= EXPLAINED
     weak = extended.in_contacts and not plain.fails
-    suffices = proof.seen if one_by_one or extended.of_each_drop else proof.holds and not weak
+    suffices = proof.seen if to_be_seen(plain, extended) else proof.holds and not weak
     if suffices or not further:
         return proof
-    proofs = [proof]
-    for drop in further if one_by_one else further[:1]:
-        proofs.append(held_out(plain, extended, drop, [extended.horizon]))
-        if not all(each.holds for each in proofs):
-            break
-    return together(proofs)
+    return together([proof, held_out(plain, extended, further[0], [extended.horizon])])
+
+
+def to_be_seen(plain: Contender, extended: Contender) -> bool:
+    """True where readings must show a cause: what has angles of its own in every drop fits a little of anything there.
+
+    So do waves, lobes and balls beside a plain model that explains the drops: that one may have lost its way within the noise.
+    """
+    return extended.of_each_drop or (extended.fits_much and plain.ratio <= EXPLAINED)
 
 
 def together(proofs: Sequence[HeldOut]) -> HeldOut:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, joined, with_own_slopes
 from tdbmon.diagnosis.contender import (
@@ -34,7 +36,8 @@ from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.slows_otherwise import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.clearances import TOUCHED_S
-from tdbmon.progress import Progress
+from tdbmon.identify.follow import followed
+from tdbmon.progress import Progress, silent
 
 _SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
 _ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
@@ -133,6 +136,9 @@ class Search:
             found = self._found_beside(best, plain, horizon, field, best.fails and not hardly)
             if not found:
                 break
+            if weak and not best.fails and min(each.bic for each in found) < best.bic - _SURE:
+                # who fits better may only have found the path that a plain model in a wrong minimum lost
+                plain, field, best = replaced(plain, field, best, self._sought(best))
             # what is next to nothing may have led out of a hollow
             led = without_last([each for each in found if each.negligible], horizon)
             deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
@@ -180,6 +186,16 @@ class Search:
         if at and not _explained(best, found) and all(each.fails or each.fits_much for each in found):
             found += self._more_than_half(best, self._waves(best, horizon, at))
         return found
+
+    def _sought(self, plain: Contender) -> Contender:
+        """Return the plain model, or the same followed from the fall on with rivals beside it, if that leaves less."""
+        self.progress("following the plain model from several starts")
+        horizons = [h for h in self.horizons if h <= plain.horizon]
+        try:
+            _, passed = followed(plain.problem, horizons, silent, may_widen=False)
+        except InputError:
+            return plain
+        return min([plain, replace(plain, fit=passed[-1].fit)], key=lambda each: each.misfit)
 
     def _shows_from_the_fall(self, best: Contender, horizon: float, found: Sequence[Contender]) -> bool:
         """True where what acts in contacts may show if it begins in the fall, beside what the best contender has outside."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, NEARLY, PLAIN_LEAD, Contender
-from tdbmon.diagnosis.held_out import HeldOut, Judge
+from tdbmon.diagnosis.held_out import HeldOut, Judge, to_be_seen
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.diagnosis.twins import sensors_alike
 from tdbmon.estimate import Estimate
@@ -126,17 +126,13 @@ def verdict(
         why = f"{best.words} explains {held} waves, lobes and a ball look alike"
         return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects, why)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
-    if proof is not None and not plain.fails and best.in_contacts and not (proof.seen or proof.told_by_each):
+    if proof is not None and not plain.fails and best.in_contacts and not (proof.seen or proof.clear_in_each):
         why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
         return Verdict(Kind.NONE, (), probabilities, why)
     without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)
     if plain.ratio <= EXPLAINED and without > _HALF * likeliest:
         why = f"the plain model explains the drops nearly as well as {best.words}"
         return Verdict(Kind.NONE, (), probabilities, why)
-    if proof is not None and proof.in_every_drop and not proof.seen and best.much_fitting is not None:
-        told = f"explains {proof.named}, better than the plain model, by too little to be seen in readings"
-        why = f"{best.words} {told}; so weak, waves, lobes and a ball look alike"
-        return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects, why)
     total = 0.0
     accused: list[Contender] = []
     for probability, each in sorted(zip(probabilities, contenders, strict=True), key=lambda pair: -pair[0]):
@@ -164,7 +160,7 @@ def _one_of_a_kind(
     suspects: Sequence[Suspect],
     why: str,
 ) -> Verdict:
-    """Return the verdict where waves, lobes or a ball are weak, or hold for a while: the others there look alike."""
+    """Return the verdict where waves, lobes or a ball hold for a while: there the others of the bearing look alike."""
     others = {
         each.declared: each for each in suspects if each.declared is not cause.declared and met_alike(each, cause)
     }
@@ -224,13 +220,12 @@ def _proved(best: Contender, plain: Contender, proof: HeldOut) -> bool:
 
     To be seen, too, if a cause acts on the shaft and the plain model explains the drops, where readings can tell: with nothing
     hidden some such cause made up for laws that are a little off, and took away 0.23 to 0.37 of what was left there in four
-    fits to synthetic drops.  Sensors have exact laws.  Waves, lobes and balls may do better in every drop instead.
+    fits to synthetic drops.  Sensors have exact laws.
     """
-    explained = plain.ratio <= EXPLAINED
-    if best.of_each_drop or (best.fits_much and explained):
-        return proof.seen or proof.in_every_drop
+    if to_be_seen(plain, best):
+        return proof.seen
     on_shaft = not all(acts_on_sensors(cause.declared) for cause in best.causes)
-    if on_shaft and explained and proof.gain is not None:
+    if on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None:
         return proof.seen
     return proof.holds
 
@@ -241,7 +236,7 @@ def little_gained(proof: HeldOut | None) -> str | None:
         return None
     if proof.gain is None:
         little, told = (
-            proof.told_by_each or proof.judge is Judge.REST,
+            proof.clear_in_each or proof.judge is Judge.REST,
             "it shows in all that is known of the drops held out, not to be seen in readings",
         )
     else:

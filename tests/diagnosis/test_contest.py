@@ -187,6 +187,29 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
     assert not replace(held, others=[contender(plain, ("stribeck_friction@both",), 900, 0.9)]).adds_to(named)
 
 
+@pytest.mark.parametrize(
+    ("plain_left", "cause_left", "parts"),
+    [(0.95, 1.05, False), (1.05, 0.95, True), (1.5, 1.4, True), (4.0, 3.0, True)],
+)
+def test_a_cause_that_led_is_refuted_by_a_plain_model_that_leaves_noise_alone_for_longer(
+    competed, plain_left, cause_left, parts
+):
+    """With nothing hidden, 0.4 um of waves left 900 less than a plain model in a wrong minimum at 40 ms, and more at 65 ms."""
+    plain = next(each for each in competed if not each.causes)
+    search = Search(plain, (), (0.006,), lambda _: None)
+
+    def stands(without, beside):
+        bare, waves = (
+            contender(plain, names, 0, left * plain.floor)
+            for names, left in (((), without), (("race_waviness@DE",), beside))
+        )
+        return _Contest(search, bare, [replace(waves, causes=waves.causes[:1])], plain.horizon)
+
+    early = stands(1.05, 0.95)
+    assert early.best.causes
+    assert stands(plain_left, cause_left).parts_from(early, plain.floor) is parts
+
+
 def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, monkeypatch):
     from tdbmon.diagnosis import contest as module
 

@@ -47,6 +47,26 @@ def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypat
     assert not any(each.causes for each in field)
 
 
+def test_a_plain_model_that_holds_is_followed_anew_before_a_weak_cause_is_believed(crew, monkeypatch):
+    """Who fits better may only have found the path that it lost within the noise."""
+    problem = problem_of(crew)
+    bare = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
+    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
+    off = bare.fit.point.copy()
+    off[place] += 0.006
+    stuck = replace(bare, fit=linearised(problem, off, 0.012))
+    assert not stuck.fails
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    oval = next(s for s in everyone if s.name == "oval_clearance@DE")
+    weak = with_cause(bare, oval, Start({"amplitude": 2e-6, "angle": 0.3}))
+    weak = replace(weak, fit=fit(weak.problem, weak.fit.point, 0.012))
+    assert weak.bic < stuck.bic - 20
+    monkeypatch.setattr(Search, "_invited", lambda self, *_: ([weak], frozenset()))
+    plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
+    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
+    assert min([plain, *field], key=lambda each: each.bic) is plain
+
+
 def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_that_comes_near(competed):
     plain = next(each for each in competed if not each.causes)
     best = contender(plain, ("hardening_support@NDE",), 100, 1.7)

@@ -90,28 +90,19 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
     assert little_gained(in_one) is None
 
 
-def test_waves_too_weak_for_readings_are_proved_by_all_drops_held_out_and_look_like_lobes_and_balls(competed):
-    """Waves of 1.4 um: of the misfit, noise included, 4.3, 4.5, 5.8 and 0.5 % less in four drops."""
+def test_waves_that_no_reading_shows_are_none_though_they_do_better_in_every_drop(competed):
+    """With nothing hidden, 0.4 um took 4, 10, 2 and 1 % of the misfit; 1.4 um that were there 4.3, 4.5, 5.8 and 0.5 %."""
     plain = next(each for each in competed if not each.causes)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     waves = contender(plain, ("race_waviness@DE",), 300, 0.85 * plain.floor)
-    waves = replace(waves, causes=waves.causes[:1])  # of one order
-    assert waves.of_each_drop
     left = [
-        HeldOut(("drop.nc",), 4.7e-7, 4.6e-7, 4.6e-7, 3500.0, 3500.0 * (1 - share))
-        for share in (0.043, 0.045, 0.058, 0.005)
+        HeldOut((f"{k}.nc",), 4.7e-7, 4.6e-7, 4.6e-7, 3500.0, 3500.0 * (1 - share))
+        for k, share in enumerate((0.04, 0.1, 0.06, 0.06))
     ]
-    assert verdict([waves, bare], together(left[:2])).kind is Kind.NONE  # angles of its own fit as much in two
-    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
-    told = verdict([waves, bare], together(left), suspects=everyone)
-    assert told.kind is Kind.AMBIGUOUS
-    assert told.accused == (waves,)
-    assert {cause.name for each in told.alike for cause in each.causes} == {"ring_out_of_round@DE", "off_sized_ball@DE"}
-    assert told.probabilities[0] == pytest.approx(told.alike[0].probability) == pytest.approx(0.2)
-    harmed = replace(left[3], extended_misfit=3501.0)
-    assert verdict([waves, bare], together([*left[:3], harmed])).kind is Kind.NONE
-    hardly = [replace(each, extended_misfit=0.99 * each.plain_misfit) for each in left]
-    assert verdict([waves, bare], together(hardly)).kind is Kind.NONE
+    assert verdict([waves, bare], together(left)).kind is Kind.NONE
+    assert verdict([waves, bare], together(left[1:])).kind is Kind.NONE
+    stiff = contender(plain, ("hardening_support@DE",), 300, 0.85 * plain.floor)
+    assert verdict([stiff, bare], together(left[1:])).kind is Kind.NAMED
 
 
 def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):

@@ -62,7 +62,7 @@ def section(evidence: Evidence) -> Section | None:
 
 def _beside_readings(proof: HeldOut) -> str:
     """Say what shows a cause where readings have nothing to gain."""
-    if proof.told_by_each:
+    if proof.clear_in_each:
         return "readings hardly show a gain; all that is known of each drop does, by the share in the last column below"
     return "means over all drops hardly show a gain" if proof.seen else "there is nothing to gain"
 
