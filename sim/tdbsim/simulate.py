@@ -210,75 +210,24 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
 
     The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
     """
-    ready = released(model, plan)
-    ready.fill_levitated()
-    start, since, out, peak = ready.start, ready.since, ready.state[ready.levitated :], ready.peak
-    if ready.model.machine.has_heat:
-        from tdbsim.heat_coupling import WarmIntegration
-
-        warm = WarmIntegration(ready.model, plan, start, peak)
-        warm.through(since, out)
-        return ready.trajectory(warm.warmth(ready.levitated))
-    Integration(ready.model, plan, start, peak).through(since, out)
-    return ready.trajectory()
-
-
-@dataclass(frozen=True, eq=False)
-class Released:
-    """A drop about to be integrated.
-
-    Attributes
-    ----------
-    model : DropModel
-        Of its own, with the plan's angles and magnetic forces.
-    plan : DropPlan
-    start : (size,) array
-        State at the release.
-    whirl : (n,) complex array
-        See `Trajectory`.
-    time : (k,) array
-        Instants of the record, s, from the first sample.
-    levitated : int
-        How many of them are before the release.
-    state : (k, size) array
-        To be filled.
-    peak : (2,) array
-        To be raised to the greatest normal forces, N.
-    """
-
-    model: DropModel
-    plan: DropPlan
-    start: Array
-    whirl: Whirl
-    time: Array
-    levitated: int
-    state: Array
-    peak: Array
-
-    @property
-    def since(self) -> Array:
-        """Instants from the release on, s after it."""
-        return self.time[self.levitated :] - self.plan.levitated
-
-    def fill_levitated(self) -> None:
-        """Fill the states before the release."""
-        before = self.time[: self.levitated] - self.plan.levitated
-        fill_levitated(self.whirl[None], before, self.start[None], self.state[None])
-
-    def trajectory(self, warmth: Warmth | None = None) -> Trajectory:
-        """Return the drop when it has been integrated."""
-        return Trajectory(self.model, self.plan, self.time, self.state, self.peak, self.whirl, warmth)
-
-
-def released(model: DropModel, plan: DropPlan) -> Released:
-    """Return a drop at its release (raises as `simulate`); the model stays as it was."""
     check_memory(model, plan)
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _begin(model, plan)
     time = instants(plan)
-    levitated = before_release(plan, time)
-    return Released(model, plan, start, whirl, time, levitated, np.empty((len(time), len(start))), np.zeros(2))
+    levitated, since = before_release(plan, time), time - plan.levitated
+    state, peak = np.empty((len(time), len(start))), np.zeros(2)
+    fill_levitated(whirl[None], since[:levitated], start[None], state[None])
+    warmth = None
+    if model.machine.has_heat:
+        from tdbsim.heat_coupling import WarmIntegration
+
+        warm = WarmIntegration(model, plan, start, peak)
+        warm.through(since[levitated:], state[levitated:])
+        warmth = warm.warmth(levitated)
+    else:
+        Integration(model, plan, start, peak).through(since[levitated:], state[levitated:])
+    return Trajectory(model, plan, time, state, peak, whirl, warmth)
 
 
 def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:

@@ -94,14 +94,17 @@ def test_nothing_is_begun_before_both_ends_have_touched(beside_an_oval):
 
 
 def test_lobes_of_a_wrong_order_are_found_anew(crew):
-    """Begun two orders off, with the sizes and phases that make up for it at the first contact."""
+    """Begun three orders off, with the sizes and phases that make up for it at the first contact.
+
+    At 14 ms lobes of the next order leave as little; at 18 ms they leave more.
+    """
     problem = problem_of(crew, "ring_out_of_round:end=DE,amplitude=19 um,order=2")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
     drops = len(problem.drops)
-    wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), wrong.causes[-1], everyone, (0.006, 0.01, 0.014))
+    wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.018, 3)
+    found = of_any_kind(fallen, wrong, wrong.causes[-1], everyone, (0.006, 0.01, 0.014, 0.018))
     assert found.causes[-1].held["order"] == 2
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
