@@ -122,9 +122,7 @@ def verdict(
         why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
         return Verdict(Kind.NONE if plain.ratio <= EXPLAINED else Kind.UNKNOWN, (), probabilities, why)
     if best.failed_s and best.much_fitting is not None:
-        held = f"the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; so far"
-        why = f"{best.words} explains {held} waves, lobes and a ball look alike"
-        return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects, why)
+        return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects)
     # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
     if proof is not None and not plain.fails and best.in_contacts and not (proof.seen or proof.clear_in_each):
         why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
@@ -158,7 +156,6 @@ def _one_of_a_kind(
     contenders: Sequence[Contender],
     probabilities: tuple[float, ...],
     suspects: Sequence[Suspect],
-    why: str,
 ) -> Verdict:
     """Return the verdict where waves, lobes or a ball hold for a while: there the others of the bearing look alike."""
     others = {
@@ -170,6 +167,10 @@ def _one_of_a_kind(
     )
     accused = tuple(each for each in contenders if each.effects == best.effects)
     total = sum(p for p, each in zip(probabilities, contenders, strict=True) if each in accused)
+    why = (
+        f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; so far"
+        " waves, lobes and a ball look alike"
+    )
     return Verdict(Kind.AMBIGUOUS, accused, tuple(share / total * each for each in probabilities), why, alike)
 
 
