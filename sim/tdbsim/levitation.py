@@ -125,7 +125,7 @@ def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
 
     (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
     """
-    return np.asarray(np.linalg.solve(_dynamic_stiffness(arrays, omega), _driving(arrays, omega)))
+    return np.asarray(np.linalg.solve(_dynamic_stiffness(arrays, omega), driving(arrays, omega)))
 
 
 def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
@@ -141,10 +141,10 @@ def _on_magnets(arrays: Arrays) -> tuple[Array, Array]:
     return stiffness, np.diag(arrays.damping) + at.T @ (magnets[:, MAGNET_DAMPING, None] * at)
 
 
-def _driving(arrays: Arrays, omega: float) -> Whirl:
-    unbalance = arrays.unbalance[0] + 1j * arrays.unbalance[1]
-    bow = arrays.bow[0] + 1j * arrays.bow[1]
-    return np.asarray(omega**2 * unbalance + arrays.square * bow)
+def driving(arrays: Arrays, omega: float | Array) -> Whirl:
+    """Return what drives the whirl (..., n) at a speed in rad/s, omega^2 u + K b; of several drops along a first axis."""
+    unbalance, bow = (each[..., 0, :] + 1j * each[..., 1, :] for each in (arrays.unbalance, arrays.bow))
+    return np.asarray(np.square(omega)[..., None] * unbalance + arrays.square * bow)
 
 
 def check_stable(arrays: Arrays, omega: float) -> None:

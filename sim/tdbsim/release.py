@@ -16,7 +16,7 @@ from tdbsim.columns import CAGE_ANGLE, GAP, MAGNET_DAMPING, MAGNET_FX, MAGNET_FY
 from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
 from tdbsim.lane_rows import of_lane
-from tdbsim.levitation import Levitation, Whirl, levitation
+from tdbsim.levitation import Levitation, Whirl, driving, levitation
 from tdbsim.machine import Machine
 from tdbsim.standstill import rest
 
@@ -84,7 +84,7 @@ def begin(
     set_point, velocity = (
         np.array([getattr(plan, each) for plan in plans], dtype=float) for each in ("set_point", "velocity")
     )
-    _fill(arrays, held, which, omega, angle, set_point, velocity, start, whirl, said)
+    _fill(arrays, held, which, driving(arrays, omega), omega, angle, set_point, velocity, start, whirl, said)
     for k, (model, ends) in enumerate(zip(models, said.tolist(), strict=True)):
         if faults[k] is None:
             faults[k] = next((f for f in map(_fault, model.machine.ends, ends, arrays.end[k, :, GAP]) if f), None)
@@ -137,7 +137,7 @@ def check_speed(machine: Machine, plan: DropPlan) -> None:
 
 
 @compiled
-def _fill(m, held, which, omega, angle, set_point, velocity, start, whirl, said):  # type: ignore[no-untyped-def]
+def _fill(m, held, which, drives, omega, angle, set_point, velocity, start, whirl, said):  # type: ignore[no-untyped-def]
     """Fill the states at the release, and set the magnets' force: the steady one, and what they exert on the whirl then.
 
     Parameters
@@ -148,6 +148,8 @@ def _fill(m, held, which, omega, angle, set_point, velocity, start, whirl, said)
         What `Levitation` has, of several rotors.
     which : (drops,) array of int
         The rotor of each drop.
+    drives : (drops, n) complex array
+        What drives the whirl.
     omega, angle : (drops,) arrays
         Of the shaft, rad/s and rad.
     set_point, velocity : (drops, 2, 2) arrays
@@ -169,9 +171,7 @@ def _fill(m, held, which, omega, angle, set_point, velocity, start, whirl, said)
         for i in range(n):
             total = 0j
             for j in range(n):
-                driving = speed**2 * complex(one.unbalance[0, j], one.unbalance[1, j])
-                driving += one.square[j] * complex(one.bow[0, j], one.bow[1, j])
-                total += compliance[rotor, i, j] * driving
+                total += compliance[rotor, i, j] * drives[k, j]
             whirl[k, i] = total
             for axis in range(2):
                 mean = still[rotor, axis, i]

@@ -27,9 +27,8 @@ from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.exchanged_ends import exchanged_ends
+from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.problem import build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
 from tdbmon.identify.unlike_drops import unlike_drops
@@ -127,7 +126,7 @@ def diagnose(
         asked, horizons = horizons, followable(problem, horizons)
         # then nobody is asked: some effect or other fits what is not there
         moved = moved_mark(drops)
-        mistaken = moved or exchanged_ends(machine, problem) or mistaken_entry(problem)
+        mistaken = moved or machine_doubt(problem)
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")

@@ -27,10 +27,9 @@ from tdbmon.identify.certainty import reach
 from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
-from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.follow import followed
+from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.parameters import (
     calibrated_machine,
     polar,
@@ -96,7 +95,7 @@ def fit_drops(
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
         progress("looking for what the machine file may have wrong")
-        mistaken = exchanged_ends(machine, problem) or mistaken_entry(problem)
+        mistaken = machine_doubt(problem)
         problem = replace(with_divergence(problem), to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]

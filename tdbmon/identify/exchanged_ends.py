@@ -7,51 +7,52 @@ and shapes make of the fall and the first contacts tells it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.least_squares import fit
+from tdbmon.identify.first_fits import FALL_S, FIRST_CONTACTS_S, few_drops, first_fits
+from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, build_problem
 
-_HORIZONS = (0.006, 0.01, 0.014)  # s after the release: past a first contact, and no more than takes a second or two
-_SLOPES = 4  # of each fit
-_DROPS = 2  # that are looked at
+_HORIZONS = (FALL_S, *FIRST_CONTACTS_S[:2])  # s after the release, to the last of which both are compared
 _FAILS = 3.0  # misfit a residual of a model that lacks something
 # times less is left with the ends exchanged: of 12 synthetic cases as recorded with a hidden effect or none it was never less
 _CLEARLY = 3.0
 
 
-def exchanged_ends(machine: Machine, problem: Problem) -> str | None:
+def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     """Say that the probes of both ends look exchanged, where the model fits far better so; None otherwise.
 
     Parameters
     ----------
-    machine : Machine
     problem : Problem
         Of the machine, at its nominal values.
+    plain : mapping of float to Fit
+        Its `first_fits`.
     """
-    drops = problem.drops[:_DROPS]
-    exchanged = [_exchanged(machine, drop) for drop in drops]
-    put_back = tuple(drop for drop in exchanged if drop is not None)
+    machine = problem.model.machine
+    as_recorded = plain.get(_HORIZONS[-1])
+    if as_recorded is None or as_recorded.ratio < _FAILS:
+        return None
+    drops = few_drops(problem).drops
+    put_back = tuple(drop for drop in (_exchanged(machine, each) for each in drops) if drop is not None)
     if len(put_back) < len(drops):
         return None
     try:
-        as_recorded = _left(replace(problem, drops=drops, own=problem.own[:_DROPS]))
-        if as_recorded < _FAILS:
-            return None
-        otherwise = _left(build_problem(machine, put_back, problem.crew))
+        otherwise = first_fits(build_problem(machine, put_back, problem.crew), _HORIZONS).get(_HORIZONS[-1])
     except InputError:
         return None
-    if otherwise * _CLEARLY > as_recorded:
+    if otherwise is None or otherwise.ratio * _CLEARLY > as_recorded.ratio:
         return None
     first, second = machine.ends
     return (
-        f"the plain model leaves {as_recorded:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, and"
-        f" {otherwise:.2g} times with the probes of {first} taken for those of {second}: are the cables of both ends exchanged,"
-        " or the positions in the machine file counted from the other end of the shaft?"
+        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, and"
+        f" {otherwise.ratio:.2g} times with the probes of {first} taken for those of {second}: are the cables of both ends"
+        " exchanged, or the positions in the machine file counted from the other end of the shaft?"
     )
 
 
@@ -64,11 +65,3 @@ def _exchanged(machine: Machine, drop: MeasuredDrop) -> MeasuredDrop | None:
     names = [probe.name for probe in drop.probes]
     order = [names.index(partner[name]) for name in names]
     return replace(drop, reading=drop.reading[order], noise=tuple(drop.noise[k] for k in order))
-
-
-def _left(problem: Problem) -> float:
-    """Return the squares a residual that the model leaves, fitted from its nominal values."""
-    found = fit(problem, problem.start, _HORIZONS[0], _SLOPES)
-    for horizon in _HORIZONS[1:]:
-        found = fit(problem, found.point, horizon, _SLOPES)
-    return found.ratio

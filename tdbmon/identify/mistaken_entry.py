@@ -15,19 +15,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.identify.first_fits import FALL_S, FIRST_CONTACTS_S, SLOPES, few_drops
 from tdbmon.identify.follow import FAILING
-from tdbmon.identify.least_squares import fit_or_none
+from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.slowing import slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
 
-_FALL_S = 0.006  # s after the release: nothing touches
-_HORIZONS = (0.01, 0.014, 0.018)  # s, to which entries are compared
 _CONFIRMED_S = 0.022  # to which the model must follow all drops
-_SLOPES = 4  # of each fit
-_DROPS = 2  # that are looked at until one entry stands out
 _FACTOR = 10.0  # by which an entry may be wrong
 _STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the latter where the former find nothing
 _FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
@@ -59,33 +56,33 @@ class _Try:
         return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
 
     def fitted(self, horizon: float) -> _Try:
-        found = fit_or_none(self.problem, self.point, horizon, _SLOPES)
+        found = fit_or_none(self.problem, self.point, horizon, SLOPES)
         if found is None:
             return replace(self, misfit=math.inf)
         return replace(self, point=found.point, misfit=found.ratio)
 
 
-def mistaken_entry(problem: Problem) -> str | None:
+def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     """Say which entry of the machine file, freed of its tolerance, lets the plain model follow the drops; None where none does.
+
+    Two drops are looked at until one entry stands out.
 
     Parameters
     ----------
     problem : Problem
         Of the machine, with no effect that is sought.
+    plain : mapping of float to Fit
+        Its `first_fits`.
     """
-    few = replace(problem, drops=problem.drops[:_DROPS], own=problem.own[:_DROPS])
-    fallen = plain = _Try((), few, few.start).fitted(_FALL_S)
-    enough = {}
-    for horizon in _HORIZONS:
-        plain = plain.fitted(horizon)
-        enough[horizon] = _FLOOR + max(_WORTH * (plain.misfit - _FLOOR), _LITTLE)
-    if not _FAILS * _FLOOR < plain.misfit < math.inf:
+    if FIRST_CONTACTS_S[-1] not in plain or plain[FIRST_CONTACTS_S[-1]].ratio <= _FAILS * _FLOOR:
         return None
+    fallen = _Try((), few_drops(problem), plain[FALL_S].point)
+    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in FIRST_CONTACTS_S}
     for starts in _STARTS:
         tried = [_begun(fallen, kind, start) for kind in _kinds(problem) for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
         if best is not None and best.holds:
-            return _confirmed(problem, best, plain.misfit)
+            return _confirmed(problem, best, plain[FIRST_CONTACTS_S[-1]].ratio)
     return None
 
 
@@ -93,8 +90,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
     values, _ = found.problem.values(found.point, 0)
     wanted = values[found.entries[0].name] / found.entries[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(_FALL_S), found.entries, wanted)
-    for horizon in (*_HORIZONS, _CONFIRMED_S):
+    held = _begun(_Try((), problem, problem.start).fitted(FALL_S), found.entries, wanted)
+    for horizon in (*FIRST_CONTACTS_S, _CONFIRMED_S):
         held = held.fitted(horizon)
     if not held.holds or held.slows_otherwise:
         return None
@@ -104,8 +101,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     if not off:
         return None
     return (
-        f"the plain model leaves {before:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, but noise alone"
-        f" up to {_CONFIRMED_S * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
+        f"the plain model leaves {before:.3g} times what noise would in the first {FIRST_CONTACTS_S[-1] * 1e3:g} ms, but noise"
+        f" alone up to {_CONFIRMED_S * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
     )
 
 

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from tdbmon.cli import app
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.exchanged_ends import exchanged_ends
+from tdbmon.identify.first_fits import few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem
 from tdbmon.record.read import read
@@ -34,7 +35,11 @@ def cabled(request, tmp_path_factory):
 def said(machine, records):
     drops = measured_drops([read(path) for path in records], machine)
     with Crew() as crew:
-        return exchanged_ends(machine, build_problem(machine, drops, crew)), drops
+        return told_by(build_problem(machine, drops, crew)), drops
+
+
+def told_by(problem):
+    return exchanged_ends(problem, first_fits(few_drops(problem)))
 
 
 def test_exchanged_ends_are_told_and_right_ones_are_not(cabled):
@@ -50,7 +55,7 @@ def test_an_end_that_lacks_a_probe_tells_nothing(cabled):
     _, drops = said(exchanged, records[:1])
     lame = replace(drops[0], probes=drops[0].probes[1:], reading=drops[0].reading[1:], noise=drops[0].noise[1:])
     with Crew() as crew:
-        assert exchanged_ends(exchanged, build_problem(exchanged, (lame,), crew)) is None
+        assert told_by(build_problem(exchanged, (lame,), crew)) is None
 
 
 def test_diagnosis_names_no_cause_and_says_what_to_put_right(tmp_path):

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from tdbmon.cli import app
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.first_fits import few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.mistaken_entry import mistaken_entry
 from tdbmon.identify.problem import build_problem
@@ -41,7 +42,11 @@ def said(machine_file, source="short"):
     machine = load_machine(machine_file)
     drops = measured_drops([read(path) for path in records(source)], machine)
     with Crew() as crew:
-        return mistaken_entry(build_problem(machine, drops, crew))
+        return told_by(build_problem(machine, drops, crew))
+
+
+def told_by(problem):
+    return mistaken_entry(problem, first_fits(few_drops(problem)))
 
 
 def values(text, name):
@@ -93,7 +98,7 @@ def test_a_decay_is_blamed_for_a_drag_of_another_law_only_until_the_rest_of_the_
     length = LEVITATED + round(seconds * RATE)
     drops = [measured_drop(record.isel(time=slice(length)), machine) for record in records]
     with Crew() as crew:
-        told = mistaken_entry(build_problem(machine, drops, crew))
+        told = told_by(build_problem(machine, drops, crew))
     assert (told is not None and "speed_decay_time" in told) == blamed
 
 

@@ -1,0 +1,14 @@
+"""What the machine file has wrong, if the drops tell it: before anything else is made of them."""
+
+from __future__ import annotations
+
+from tdbmon.identify.exchanged_ends import exchanged_ends
+from tdbmon.identify.first_fits import few_drops, first_fits
+from tdbmon.identify.mistaken_entry import mistaken_entry
+from tdbmon.identify.problem import Problem
+
+
+def machine_doubt(problem: Problem) -> str | None:
+    """Say what the file of a plain machine has wrong: its ends exchanged, or an entry; None where the drops tell of nothing."""
+    plain = first_fits(few_drops(problem))
+    return exchanged_ends(problem, plain) or mistaken_entry(problem, plain)
