@@ -31,6 +31,7 @@ FEW_SLOPES = 2  # the same for a model that has lost anyway, or is not the first
 _FAILING = 1.2  # times the floor, from which on a model with causes in contacts fails: their laws are never quite right
 EXPLAINED = 1.6  # misfit a residual, up to which a model explains the drops
 NEARLY = 3.0  # the same where that is next to nothing of what its causes explain
+HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
 MINOR = 0.02  # of what its causes in contacts take away: no effect has quite the law that the catalogue has
 _COASTS = 6.0  # standard deviations of the deceleration before the release
 _NO_BETTER = 0.8  # of what the plain model leaves beyond noise: who leaves so much explains next to nothing

@@ -15,10 +15,12 @@ from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.bases import only_parts
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
     FOLLOWED_S,
+    HARDLY,
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
@@ -39,7 +41,7 @@ from tdbmon.diagnosis.met_alike import (
     neighbours,
     of_any_kind,
 )
-from tdbmon.diagnosis.search import HARDLY, LATE_S, Search, only_parts
+from tdbmon.diagnosis.search import LATE_S, Search
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins

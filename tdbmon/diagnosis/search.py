@@ -13,10 +13,12 @@ from dataclasses import dataclass, field, replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, joined, with_own_slopes
+from tdbmon.diagnosis.bases import RIVAL_TAKES, elsewhere, extended_by, only_parts, others_of_the_field
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
     FOLLOWED_S,
+    HARDLY,
     MOST_CAUSES,
     NEARLY,
     SLOPES,
@@ -24,7 +26,6 @@ from tdbmon.diagnosis.contender import (
     Contender,
     best_of_each_name,
     leader,
-    negligible,
     replaced,
     settled,
     weighed,
@@ -32,39 +33,27 @@ from tdbmon.diagnosis.contender import (
     without_last,
 )
 from tdbmon.diagnosis.met_alike import Met, from_the_first_contact
-from tdbmon.diagnosis.score import Score, scores
+from tdbmon.diagnosis.score import Score
+from tdbmon.diagnosis.shortlist import SURE, WEAK, admitted, promising, siblings_first, worth_fitting
 from tdbmon.diagnosis.slows_otherwise import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.follow import followed
 from tdbmon.progress import Progress, silent
 
-_SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
-_ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
-_SAME_KIND = 3  # of one effect among them
-_WEAK = 2  # beside a model that leaves noise alone: of those fitted with their own slopes, and of the best scores
-# sum of squares beyond the price of its parameters, from which on a score is worth fits from the fall on: with nothing hidden
-# the best promised less than that in five synthetic cases of eight
-_PROMISING = 150.0
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
 LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
-HARDLY = 1.3  # times the floor: a plain model that leads as far as all are followed and leaves less hardly fails
-PARTING = 1.5  # the same for one that holds up to where all are followed: more than its laws, paths part there
+# times the floor, that a plain model may leave where it holds as far as all are followed: more than its laws, paths part there
+_PARTING = 1.5
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
-# of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
-_RIVAL_TAKES = 0.25
 # of what the best waves, lobes or ball take away at one bearing, that those at the other must take to be asked too
 _WAVES_TAKE = 1 / 3
-_BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
 _ROUNDS = 5  # times at most that all suspects are fitted
 # of them, kept for further causes: what three did not find a first cause for has none in the catalogue
 _KEPT_FOR_FURTHER = 2
-_SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
-_PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
-_ASKED_ANYWAY = 3  # of the best scores, whatever they promise
 _FURTHER_TAKES = 0.5  # of what is left beyond noise, that a further cause must take away
 _FURTHER_TAKES_ROUGHLY = 0.3  # the same before it is fitted from the fall on
 
@@ -106,56 +95,72 @@ class Search:
     asked: dict[str, float] = field(default_factory=dict)
     met: Met = field(default_factory=dict)
 
+    @property
+    def last(self) -> float:
+        """Last horizon as far as all are followed, s."""
+        return max(h for h in self.horizons if h <= FOLLOWED_S)
+
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
         return self.rounds > (0 if best.causes else _KEPT_FOR_FURTHER)
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
         """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
-        last = max(h for h in self.horizons if h <= FOLLOWED_S)
         best = leader(plain, field, horizon)
         if best.hardly_better(plain):
             best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
-        while len(best.causes) < MOST_CAUSES and self.may_ask(best) and not only_parts(best):
-            # what is weak may show later only
-            weak = self.weak and horizon == last and not best.causes and not slows_otherwise(best)
-            # while paths have hardly parted, what is left is a cause more often than a law that is off
-            early = best.fails and horizon <= SOUND_S
-            if not (best.fails_beside(plain) or early or weak):
-                break
+        while self._asks_beside(best, plain, horizon):
             self.rounds -= 1
             self.began = min(self.began, horizon)
             known = [*field]
             self.progress(f"looking for what would explain the first {horizon * 1e3:g} ms")
-            # a plain model that only begins to part from the drops so late is in a wrong minimum more often than wrong
-            hardly = (
-                horizon >= LATE_S
-                and not best.causes
-                and best.ratio < (PARTING if horizon >= last else HARDLY) * best.floor
-            )
-            found = self._found_beside(best, plain, horizon, field, best.fails and not hardly)
+            found = self._found_beside(best, plain, horizon, field, self._fails_plainly(best, horizon))
             if not found:
                 break
-            if weak and not best.fails and min(each.bic for each in found) < best.bic - _SURE:
-                # who fits better may only have found the path that a plain model in a wrong minimum lost
-                plain, field, best = replaced(plain, field, best, self._sought(best))
-            # what is next to nothing may have led out of a hollow
-            led = without_last([each for each in found if each.negligible], horizon)
-            deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
-            if deeper.misfit < best.misfit - _SURE:
-                plain, field, best = replaced(plain, field, best, deeper)
+            plain, field, best = replaced(plain, field, best, self._deeper(best, found, horizon))
             field = field + of_size(found, best)
-            after = min([best, *found], key=lambda each: each.bic)
-            for freed in without_each(after, horizon):
+            for freed in without_each(min([best, *found], key=lambda each: each.bic), horizon):
                 if freed.causes:
                     field.append(freed)
                 elif freed.misfit < plain.misfit or plain.horizon < horizon:
                     plain = freed
             after = leader(plain, field, horizon)
-            if after in (best, *known) or after.bic > best.bic - _SURE or after.hardly_better(plain):
+            if after in (best, *known) or after.bic > best.bic - SURE or after.hardly_better(plain):
                 break
             best = after
         return plain, field
+
+    def _asks_beside(self, best: Contender, plain: Contender, horizon: float) -> bool:
+        """True where a cause is sought beside the best model: where it fails, early on, or at the end for what is weak."""
+        if len(best.causes) >= MOST_CAUSES or not self.may_ask(best) or only_parts(best):
+            return False
+        # while paths have hardly parted, what is left is a cause more often than a law that is off
+        early = best.fails and horizon <= SOUND_S
+        return best.fails_beside(plain) or early or self._may_lack_what_is_weak(best, horizon)
+
+    def _may_lack_what_is_weak(self, best: Contender, horizon: float) -> bool:
+        """True as far as all are followed, for a plain model: what is weak may show later only."""
+        return self.weak and horizon == self.last and not best.causes and not slows_otherwise(best)
+
+    def _fails_plainly(self, best: Contender, horizon: float) -> bool:
+        """True where the search beside a model is thorough.
+
+        A plain model that only begins to part from the drops late is in a wrong minimum more often than wrong.
+        """
+        parts = _PARTING if horizon >= self.last else HARDLY
+        hardly = horizon >= LATE_S and not best.causes and best.ratio < parts * best.floor
+        return best.fails and not hardly
+
+    def _deeper(self, best: Contender, found: Sequence[Contender], horizon: float) -> Contender:
+        """Return the best model, or the same in a deeper minimum, which those found beside it may have led to."""
+        weak = not best.fails and self._may_lack_what_is_weak(best, horizon)
+        if weak and min(each.bic for each in found) < best.bic - SURE:
+            # who fits better may only have found the path that a plain model in a wrong minimum lost
+            best = self._sought(best)
+        # what is next to nothing may have led out of a hollow
+        led = without_last([each for each in found if each.negligible], horizon)
+        deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
+        return deeper if deeper.misfit < best.misfit - SURE else best
 
     def _found_beside(
         self, best: Contender, plain: Contender, horizon: float, field: Sequence[Contender], thorough: bool
@@ -274,7 +279,7 @@ class Search:
         rough.sort(key=lambda each: each.bic)
         if not thorough:  # then its values are right, and little can be missing
             return self._weak(best, rough, [score for _, score in asked], horizon), frozenset()
-        likely, others = _admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
+        likely, others = admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
         wavy = where_waves_look_likely(best, fitted)
         explained = any(best.misfit - each.misfit > _FURTHER_TAKES * best.excess for each in fitted)
@@ -309,21 +314,12 @@ class Search:
         first = [each for each in rough if each.causes[-1] in promised]
         others = [each for each in rough if each not in first][:_PROMISED]
         fitted = with_own_slopes([*first, *others], horizon)
-        leading = best_of_each_name(fitted)[:_WEAK]
+        leading = best_of_each_name(fitted)[:WEAK]
         near = [settled(e, horizon, SLOPES) for e in fitted if e in leading or e.causes[-1] in promised]
         led = [each for each in near if each.causes[-1] in promised]
         begun = [*(joined(best, score.suspect, score.start) for score in said), *led]
         anew = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
         return best_of_each_name([*near, *anew])
-
-
-def promising(best: Contender, asked: Sequence[Score]) -> list[Score]:
-    """Return the scores, of suspects of different names, that promise most beyond the price of their parameters."""
-    price = math.log(best.residuals)
-    of_each_name: dict[str, Score] = {}
-    for score in sorted(asked, key=lambda score: score.beyond(price), reverse=True):
-        of_each_name.setdefault(score.suspect.name, score)
-    return [score for score in of_each_name.values() if score.beyond(price) > _PROMISING][:_WEAK]
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:
@@ -338,66 +334,10 @@ def where_waves_look_likely(best: Contender, fitted: Sequence[Contender]) -> fro
     """
     won = min(fitted, key=lambda each: each.bic, default=best)
     takes = best.misfit - won.misfit
-    if won is best or not won.causes[-1].fits_much or takes <= _RIVAL_TAKES * best.excess:
+    if won is best or not won.causes[-1].fits_much or takes <= RIVAL_TAKES * best.excess:
         return frozenset()
     waves = [each for each in fitted if each.causes[-1].fits_much]
     return frozenset(each.causes[-1].where for each in waves if best.misfit - each.misfit > _WAVES_TAKE * takes)
-
-
-def only_parts(best: Contender) -> bool:
-    """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
-    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
-
-
-def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> list[Contender]:
-    """Return the contenders that lack one of the best one's causes and competed to a horizon while paths have hardly parted."""
-    if horizon > SOUND_S:
-        return []
-    names = {cause.name for cause in best.causes}
-    return [
-        each
-        for each in field
-        if each.horizon == horizon
-        and len(each.causes) == len(best.causes) - 1
-        and {cause.name for cause in each.causes} < names
-    ]
-
-
-def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
-    """Return the contender with the causes of the best one at other places that comes near to it, if there is one.
-
-    While the place is not decided, what else is missing may show beside the right place only.
-    """
-    kinds = sorted(cause.declared.identifier for cause in best.causes)
-    near = [
-        each
-        for each in field
-        if each.horizon == horizon
-        and each.name != best.name
-        and sorted(cause.declared.identifier for cause in each.causes) == kinds
-        and each.excess < _BESIDE * best.excess
-    ]
-    return [min(near, key=lambda each: each.bic)] if near else []
-
-
-def others_of_the_field(
-    best: Contender, plain: Contender, horizon: float, field: Sequence[Contender]
-) -> list[Contender]:
-    """Return the contenders with as many causes as the best one, of other kinds, that competed to a horizon with it.
-
-    One that takes away next to nothing of what the plain model leaves is no cause in another's disguise.
-    """
-    asked = {best.name, *(each.name for each in elsewhere(best, horizon, field))}
-    rivals = {
-        each.name: each
-        for each in sorted(field, key=lambda each: -each.bic)
-        if best.causes
-        and each.horizon == horizon
-        and len(each.causes) == len(best.causes)
-        and each.name not in asked
-        and (plain.horizon < horizon or each.excess < (1 - _RIVAL_TAKES) * plain.excess)
-    }
-    return sorted(rivals.values(), key=lambda each: each.bic)
 
 
 def of_size(found: Sequence[Contender], best: Contender) -> list[Contender]:
@@ -407,82 +347,9 @@ def of_size(found: Sequence[Contender], best: Contender) -> list[Contender]:
     """
     small = [each for each in found if each.negligible and not _needed(each, best)]
     least = min((each.bic for each in small), default=math.inf)
-    return [each for each in found if each not in small and each.bic < least + _SURE]
+    return [each for each in found if each not in small and each.bic < least + SURE]
 
 
 def _needed(small: Contender, best: Contender) -> bool:
     """True where a cause next to nothing explains what the best model without it leaves plainly: then it is there."""
     return best.fails and not small.fails and best.misfit - small.misfit > _CLEARLY * best.excess
-
-
-def siblings_first(ranked: Sequence[Contender]) -> list[Contender]:
-    """Return contenders, the best first, with that next to it which has its cause at one end if it has it at both, or so.
-
-    Where an effect acts at both ends alike or at one, rough fits hardly tell; and with a second cause, which takes away again
-    what is too much at the other end, the wrong one is as good as the right one.
-    """
-    for place, each in enumerate(ranked[1:], start=1):
-        mine, best = each.causes[-1], ranked[0].causes[-1]
-        if mine.declared is best.declared and "both" in (mine.where, best.where):
-            return [ranked[0], each, *ranked[1:place], *ranked[place + 1 :]]
-    return list(ranked)
-
-
-def _admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
-    """Return who of those fitted roughly, the best first, gets slopes of his own, and who gets them if nobody explains.
-
-    Those of the best scores do: a rough fit may fail where the score is right.  What acts in contacts is seldom near its
-    minimum yet, nor is it known which ball differs; later on it takes too long.
-    """
-    likely: list[Contender] = []
-    others: list[Contender] = []
-    kinds: dict[tuple[str, bool], int] = {}
-    for place, each in enumerate(rough):
-        new = each.causes[-1]
-        kind = new.declared.identifier, new.turning
-        if new in promised or new.counted is not None:
-            likely.append(each)
-            continue
-        kinds[kind] = kinds.get(kind, 0) + 1
-        if kinds[kind] <= _SAME_KIND and place < _ADMITTED:
-            likely.append(each)
-        elif kinds[kind] <= _SAME_KIND and new.in_contacts and not new.turning:
-            others.append(each)
-    return likely, others
-
-
-def worth_fitting(
-    best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender], thorough: bool
-) -> list[Score]:
-    """Return the suspects to fit roughly: all in a thorough search beside the plain model, else those that promise a gain.
-
-    Two that have angles or a number of their own in every drop never stand together: they would fit what is in no catalogue.
-    """
-    taken = {each.name for each in best.causes}
-    known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
-    open_to = [
-        s
-        for s in suspects
-        if s.name not in taken
-        and frozenset({*taken, s.name}) not in known
-        and not (s.of_each_drop and best.of_each_drop)
-    ]
-    price = math.log(best.residuals)
-    found: list[Score] = []
-    names: dict[str, int] = {}
-    for score in scores(best.problem, best.fit, horizon, open_to):
-        name = score.suspect.name
-        names[name] = names.get(name, 0) + 1
-        worth = score.beyond(price)
-        # of what is left, and in the units of the scores
-        least = _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if thorough else _SURE
-        first = (
-            len(names) <= _ASKED_ANYWAY and worth > 0
-        )  # a score follows straight lines, and a fit that fails is far off
-        if (
-            names[name] <= _SAME_NAME
-            and (worth > least or first)
-            and (thorough or not negligible(score.suspect, score.start.shared))
-        ):
-            found.append(score)
-    return found

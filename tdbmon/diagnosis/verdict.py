@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, NEARLY, PLAIN_LEAD, Contender
-from tdbmon.diagnosis.held_out import HeldOut, Judge, to_be_seen
+from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, PLAIN_LEAD, Contender
+from tdbmon.diagnosis.held_out import HeldOut, to_be_seen
+from tdbmon.diagnosis.probability import (
+    CERTAIN,
+    ONE_OF_THREE,
+    WRONG,
+    discounted,
+    explains,
+    little_gained,
+    plain_of,
+    probabilities_of,
+)
 from tdbmon.diagnosis.suspects import Suspect, met_alike
-from tdbmon.diagnosis.twins import sensors_alike
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import acts_on_sensors
 
-TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
-# the same between two causes that act on the sensors of one end: an angle and a leak differ by the square of their size only,
-# and of four that led over the other by 29 to 330 one was right
-_TEMPERATURE_OF_SENSORS = 150.0
-_DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
 _MOST = 0.5  # of what the plain model leaves beyond noise
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
-GAINED = 0.8  # on a drop held out
-# of causes named with more than that, on synthetic drops of another program, 154 of 163 were there by earlier methods, and
-# 51 of 52 by the present one: one more of each kind makes 0.037
-WRONG = 0.04
-WRONG_OF_LITTLE = 0.5  # with less, 8 of 16
-# that waves, lobes or a ball are at a bearing where one of them held for a while and then failed: in three of five blind cases
-ONE_OF_THREE = 0.6
-CERTAIN = 0.9 * (1 - WRONG)  # probability from which on a cause is named
 
 
 class Kind(StrEnum):
@@ -100,78 +95,143 @@ def verdict(
     suspects : sequence of Suspect
         All that were asked.
     """
-    plain = next(each for each in contenders if not each.causes)
-    probabilities = _probabilities(contenders, lead)
-    best = max(zip(probabilities, contenders, strict=True), key=lambda each: each[0])[1]
-    if not best.causes and best.ratio <= EXPLAINED:
-        return Verdict(
-            Kind.NONE, (), probabilities, f"the plain model leaves {best.times_noise} times what noise would"
-        )
-    if not _explains(best, plain):
-        left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
-        model = f"the model with {best.words}" if best.causes else "the plain model"
-        why = f"the best, {model}, still leaves {left}"
-        if best.horizon > FOLLOWED_S:
-            why += f", most of it later than {FOLLOWED_S * 1e3:g} ms"
-        return Verdict(Kind.UNKNOWN, (), probabilities, why)
-    if plain.ratio <= EXPLAINED and best.fails and best.excess > _MOST * plain.excess:
-        why = f"{best.words} fits better, but leaves most of the little that the plain model leaves beyond noise"
-        return Verdict(Kind.NONE, (), probabilities, why)
-    if proof is not None and not _proved(best, plain, proof):
-        gains = "too little" if proof.holds else "nothing"
-        why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
-        return Verdict(Kind.NONE if plain.ratio <= EXPLAINED else Kind.UNKNOWN, (), probabilities, why)
-    if best.failed_s and best.much_fitting is not None:
-        return _one_of_a_kind(best, best.much_fitting, contenders, probabilities, suspects)
-    # what acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance
-    if proof is not None and not plain.fails and best.in_contacts and not (proof.seen or proof.clear_in_each):
-        why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
-        return Verdict(Kind.NONE, (), probabilities, why)
-    without, likeliest = probabilities[list(contenders).index(plain)], max(probabilities)
-    if plain.ratio <= EXPLAINED and without > _HALF * likeliest:
-        why = f"the plain model explains the drops nearly as well as {best.words}"
-        return Verdict(Kind.NONE, (), probabilities, why)
-    total = 0.0
-    accused: list[Contender] = []
-    for probability, each in sorted(zip(probabilities, contenders, strict=True), key=lambda pair: -pair[0]):
-        accused.append(each)
-        total += probability
-        if total >= CERTAIN:
-            break
-    guilty = tuple(each for each in accused if each.causes)
-    if len({each.effects for each in accused}) == 1:
-        why = (
-            f"{best.words} leaves {best.times_noise} times what noise would, the plain model {plain.times_noise} times"
-        )
-        return Verdict(Kind.NAMED, guilty, _discounted(probabilities, proof), why, doubt=little_gained(proof))
-    why = (
-        " or ".join({each.effects: each.words for each in accused}.values()) + " explain the drops almost equally well"
-    )
-    return Verdict(Kind.AMBIGUOUS, guilty, _discounted(probabilities, proof), why, doubt=little_gained(proof))
+    likely = probabilities_of(contenders, lead)
+    best = max(zip(likely, contenders, strict=True), key=lambda each: each[0])[1]
+    case = _Case(tuple(contenders), likely, plain_of(contenders), best, proof, tuple(suspects))
+    return next(found for rule in _RULES if (found := rule(case)) is not None)
 
 
-def _one_of_a_kind(
-    best: Contender,
-    cause: Suspect,
-    contenders: Sequence[Contender],
-    probabilities: tuple[float, ...],
-    suspects: Sequence[Suspect],
-) -> Verdict:
-    """Return the verdict where waves, lobes or a ball hold for a while: there the others of the bearing look alike."""
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """What is judged: the arguments of `verdict`, and the likeliest contender."""
+
+    contenders: tuple[Contender, ...]
+    probabilities: tuple[float, ...]
+    plain: Contender
+    best: Contender
+    proof: HeldOut | None
+    suspects: tuple[Suspect, ...]
+
+    @property
+    def plain_explains(self) -> bool:
+        """True where the plain model leaves little more than noise."""
+        return self.plain.ratio <= EXPLAINED
+
+    @property
+    def ranked(self) -> list[tuple[float, Contender]]:
+        """The contenders with their probabilities, the likeliest first."""
+        return sorted(zip(self.probabilities, self.contenders, strict=True), key=lambda pair: -pair[0])
+
+    def nobody(self, kind: Kind, why: str) -> Verdict:
+        """Return the verdict that accuses nobody."""
+        return Verdict(kind, (), self.probabilities, why)
+
+
+def _nothing_is_missing(case: _Case) -> Verdict | None:
+    if case.best.causes or not case.plain_explains:
+        return None
+    return case.nobody(Kind.NONE, f"the plain model leaves {case.best.times_noise} times what noise would")
+
+
+def _too_much_is_left(case: _Case) -> Verdict | None:
+    best = case.best
+    if explains(best, case.plain):
+        return None
+    left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
+    model = f"the model with {best.words}" if best.causes else "the plain model"
+    late = f", most of it later than {FOLLOWED_S * 1e3:g} ms" if best.horizon > FOLLOWED_S else ""
+    return case.nobody(Kind.UNKNOWN, f"the best, {model}, still leaves {left}{late}")
+
+
+def _most_of_little_is_left(case: _Case) -> Verdict | None:
+    best = case.best
+    if not (case.plain_explains and best.fails and best.excess > _MOST * case.plain.excess):
+        return None
+    why = f"{best.words} fits better, but leaves most of the little that the plain model leaves beyond noise"
+    return case.nobody(Kind.NONE, why)
+
+
+def _not_proved(case: _Case) -> Verdict | None:
+    best, proof = case.best, case.proof
+    if proof is None or _proved(best, case.plain, proof):
+        return None
+    gains = "too little" if proof.holds else "nothing"
+    kind = Kind.NONE if case.plain_explains else Kind.UNKNOWN
+    return case.nobody(kind, f"{best.words} fits better, but on {proof.named}, it gains {gains}")
+
+
+def _one_of_a_kind(case: _Case) -> Verdict | None:
+    """Where waves, lobes or a ball hold for a while and then fail, the others of the bearing look alike."""
+    best, cause = case.best, case.best.much_fitting
+    if not best.failed_s or cause is None:
+        return None
     others = {
-        each.declared: each for each in suspects if each.declared is not cause.declared and met_alike(each, cause)
+        each.declared: each for each in case.suspects if each.declared is not cause.declared and met_alike(each, cause)
     }
     share = ONE_OF_THREE / (1 + len(others))
     alike = tuple(
         Alike(tuple(other if each is cause else each for each in best.causes), share) for other in others.values()
     )
-    accused = tuple(each for each in contenders if each.effects == best.effects)
-    total = sum(p for p, each in zip(probabilities, contenders, strict=True) if each in accused)
+    accused = tuple(each for each in case.contenders if each.effects == best.effects)
+    total = sum(p for p, each in zip(case.probabilities, case.contenders, strict=True) if each in accused)
     why = (
         f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; so far"
         " waves, lobes and a ball look alike"
     )
-    return Verdict(Kind.AMBIGUOUS, accused, tuple(share / total * each for each in probabilities), why, alike)
+    return Verdict(Kind.AMBIGUOUS, accused, tuple(share / total * each for each in case.probabilities), why, alike)
+
+
+def _looks_like_chance(case: _Case) -> Verdict | None:
+    """What acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance."""
+    best, proof = case.best, case.proof
+    if proof is None or case.plain.fails or not best.in_contacts or proof.seen or proof.clear_in_each:
+        return None
+    why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
+    return case.nobody(Kind.NONE, why)
+
+
+def _plain_as_likely(case: _Case) -> Verdict | None:
+    best, plain = case.best, case.plain
+    without = case.probabilities[case.contenders.index(plain)]
+    if not case.plain_explains or without <= _HALF * max(case.probabilities):
+        return None
+    return case.nobody(Kind.NONE, f"the plain model explains the drops nearly as well as {best.words}")
+
+
+def _accused(case: _Case) -> Verdict:
+    """Return who is named: the likeliest contenders up to where they are certain, ambiguous if their causes differ."""
+    best, total = case.best, 0.0
+    accused: list[Contender] = []
+    for probability, each in case.ranked:
+        accused.append(each)
+        total += probability
+        if total >= CERTAIN:
+            break
+    if len({each.effects for each in accused}) == 1:
+        kind = Kind.NAMED
+        why = (
+            f"{best.words} leaves {best.times_noise} times what noise would, the plain model"
+            f" {case.plain.times_noise} times"
+        )
+    else:
+        kind = Kind.AMBIGUOUS
+        words = {each.effects: each.words for each in accused}.values()
+        why = " or ".join(words) + " explain the drops almost equally well"
+    guilty = tuple(each for each in accused if each.causes)
+    return Verdict(kind, guilty, discounted(case.probabilities, case.proof), why, doubt=little_gained(case.proof))
+
+
+# in this order
+_RULES = (
+    _nothing_is_missing,
+    _too_much_is_left,
+    _most_of_little_is_left,
+    _not_proved,
+    _one_of_a_kind,
+    _looks_like_chance,
+    _plain_as_likely,
+    _accused,
+)
 
 
 def doubted(
@@ -229,47 +289,3 @@ def _proved(best: Contender, plain: Contender, proof: HeldOut) -> bool:
     if on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None:
         return proof.seen
     return proof.holds
-
-
-def little_gained(proof: HeldOut | None) -> str | None:
-    """Return why a named cause is likelier not to be there, by what it takes away on a drop held out, or None."""
-    if proof is None:
-        return None
-    if proof.gain is None:
-        little, told = (
-            proof.clear_in_each or proof.judge is Judge.REST,
-            "it shows in all that is known of the drops held out, not to be seen in readings",
-        )
-    else:
-        little, told = proof.gain < GAINED, f"the gain on the drop held out is below {GAINED:g}"
-    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to what is not listed, since {told}" if little else None
-
-
-def _discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tuple[float, ...]:
-    """Return the probabilities of accused models that gain little on a drop held out: something else may be in their place."""
-    if little_gained(proof) is None:
-        return probabilities
-    return tuple(each * (1 - WRONG_OF_LITTLE) / (1 - WRONG) for each in probabilities)
-
-
-def _explains(best: Contender, plain: Contender) -> bool:
-    """True where a model leaves noise alone, or so little of what its contacts take away as their law may be inexact."""
-    return best.ratio <= EXPLAINED or (best.ratio <= NEARLY and best.leaves_little(plain))
-
-
-def _probabilities(contenders: Sequence[Contender], lead: float) -> tuple[float, ...]:
-    criteria = [each.bic - (0.0 if each.causes else lead) for each in contenders]
-    least = min(criteria)
-    best = contenders[criteria.index(least)]
-    # what even the best model leaves says how little a difference means
-    temperature = TEMPERATURE + _DOUBT * best.excess
-    soft = max(temperature, _TEMPERATURE_OF_SENSORS)
-    weights = [
-        math.exp(-(c - least) / (2 * (soft if sensors_alike(each, best) else temperature)))
-        for c, each in zip(criteria, contenders, strict=True)
-    ]
-    # a model that leaves much is likely to lack something that is in no catalogue
-    plain = next(each for each in contenders if not each.causes)
-    outside = min(best.ratio / EXPLAINED, 1.0 if _explains(best, plain) else math.inf) ** 8
-    total = sum(weights) + outside * 0.05
-    return tuple((1 - WRONG) * w / total for w in weights)

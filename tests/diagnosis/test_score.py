@@ -2,7 +2,7 @@
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.search import worth_fitting
+from tdbmon.diagnosis.shortlist import worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit
 from tests.diagnosis.simulated import problem_of

@@ -5,20 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from tdbmon.diagnosis.bases import elsewhere, extended_by, only_parts, others_of_the_field
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.score import Score
-from tdbmon.diagnosis.search import (
-    Search,
-    elsewhere,
-    extended_by,
-    of_size,
-    only_parts,
-    others_of_the_field,
-    promising,
-    siblings_first,
-    where_waves_look_likely,
-    worth_fitting,
-)
+from tdbmon.diagnosis.search import Search, of_size, where_waves_look_likely
+from tdbmon.diagnosis.shortlist import promising, siblings_first, worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.made_up import contender

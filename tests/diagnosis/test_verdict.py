@@ -11,8 +11,9 @@ from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.contract import causes_json
 from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.probability import little_gained
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.verdict import Kind, doubted, little_gained, verdict
+from tdbmon.diagnosis.verdict import Kind, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.least_squares import Fit, fit
 from tests.diagnosis.made_up import contender

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import WRONG, Kind
+from tdbmon.diagnosis.probability import WRONG
+from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import probability_words
 
