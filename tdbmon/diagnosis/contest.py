@@ -15,12 +15,14 @@ from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.attempt import from_the_fall
 from tdbmon.diagnosis.bases import only_parts
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
     FOLLOWED_S,
     HARDLY,
+    NEARLY,
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
@@ -231,6 +233,8 @@ class _Contest:
         if horizon > SOUND_S and self._fails_with_causes(best) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self._replaced(best, self._of_any_kind(best))
+        if horizon == self.search.last:
+            best = self._replaced(best, self._again_from_the_fall(best))
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
         if horizon == TOUCHED_S or (self._may_be_led(best) and _nearly_holds(best)):
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
@@ -255,6 +259,15 @@ class _Contest:
         if not early and ((bool(self.sound) and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP):
             deeper = self._of_any_kind(deeper)
         self._replaced(best, deeper)
+
+    def _again_from_the_fall(self, best: Contender) -> Contender:
+        """Return a model, or one with causes that fails followed from the fall on once more, with these as they are known now.
+
+        Where a cause was found its size was rough, and the machine's values that made up for that came along since.
+        """
+        if not best.causes or not best.fails or best.ratio > NEARLY:
+            return best
+        return from_the_fall(self.search.fallen, best, [h for h in self.search.horizons if h <= self.horizon])
 
     def _at_other_angles(self, best: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
