@@ -156,13 +156,19 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
     soft = next(s for s in suspects(machine, machine.probes, ()) if s.name == "support_anisotropy@DE")
     plain = settled(fallen, 0.014, 2)
     stuck = with_cause(plain, soft, Start({"ratio": 0.8, "direction": math.radians(120)}))
-    found = from_the_fall(fallen, stuck, (0.006, 0.010, 0.014))
+    horizons = (0.006, 0.010, 0.014)
+    found = from_the_fall(fallen, stuck, horizons)
     values, _ = found.problem.values(found.fit.point, 0)
     off = math.remainder(values["support_anisotropy@DE.direction"] - math.radians(30), math.pi)
     assert found.horizon == 0.014
     assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
     assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
     assert abs(math.degrees(off)) < 5
+    # as far as all are followed, one that fails is led so by the contest too; one that holds stays as it is
+    fails = settled(with_cause(plain, soft, Start({"ratio": 0.5, "direction": math.radians(120)})), 0.014, 2)
+    under_way = _Contest(Search(fallen, (), horizons, lambda _: None), plain, [fails], 0.014)
+    assert under_way._again_from_the_fall(fails).misfit < 0.5 * fails.misfit
+    assert under_way._again_from_the_fall(found) is found
 
 
 @pytest.mark.parametrize(("seen", "left", "adds"), [(True, 1.5, True), (False, 1.5, False), (True, 1.2, False)])
