@@ -22,6 +22,7 @@ from tdbmon.diagnosis.contender import (
     FEW_SLOPES,
     FOLLOWED_S,
     HARDLY,
+    MOST_CAUSES,
     NEARLY,
     PLAIN_LEAD,
     SIMPLER,
@@ -32,10 +33,9 @@ from tdbmon.diagnosis.contender import (
     replaced,
     settled,
     weighed,
-    without_each,
 )
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.held_out import LEAST_DROPS, proved
+from tdbmon.diagnosis.held_out import LEAST_DROPS, proved, to_be_seen
 from tdbmon.diagnosis.met_alike import (
     at_other_angles,
     at_other_sizes,
@@ -44,6 +44,7 @@ from tdbmon.diagnosis.met_alike import (
     of_any_kind,
 )
 from tdbmon.diagnosis.search import LATE_S, Search
+from tdbmon.diagnosis.simplified import HOPELESS, hardly_fails, simplified
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
@@ -71,8 +72,6 @@ _GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
-_MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
-_HOPELESS = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 
 
 def contest(
@@ -105,7 +104,7 @@ def contest(
     others = [each for each in compared if each.causes]
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
-        plain, others = _simplified(plain, others)
+        plain, others = simplified(plain, others)
     return sorted([plain, *others], key=lambda each: each.bic)
 
 
@@ -159,7 +158,7 @@ class _Contest:
     def simplify(self) -> None:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
-        self.plain, self.others = _simplified(self.plain, self.others)
+        self.plain, self.others = simplified(self.plain, self.others)
 
     def parts_from(self, early: _Contest, floor: float) -> bool:
         """True where paths with impacts have parted since a contest as it stood earlier, which then counts.
@@ -185,6 +184,22 @@ class _Contest:
         except InputError:
             return False
 
+    def _add_what_is_weak(self) -> None:
+        """Put the best model with one cause more in the contest, which takes away most of the little that it leaves beyond noise.
+
+        It must be proved on drops held out, as a weak cause beside the plain model is.
+        """
+        best = self.best
+        may = 0 < len(best.causes) < MOST_CAUSES and self.search.weak and len(best.problem.drops) >= LEAST_DROPS
+        if not may or best.fails_beside(self.plain):
+            return
+        wider = min(self.search.weak_beside(best), key=lambda each: each.bic, default=best)
+        if wider.bic > best.bic - SIMPLER:
+            return
+        proof = proved(best, wider)
+        if proof.seen or (proof.clear_in_each and not to_be_seen(best, wider)):
+            self.others = [*self.others, wider]
+
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""
         if self.plain.horizon < self.horizon:
@@ -206,6 +221,8 @@ class _Contest:
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         if came.causes and self._met_by_another_kind(came):
             self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
+        if horizon == self.search.last:
+            self._add_what_is_weak()
         searched = self.search.rounds < rounds
         least = min(each.ratio for each in [self.plain, *self.others])
         self.others = _kept(self.others)
@@ -218,7 +235,7 @@ class _Contest:
 
     def _refit(self) -> None:
         hopeless = self.decided or (
-            self.plain.ratio > _HOPELESS and any(self.plain.ratio > 2 * each.ratio for each in self.others)
+            self.plain.ratio > HOPELESS and any(self.plain.ratio > 2 * each.ratio for each in self.others)
         )
         if not hopeless:
             self.plain = settled(self.plain, self.horizon, SLOPES)
@@ -422,44 +439,6 @@ def _nearly_holds(best: Contender) -> bool:
     if best.ratio > _NEAR_NOISE * best.floor or (best.causes and not best.fails):
         return False
     return max(best.ratio_of_drops) > FAILING * best.floor
-
-
-def _simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
-    """Return the models with those among them that need a cause less and leave noise alone just as well."""
-    while field:
-        best = min(field, key=lambda each: each.bic)
-        simpler = []
-        for freed in without_each(best, best.horizon):
-            # a model that is nowhere near without a cause needs it
-            near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * _HOPELESS * best.ratio else freed
-            # who leaves as much with a cause less is the better model, whether it fails or not
-            needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
-            if needless or only_accompanies(best, near, plain):
-                simpler.append(near)
-        if not simpler:
-            break
-        kept = min(simpler, key=lambda each: each.bic)
-        field = [each for each in field if len(each.causes) <= len(kept.causes) and each.name != kept.name]
-        if not kept.causes:
-            plain = min(plain, kept, key=lambda each: each.misfit)
-            break
-        field.append(kept)
-    return plain, field
-
-
-def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool:
-    """True where the cause that a model has beyond a nearer one only fits what laws that are a little off leave of it.
-
-    With angles or a number of its own in every drop it fits much that is not there.
-    """
-    stay = {cause.name for cause in near.causes}
-    gone = [cause for cause in best.causes if cause.name not in stay]
-    return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails(near, plain)
-
-
-def hardly_fails(each: Contender, plain: Contender) -> bool:
-    """True where a model leaves little more than noise, and takes away nearly all that the plain one leaves."""
-    return each.ratio < HARDLY * each.floor and each.excess < _MOST_OF_IT * plain.excess
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

@@ -33,7 +33,7 @@ from tdbmon.diagnosis.contender import (
     without_last,
 )
 from tdbmon.diagnosis.met_alike import Met, from_the_first_contact
-from tdbmon.diagnosis.score import Score
+from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.shortlist import SURE, WEAK, admitted, promising, siblings_first, worth_fitting
 from tdbmon.diagnosis.slows_otherwise import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
@@ -320,6 +320,17 @@ class Search:
         begun = [*(joined(best, score.suspect, score.start) for score in said), *led]
         anew = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
         return best_of_each_name([*near, *anew])
+
+    def weak_beside(self, best: Contender) -> list[Contender]:
+        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes.
+
+        Asked of what promises that, and does not fit a little of anything.
+        """
+        others = [each for each in self.suspects if each.name not in best.effects and not each.fits_much]
+        said = promising(best, scores(best.problem, best.fit, best.horizon, others), _FURTHER_TAKES)
+        begun = [joined(best, score.suspect, score.start) for score in said]
+        found = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
+        return self._more_than_half(best, found)
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:

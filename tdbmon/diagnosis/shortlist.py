@@ -21,13 +21,20 @@ _PROMISE = 0.2  # of what is left beyond noise, that a further cause must promis
 _ASKED_ANYWAY = 3  # of the best scores, whatever they promise
 
 
-def promising(best: Contender, asked: Sequence[Score]) -> list[Score]:
-    """Return the scores, of suspects of different names, that promise most beyond the price of their parameters."""
+def promising(best: Contender, asked: Sequence[Score], share: float = 0.0) -> list[Score]:
+    """Return the scores, of suspects of different names, that promise most beyond the price of their parameters.
+
+    They must promise a share of what the best contender leaves beyond noise, too.
+    """
     price = math.log(best.residuals)
     of_each_name: dict[str, Score] = {}
     for score in sorted(asked, key=lambda score: score.beyond(price), reverse=True):
         of_each_name.setdefault(score.suspect.name, score)
-    return [score for score in of_each_name.values() if score.beyond(price) > _PROMISING][:WEAK]
+    return [
+        score
+        for score in of_each_name.values()
+        if score.beyond(price) > max(_PROMISING, share * score.total * best.excess / best.misfit)
+    ][:WEAK]
 
 
 def worth_fitting(

@@ -8,10 +8,11 @@ import pytest
 
 from tdbmon.diagnosis.attempt import from_the_fall, with_own_slopes
 from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
-from tdbmon.diagnosis.contest import _Contest, _simplified, contest, decided, only_accompanies
+from tdbmon.diagnosis.contest import _Contest, contest, decided
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
+from tdbmon.diagnosis.simplified import hardly_fails, only_accompanies, simplified
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages
@@ -254,7 +255,7 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
     assert (witness.horizon, witness.failed_s) == (0.027, 0.033)  # where it failed first, not where it was given up
     # a plain model that leaves as little is no reason to go on
     little = contender(plain, (), 0, 1.3)
-    assert not module.hardly_fails(wavering, little)
+    assert not hardly_fails(wavering, little)
 
 
 @pytest.mark.parametrize(
@@ -429,7 +430,7 @@ def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
     stuck = replace(bare, fit=linearised(problem, off, 0.012))
     assert stuck.misfit > 2 * bare.misfit
     assert bare.fails
-    plain, field = _simplified(stuck, [nothing])
+    plain, field = simplified(stuck, [nothing])
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert field == []
 
