@@ -196,7 +196,10 @@ class _Contest:
         wider = min(self.search.weak_beside(best), key=lambda each: each.bic, default=best)
         if wider.bic > best.bic - SIMPLER:
             return
-        proof = proved(best, wider)
+        try:
+            proof = proved(best, wider)
+        except InputError:
+            return
         if proof.seen or (proof.clear_in_each and not to_be_seen(best, wider)):
             self.others = [*self.others, wider]
 
@@ -284,7 +287,10 @@ class _Contest:
         """
         if not best.causes or not best.fails or best.ratio > NEARLY:
             return best
-        return from_the_fall(self.search.fallen, best, [h for h in self.search.horizons if h <= self.horizon])
+        try:
+            return from_the_fall(self.search.fallen, best, [h for h in self.search.horizons if h <= self.horizon])
+        except InputError:
+            return best
 
     def _at_other_angles(self, best: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
