@@ -134,7 +134,7 @@ def all_from_the_fall(fallen: Contender, contenders: Sequence[Contender], horizo
     """
     begun = [(each, start) for each in contenders for start in (each, *_balls(each))]
     tasks = [(fallen, start, [h for h in horizons if h <= each.horizon]) for each, start in begun]
-    found = fallen.problem.crew.apart(_from_the_fall_or_none, tasks)
+    found = fallen.problem.crew.apart(from_the_fall_or_none, tasks)
     best: dict[int, Contender] = {}
     for (each, _), new in zip(begun, found, strict=True):
         if new is not None and (id(each) not in best or new.misfit < best[id(each)].misfit):
@@ -158,7 +158,8 @@ def _balls(contender: Contender) -> list[Contender]:
     ]
 
 
-def _from_the_fall_or_none(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender | None:
+def from_the_fall_or_none(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender | None:
+    """Return `from_the_fall`; None where it cannot be simulated."""
     try:
         return from_the_fall(fallen, fitted, horizons)
     except InputError:

@@ -20,13 +20,10 @@ def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> 
     """Return the contenders that lack one of the best one's causes and competed to a horizon while paths have hardly parted."""
     if horizon > SOUND_S:
         return []
-    names = {cause.name for cause in best.causes}
     return [
         each
         for each in field
-        if each.horizon == horizon
-        and len(each.causes) == len(best.causes) - 1
-        and {cause.name for cause in each.causes} < names
+        if each.horizon == horizon and len(each.causes) == len(best.causes) - 1 and each.effects < best.effects
     ]
 
 

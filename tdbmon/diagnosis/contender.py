@@ -251,6 +251,11 @@ def weighed(contender: Contender) -> Contender:
         return contender
 
 
+def plain_of(contenders: Sequence[Contender]) -> Contender:
+    """Return the plain model among some contenders."""
+    return next(each for each in contenders if not each.causes)
+
+
 def leader(plain: Contender, field: Sequence[Contender], horizon: float) -> Contender:
     """Return the best model that was fitted as far as this."""
     return min((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import from_the_fall
+from tdbmon.diagnosis.attempt import from_the_fall_or_none
 from tdbmon.diagnosis.bases import only_parts
 from tdbmon.diagnosis.contender import (
     AHEAD,
@@ -30,6 +30,7 @@ from tdbmon.diagnosis.contender import (
     SOUND_S,
     Contender,
     leader,
+    plain_of,
     replaced,
     settled,
     weighed,
@@ -100,7 +101,7 @@ def contest(
             held = early
     before = [held.plain, *held.others]
     compared = with_twins(before, held.best, suspects, horizons)
-    plain = next(each for each in compared if not each.causes)
+    plain = plain_of(compared)
     others = [each for each in compared if each.causes]
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
@@ -175,8 +176,8 @@ class _Contest:
 
         That proof is its own: the other causes gain enough for both.  One drop alone proves nothing.
         """
-        best, known = self.best, {cause.name for cause in named.causes}
-        if best.fails or not known < {cause.name for cause in best.causes} or len(best.problem.drops) < LEAST_DROPS:
+        best = self.best
+        if best.fails or not named.effects < best.effects or len(best.problem.drops) < LEAST_DROPS:
             return False
         try:
             before = settled(named, self.horizon, SLOPES)
@@ -200,7 +201,7 @@ class _Contest:
             proof = proved(best, wider)
         except InputError:
             return
-        if proof.seen or (proof.clear_in_each and not to_be_seen(best, wider)):
+        if proof.seen if to_be_seen(best, wider) else proof.shown:
             self.others = [*self.others, wider]
 
     def _settle_plain(self) -> None:
@@ -287,10 +288,8 @@ class _Contest:
         """
         if not best.causes or not best.fails or best.ratio > NEARLY:
             return best
-        try:
-            return from_the_fall(self.search.fallen, best, [h for h in self.search.horizons if h <= self.horizon])
-        except InputError:
-            return best
+        horizons = [h for h in self.search.horizons if h <= self.horizon]
+        return from_the_fall_or_none(self.search.fallen, best, horizons) or best
 
     def _at_other_angles(self, best: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
@@ -452,8 +451,7 @@ def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> boo
     ranked = sorted((each for each in [plain, *field] if each.horizon == horizon), key=lambda each: each.bic)
     if not ranked or not ranked[0].causes or ranked[0].fails_beside(plain):
         return False
-    mine = {cause.name for cause in ranked[0].causes}
-    rivals = [each for each in ranked[1:] if {cause.name for cause in each.causes} != mine]
+    rivals = [each for each in ranked[1:] if each.effects != ranked[0].effects]
     return all(each.bic > ranked[0].bic + AHEAD + _DOUBT * ranked[0].excess for each in rivals)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender
+from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
@@ -86,7 +86,7 @@ class Diagnosis:
     @property
     def plain(self) -> Contender:
         """The model without causes."""
-        return _plain(self.contenders)
+        return plain_of(self.contenders)
 
     @property
     def best(self) -> Contender:
@@ -198,7 +198,7 @@ class _Judged:
     @property
     def plain(self) -> Contender:
         """The model without causes."""
-        return _plain(self.field)
+        return plain_of(self.field)
 
 
 def _first_judged(
@@ -208,7 +208,7 @@ def _first_judged(
     best, proof = _best_with_cause(field), None
     if best is not None and len(best.problem.drops) >= LEAST_DROPS:
         progress("holding out a drop")
-        proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(_plain(field), best)
+        proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain_of(field), best)
     progress("estimating sizes")
     # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
     lead = PLAIN_LEAD if slowed is None else 0.0
@@ -281,12 +281,8 @@ def _judged(
     concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
     sizes = {each: sized(each) for each in concerned}
     if judged.accused:
-        judged = doubted(judged, _plain(field), sizes[judged.accused[0]].causes, proof)
+        judged = doubted(judged, plain_of(field), sizes[judged.accused[0]].causes, proof)
     return _Judged(tuple(field), proof, judged, likeliest, sizes)
-
-
-def _plain(field: Sequence[Contender]) -> Contender:
-    return next(each for each in field if not each.causes)
 
 
 def _best_with_cause(field: Sequence[Contender]) -> Contender | None:

@@ -31,8 +31,7 @@ def exchanged(
     horizons : sequence of float
         s; those up to the contender's own are used.
     """
-    taken = {cause.name for cause in failing.causes}
-    others = [each for each in suspects if each.name not in taken]
+    others = [each for each in suspects if each.name not in failing.effects]
     *stay, _ = zip(failing.causes, failing.starts(), strict=True)
     begun = at_usual_size(fallen, stay, others, horizons)
     on = [h for h in horizons if TOUCHED_S < h <= failing.horizon]

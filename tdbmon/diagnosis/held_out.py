@@ -120,6 +120,11 @@ class HeldOut:
         return self.holds and self.gain is not None and self.gain > _MUCH
 
     @property
+    def shown(self) -> bool:
+        """True where the readings show it, or several drops do, each held out by itself."""
+        return self.seen or self.clear_in_each
+
+    @property
     def gain(self) -> float | None:
         """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from tdbmon.diagnosis.contender import EXPLAINED, NEARLY, PLAIN_LEAD, Contender
+from tdbmon.diagnosis.contender import EXPLAINED, NEARLY, PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.twins import sensors_alike
 
@@ -22,11 +22,6 @@ WRONG_OF_LITTLE = 0.5  # with less, 8 of 16
 # that waves, lobes or a ball are at a bearing where one of them held for a while and then failed: in three of five blind cases
 ONE_OF_THREE = 0.6
 CERTAIN = 0.9 * (1 - WRONG)  # probability from which on a cause is named
-
-
-def plain_of(contenders: Sequence[Contender]) -> Contender:
-    """Return the plain model of some contenders."""
-    return next(each for each in contenders if not each.causes)
 
 
 def explains(best: Contender, plain: Contender) -> bool:

@@ -153,8 +153,8 @@ class Search:
 
     def _deeper(self, best: Contender, found: Sequence[Contender], horizon: float) -> Contender:
         """Return the best model, or the same in a deeper minimum, which those found beside it may have led to."""
-        weak = not best.fails and self._may_lack_what_is_weak(best, horizon)
-        if weak and min(each.bic for each in found) < best.bic - SURE:
+        # one that leaves noise alone was asked beside for what is weak only
+        if not best.fails and min(each.bic for each in found) < best.bic - SURE:
             # who fits better may only have found the path that a plain model in a wrong minimum lost
             best = self._sought(best)
         # what is next to nothing may have led out of a hollow
@@ -317,9 +317,7 @@ class Search:
         leading = best_of_each_name(fitted)[:WEAK]
         near = [settled(e, horizon, SLOPES) for e in fitted if e in leading or e.causes[-1] in promised]
         led = [each for each in near if each.causes[-1] in promised]
-        begun = [*(joined(best, score.suspect, score.start) for score in said), *led]
-        anew = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
-        return best_of_each_name([*near, *anew])
+        return best_of_each_name([*near, *self._promised_from_the_fall(best, said, led)])
 
     def weak_beside(self, best: Contender) -> list[Contender]:
         """Return a model with causes that leaves little more than noise with one more, by which most of that little goes.
@@ -328,9 +326,14 @@ class Search:
         """
         others = [each for each in self.suspects if each.name not in best.effects and not each.fits_much]
         said = promising(best, scores(best.problem, best.fit, best.horizon, others), _FURTHER_TAKES)
+        return self._more_than_half(best, self._promised_from_the_fall(best, said))
+
+    def _promised_from_the_fall(
+        self, best: Contender, said: Sequence[Score], led: Sequence[Contender] = ()
+    ) -> list[Contender]:
+        """Return the best contender with each cause that a score promises, and others, fitted from the fall on."""
         begun = [joined(best, score.suspect, score.start) for score in said]
-        found = all_from_the_fall(self.fallen, [each for each in begun if each is not None], self.horizons)
-        return self._more_than_half(best, found)
+        return all_from_the_fall(self.fallen, [*(each for each in begun if each is not None), *led], self.horizons)
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:

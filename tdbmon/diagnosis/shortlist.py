@@ -33,8 +33,13 @@ def promising(best: Contender, asked: Sequence[Score], share: float = 0.0) -> li
     return [
         score
         for score in of_each_name.values()
-        if score.beyond(price) > max(_PROMISING, share * score.total * best.excess / best.misfit)
+        if score.beyond(price) > max(_PROMISING, _of_excess(share, best, score))
     ][:WEAK]
+
+
+def _of_excess(share: float, best: Contender, score: Score) -> float:
+    """Return a share of what the best contender leaves beyond noise, in the units of its scores."""
+    return share * score.total * best.excess / best.misfit
 
 
 def worth_fitting(
@@ -44,13 +49,12 @@ def worth_fitting(
 
     Two that have angles or a number of their own in every drop never stand together: they would fit what is in no catalogue.
     """
-    taken = {each.name for each in best.causes}
-    known = {frozenset(cause.name for cause in each.causes) for each in field if each.horizon == horizon}
+    known = {each.effects for each in field if each.horizon == horizon}
     open_to = [
         s
         for s in suspects
-        if s.name not in taken
-        and frozenset({*taken, s.name}) not in known
+        if s.name not in best.effects
+        and best.effects | {s.name} not in known
         and not (s.of_each_drop and best.of_each_drop)
     ]
     price = math.log(best.residuals)
@@ -60,8 +64,7 @@ def worth_fitting(
         name = score.suspect.name
         names[name] = names.get(name, 0) + 1
         worth = score.beyond(price)
-        # of what is left, and in the units of the scores
-        least = _PROMISE * score.total * best.excess / best.misfit if best.causes else -math.inf if thorough else SURE
+        least = _of_excess(_PROMISE, best, score) if best.causes else -math.inf if thorough else SURE
         # a score follows straight lines, and a fit that fails is far off
         first = len(names) <= _ASKED_ANYWAY and worth > 0
         if (

@@ -36,8 +36,7 @@ def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool
 
     With angles or a number of its own in every drop it fits much that is not there.
     """
-    stay = {cause.name for cause in near.causes}
-    gone = [cause for cause in best.causes if cause.name not in stay]
+    gone = [cause for cause in best.causes if cause.name not in near.effects]
     return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails(near, plain)
 
 

@@ -21,6 +21,7 @@ from tdbmon.diagnosis.contender import (
     SIMPLER,
     SLOPES,
     Contender,
+    plain_of,
     settled,
     with_cause,
 )
@@ -206,7 +207,7 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
     ):
         return judged, None
     # what such a cause does up to the horizon, another may have been taken for
-    plain = next(each for each in judged if not each.causes)
+    plain = plain_of(judged)
     bases = [base, plain] if base.causes and plain.ratio < _NEAR * base.ratio else [base]
     grown: dict[str, Slowed] = {}
     found: list[Contender] = []

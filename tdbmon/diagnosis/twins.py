@@ -35,9 +35,8 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
     suspects : sequence of Suspect
     """
     found = []
-    known = {cause.name for cause in best.causes}
     for index, cause in enumerate(best.causes):
-        others = [each for each in suspects if each.name not in known and _alike(each, cause)]
+        others = [each for each in suspects if each.name not in best.effects and _alike(each, cause)]
         if not others:
             continue
         try:

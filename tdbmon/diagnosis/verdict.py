@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, PLAIN_LEAD, Contender
+from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.held_out import HeldOut, to_be_seen
 from tdbmon.diagnosis.probability import (
     CERTAIN,
@@ -15,7 +15,6 @@ from tdbmon.diagnosis.probability import (
     discounted,
     explains,
     little_gained,
-    plain_of,
     probabilities_of,
 )
 from tdbmon.diagnosis.suspects import Suspect, met_alike
@@ -184,7 +183,7 @@ def _one_of_a_kind(case: _Case) -> Verdict | None:
 def _looks_like_chance(case: _Case) -> Verdict | None:
     """What acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance."""
     best, proof = case.best, case.proof
-    if proof is None or case.plain.fails or not best.in_contacts or proof.seen or proof.clear_in_each:
+    if proof is None or case.plain.fails or not best.in_contacts or proof.shown:
         return None
     why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
     return case.nobody(Kind.NONE, why)

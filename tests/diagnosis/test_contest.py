@@ -12,7 +12,7 @@ from tdbmon.diagnosis.contest import _Contest, contest, decided
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.search import Search
-from tdbmon.diagnosis.simplified import hardly_fails, only_accompanies, simplified
+from tdbmon.diagnosis.simplified import hardly_fails
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.cages import turn_cages
@@ -44,22 +44,6 @@ def test_contest_is_won_by_the_hidden_effect(competed):
     judged = verdict(competed, None)  # a turned probe and a leak come within 200 of it in 12 ms of two drops
     assert judged.kind in (Kind.NAMED, Kind.AMBIGUOUS)
     assert judged.accused[0] is best
-
-
-def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(competed):
-    like = next(each for each in competed if not each.causes)
-    plain = contender(like, (), 0, 6.0)
-
-    def judged(companion, left):
-        near = contender(like, ("probe_gain@DE_A",), 0, left * like.floor)
-        both = contender(like, ("probe_gain@DE_A", companion), 900, 1.0)
-        return only_accompanies(both, near, plain)
-
-    assert judged("off_sized_ball@NDE", 1.27)
-    assert not judged("off_sized_ball@NDE", 1.5)  # more is left than inexact laws leave
-    assert not judged("probe_angle@DE_B", 1.27)  # has no number of its own in every drop
-    alone = contender(like, ("off_sized_ball@NDE",), 900, 1.0)
-    assert not only_accompanies(alone, contender(like, (), 0, 1.2 * like.floor), plain)
 
 
 def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
@@ -441,24 +425,6 @@ def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
     assert not negligible(named["off_sized_ball@DE"], {"deviation": 3e-6})
     assert not negligible(named["hardening_support@NDE"], {"cubic": 5e16})  # a soft support of a light machine
     assert not negligible(named["unbalance@impeller"], {"amount": 2e-6})
-
-
-def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
-    """It only stands where the fit is better; the plain model is as good there."""
-    problem = problem_of(crew)
-    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
-    bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)
-    hard = next(s for s in everyone if s.name == "hardening_support@DE")
-    nothing = with_cause(bare, hard, Start({"cubic": 0.0}))
-    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
-    off = problem.start.copy()
-    off[place] += 0.5
-    stuck = replace(bare, fit=linearised(problem, off, 0.012))
-    assert stuck.misfit > 2 * bare.misfit
-    assert bare.fails
-    plain, field = simplified(stuck, [nothing])
-    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
-    assert field == []
 
 
 def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):

@@ -1,0 +1,46 @@
+"""Simpler models in the place of those that need a cause less."""
+
+from dataclasses import replace
+
+import pytest
+
+from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.simplified import only_accompanies, simplified
+from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.identify.least_squares import fit, linearised
+from tests.diagnosis.made_up import contender
+from tests.diagnosis.simulated import problem_of
+
+
+def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(competed):
+    like = next(each for each in competed if not each.causes)
+    plain = contender(like, (), 0, 6.0)
+
+    def judged(companion, left):
+        near = contender(like, ("probe_gain@DE_A",), 0, left * like.floor)
+        both = contender(like, ("probe_gain@DE_A", companion), 900, 1.0)
+        return only_accompanies(both, near, plain)
+
+    assert judged("off_sized_ball@NDE", 1.27)
+    assert not judged("off_sized_ball@NDE", 1.5)  # more is left than inexact laws leave
+    assert not judged("probe_angle@DE_B", 1.27)  # has no number of its own in every drop
+    alone = contender(like, ("off_sized_ball@NDE",), 900, 1.0)
+    assert not only_accompanies(alone, contender(like, (), 0, 1.2 * like.floor), plain)
+
+
+def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
+    """It only stands where the fit is better; the plain model is as good there."""
+    problem = problem_of(crew)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)
+    hard = next(s for s in everyone if s.name == "hardening_support@DE")
+    nothing = with_cause(bare, hard, Start({"cubic": 0.0}))
+    place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
+    off = problem.start.copy()
+    off[place] += 0.5
+    stuck = replace(bare, fit=linearised(problem, off, 0.012))
+    assert stuck.misfit > 2 * bare.misfit
+    assert bare.fails
+    plain, field = simplified(stuck, [nothing])
+    assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
+    assert field == []
