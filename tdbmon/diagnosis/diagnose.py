@@ -22,7 +22,7 @@ from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
-from tdbmon.diagnosis.verdict import Kind, Verdict, doubted, outside, verdict
+from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -238,15 +238,21 @@ def _beside_the_rest(
     # three effects at two ends or both: no hundred suspects here either
     proof = proved(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
     wider = _judged(field, proof, 0.0, suspected, late=causes)
+    if not wider.verdict.accused:
+        return found, late, None
+    added = wider.likeliest.causes[-1]
+    # where each drop would have it otherwise, they have none in common
+    if not clear_of_nothing(added, wider.sizes[wider.likeliest].causes[added.name]):
+        return found, late, None
     after = late_records(wider.likeliest)
-    if not wider.verdict.accused or after is None:
+    if after is None:
         return found, late, None
     # simulations that lie further apart are no nearer
     after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
     if not explains(late, after):
         return found, late, None
     why = (
-        f"{wider.verdict.why}; {wider.likeliest.causes[-1].words} is told by the rest of the record, whose squared departures"
+        f"{wider.verdict.why}; {added.words} is told by the rest of the record, whose squared departures"
         f" from simulations sum to {departure_of(after):.1f} with it and to {departure_of(late):.1f} without"
     )
     return replace(wider, verdict=replace(wider.verdict, why=why)), after, late

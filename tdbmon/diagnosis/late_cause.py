@@ -327,12 +327,19 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
     if readings > left:
         return None
     at = [np.clip(point + found.point - base.fit.point, problem.low, problem.high) for point in points]
-    late = [late_record(problem, at, drop, base.horizon) for drop in range(len(problem.drops))]
-    beside = tuple(each.in_spread_of(wide) for each, wide in zip(late, bare.late, strict=True) if each is not None)
     slowing = slowings_at(problem, found.point, base.horizon)
-    if len(beside) < len(late) or (slowing is None) != (bare.slowing is None):
+    if (slowing is None) != (bare.slowing is None):
         return None
-    return Trial(values, found.point, readings, Rest(beside, slowing))
+    late: dict[int, LateRecord] = {}
+    # the drop that departs most shows first that nothing is gained
+    for drop, wide in sorted(enumerate(bare.late), key=lambda each: -each[1].departure):
+        found_late = late_record(problem, at, drop, base.horizon)
+        if found_late is None:
+            return None
+        late[drop] = found_late.in_spread_of(wide)
+        if readings + departure_of(list(late.values())) > left:
+            return None
+    return Trial(values, found.point, readings, Rest(tuple(late[drop] for drop in range(len(late))), slowing))
 
 
 def _against(fitted: Fit, base: Contender) -> float:

@@ -138,9 +138,15 @@ def departure_of(records: Sequence[LateRecord]) -> float:
 
 
 def drawn(contender: Contender, members: int) -> list[Array]:
-    """Return the point of a fit, and points drawn about it, from which paths part as the drop parts from its model."""
-    wide = _WIDER**2 * covariance_of(contender.problem, contender.fit, contender.horizon)
-    return draws(contender.problem, contender.fit.point, wide, members, np.random.default_rng(0))
+    """Return the point of a fit, and points drawn about it, from which paths part as the drop parts from its model.
+
+    The instants of release stay, so that simulations go side by side: they are known to microseconds.
+    """
+    problem, point = contender.problem, contender.fit.point
+    wide = _WIDER**2 * covariance_of(problem, contender.fit, contender.horizon)
+    release = [each.name == "release" for each in problem.parameters]
+    points = draws(problem, point, wide, members, np.random.default_rng(0))
+    return [np.where(release, point, each) for each in points]
 
 
 def late_records(contender: Contender) -> tuple[LateRecord, ...] | None:

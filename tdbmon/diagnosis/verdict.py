@@ -257,7 +257,7 @@ def doubted(
     if proof is not None and (proof.seen or (alone and proof.holds and proof.clear)) and not named.of_each_drop:
         return judged
     for cause in named.causes:
-        if not any(_clear(sizes[cause.name].get(size.name), size.off) for size, _ in cause.sizes):
+        if not clear_of_nothing(cause, sizes[cause.name]):
             why = f"{cause.words} fits better, but its size may as well be none"
             return Verdict(Kind.NONE, (), judged.probabilities, why)
     return judged
@@ -266,6 +266,11 @@ def doubted(
 def outside(judged: Verdict, why: str) -> Verdict:
     """Return the verdict that something acts which is in no catalogue, seen in what no model is fitted to."""
     return Verdict(Kind.UNKNOWN, (), tuple(WRONG * each for each in judged.probabilities), why)
+
+
+def clear_of_nothing(cause: Suspect, sizes: Mapping[str, Estimate]) -> bool:
+    """True where the interval of a size of a cause (its parameters by name) does not hold the value that is no effect."""
+    return any(_clear(sizes.get(size.name), size.off) for size, _ in cause.sizes)
 
 
 def _clear(size: Estimate | None, off: float | str) -> bool:
