@@ -182,8 +182,8 @@ def departs(late: Sequence[LateRecord]) -> bool:
 
 
 def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
-    """True where a model leaves half of the departures of the one before at most."""
-    return departure_of(after) < _MAY_LEAVE * departure_of(before)
+    """True where a model leaves half of the departures of the one before at most, and none that is worth another cause."""
+    return departure_of(after) < _MAY_LEAVE * departure_of(before) and not departs(after)
 
 
 def with_late_causes(

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tdbmon.diagnosis.late_record import (
+    IN_ONE_DROP,
     STAYS_ELSEWHERE,
     WHIRLS_OTHERWISE,
     LateRecord,
@@ -50,17 +51,27 @@ def test_how_far_a_drop_departs_is_told_whatever_the_size(times, shift):
 
 
 def test_half_of_the_drops_and_two_at_least_must_whirl_otherwise_to_one_side():
-    same, more, less = made(), made(2.5, name="b.nc"), made(0.4)
-    assert more.whirl_departure > WHIRLS_OTHERWISE > same.whirl_departure
-    assert less.whirl_departure < -WHIRLS_OTHERWISE
+    same, more, less = made(), made(1.5, name="b.nc"), made(0.65)
+    assert IN_ONE_DROP > more.whirl_departure > WHIRLS_OTHERWISE > same.whirl_departure
+    assert -IN_ONE_DROP < less.whirl_departure < -WHIRLS_OTHERWISE
     assert acts_later([same, same]) is None
-    assert "once a revolution 2.5 times as far in b.nc, 2.5 times as far in b.nc" in acts_later(
+    assert "once a revolution 1.5 times as far in b.nc, 1.5 times as far in b.nc" in acts_later(
         [same, more, more, same]
     )
     assert acts_later([less, less])
     assert acts_later([more, less, same, same]) is None
     assert acts_later([more, same, same, same]) is None
     assert acts_later([more]) is None
+
+
+def test_one_drop_of_several_is_enough_where_it_departs_plainly():
+    same, whirling, elsewhere = made(), made(8.0, name="b.nc"), made(shift=-5e-5, name="c.nc")
+    assert whirling.whirl_departure > IN_ONE_DROP and elsewhere.place_departures[1] < -IN_ONE_DROP
+    assert acts_later([same, same, whirling, same]).endswith("once a revolution 8 times as far in b.nc")
+    assert acts_later([same, same, same, elsewhere, same, same, same, same]).endswith(
+        "probe 'DE_B' reads -50 um more in c.nc"
+    )
+    assert acts_later([whirling]) is None and acts_later([elsewhere]) is None
 
 
 def test_simulations_that_lie_further_apart_are_no_nearer():
@@ -75,10 +86,10 @@ def test_simulations_that_lie_further_apart_are_no_nearer():
 
 
 def test_a_probe_must_see_the_shaft_elsewhere_on_average():
-    there = made(shift=2e-5)
-    assert there.place_departures[1] > 2 * STAYS_ELSEWHERE
-    assert "probe 'DE_B' reads +20 um more" in acts_later([there, there])
-    assert acts_later([there, made(shift=-2e-5)]) is None
+    there = made(shift=1e-5)
+    assert IN_ONE_DROP > there.place_departures[1] > STAYS_ELSEWHERE
+    assert "probe 'DE_B' reads +10 um more" in acts_later([there, there])
+    assert acts_later([there, made(shift=-1e-5)]) is None
     assert acts_later([there]) is None
 
 

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.late_record import STAYS_ELSEWHERE, WHIRLS_OTHERWISE, LateRecord, departure_of, seen_in_all
+from tdbmon.diagnosis.late_record import (
+    IN_ONE_DROP,
+    STAYS_ELSEWHERE,
+    WHIRLS_OTHERWISE,
+    LateRecord,
+    departure_of,
+    seen_in_all,
+)
 from tdbmon.quantity import signed
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -49,7 +56,8 @@ def section(evidence: Evidence) -> Section | None:
                 " with its turning, and where it stays on average, is compared with simulations of each drop"
                 f" ({len(records[0].whirls)}, from points drawn about the fit). A whirl that departs by"
                 f" {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, to one side, or a probe whose readings depart"
-                f" by {STAYS_ELSEWHERE:g} on average over the drops, would tell that something acts which the model lacks."
+                f" by {STAYS_ELSEWHERE:g} on average over the drops, or either by {IN_ONE_DROP:g} in one of several drops, would"
+                " tell that something acts which the model lacks."
             ),
             *beside,
         ),
