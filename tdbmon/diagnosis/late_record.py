@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,12 @@ _MEMBERS = 32  # simulations of a drop
 _FEWEST = 0.25  # of them, that must be possible
 _WIDER = 5.0  # times what the fit leaves open: the model's own error parts paths too
 _WHIRL_LAW = 0.3  # of the logarithm of a power, standard deviation: what laws that are a little off do to a whirl
+_VECTOR_LAW = _WHIRL_LAW / 2  # the same of a vector, of its length
+_VECTOR_LEAST = 0.5e-6  # m, at least
 _PLACE_LAW = 2e-6  # m, the same of a place
-WHIRLS_OTHERWISE = 2.0  # standard deviations, mean over a drop's windows, from which on it whirls otherwise
+WHIRLS_OTHERWISE = (
+    2.0  # standard deviations over a drop's windows, of amplitude or vector, from which on it whirls otherwise
+)
 STAYS_ELSEWHERE = 1.5  # the same of where a probe sees it, mean over the drops too
 IN_ONE_DROP = (
     3.0  # of either, from which on one drop of several is enough: with nothing hidden 2.4 is the most in 90 drops
@@ -57,8 +62,8 @@ class LateRecord:
         Middle of each window, s after the release.
     probes : tuple of str
         Names of those that have most samples in every window.
-    whirl, whirls : (w,) and (n, w) arrays
-        Amplitude once a revolution, root mean square over the probes, m; measured, and simulated.
+    once, onces : (probes, w) and (n, probes, w) complex arrays
+        1X vectors, m: reading once a revolution of the shaft, amplitude and phase; measured, and simulated.
     place, places : (probes, w) and (n, probes, w) arrays
         Mean readings, m, likewise.
     wide : LateRecord or None
@@ -70,8 +75,8 @@ class LateRecord:
     begins: float
     time: Array
     probes: tuple[str, ...]
-    whirl: Array
-    whirls: Array
+    once: NDArray[np.complex128]
+    onces: NDArray[np.complex128]
     place: Array
     places: Array
     wide: LateRecord | None = None
@@ -82,6 +87,16 @@ class LateRecord:
         Simulations that lie further apart are no nearer to the drop.
         """
         return replace(self, wide=other)
+
+    @cached_property
+    def whirl(self) -> Array:
+        """Measured amplitude once a revolution (w,), m, root mean square over the probes."""
+        return np.sqrt(np.mean(np.abs(self.once) ** 2, axis=0))
+
+    @cached_property
+    def whirls(self) -> Array:
+        """The same of the simulations (n, w)."""
+        return np.sqrt(np.mean(np.abs(self.onces) ** 2, axis=1))
 
     @property
     def whirl_sigma(self) -> Array:
@@ -99,6 +114,17 @@ class LateRecord:
         """How far the measured whirl is above the simulated ones, standard deviations, mean over the windows."""
         ahead = 2 * np.log(self.whirl) - np.median(2 * np.log(self.whirls), axis=0)
         return float(np.mean(ahead / self.whirl_sigma))
+
+    @property
+    def vector_departure(self) -> float:
+        """How far the 1X vectors are from the simulated ones, standard deviations, root mean square over probes and windows.
+
+        An unbalance that changes by a little turns the vectors more than it lengthens them.
+        """
+        onces = (self.wide or self).onces
+        middle = onces.mean(axis=0)
+        variance = np.mean(np.abs(onces - middle) ** 2, axis=0) + (_VECTOR_LAW * np.abs(middle)) ** 2 + _VECTOR_LEAST**2
+        return math.sqrt(float(np.mean(np.abs(self.once - self.onces.mean(axis=0)) ** 2 / variance)))
 
     @property
     def whirl_times(self) -> float:
@@ -197,27 +223,26 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     if not probes.any():
         return None
 
-    def averages(seen: Array, angle: Array) -> tuple[Array, Array]:
+    def averages(seen: Array, angle: Array) -> tuple[NDArray[np.complex128], Array]:
         return _averages(np.where(there, seen, np.nan)[probes], angle, windows)
 
-    whirl, place = averages(measured.reading[:, span], _shaft_angle(measured, measured.time[span]))
+    once, place = averages(measured.reading[:, span], _shaft_angle(measured, measured.time[span]))
     each = [averages(readings(path, measured, machine, sensors), path.angle) for path, sensors in simulated]
-    whirls, places = zip(*each, strict=True)
+    onces, places = zip(*each, strict=True)
     names = tuple(probe.name for probe, used in zip(measured.probes, probes, strict=True) if used)
     middle = np.asarray(begins + length / 2, dtype=float)
-    return LateRecord(measured.name, horizon, middle, names, whirl, np.array(whirls), place, np.array(places))
+    return LateRecord(measured.name, horizon, middle, names, once, np.array(onces), place, np.array(places))
 
 
-def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[Array, Array]:
-    """Return of readings (probes, k) at shaft angles (k,) the whirl (windows,) and the places (probes, windows)."""
+def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.complex128], Array]:
+    """Return of readings (probes, k) at shaft angles (k,) the 1X vectors and the places, both (probes, windows)."""
     turning = np.exp(-1j * angle)
-    whirl, place = np.empty(len(windows)), np.empty((len(seen), len(windows)))
+    once, place = np.empty((len(seen), len(windows)), dtype=complex), np.empty((len(seen), len(windows)))
     for column, window in enumerate(windows):
         kept = seen[:, window]
         place[:, column] = middle = np.nanmean(kept, axis=1)
-        once = 2 * np.nanmean((kept - middle[:, None]) * turning[window], axis=1)
-        whirl[column] = math.sqrt(float(np.mean(np.abs(once) ** 2)))
-    return whirl, place
+        once[:, column] = 2 * np.nanmean((kept - middle[:, None]) * turning[window], axis=1)
+    return once, place
 
 
 def _shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
@@ -228,25 +253,37 @@ def _shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
 def acts_later(records: Sequence[LateRecord]) -> str | None:
     """Say what the rest of the records shows that simulations of them do not; None where they show the same.
 
-    Half of the drops, and two at least, must whirl otherwise, to one side, or a probe must see the shaft elsewhere in the mean
-    of two drops at least; or either is so plain that one drop of several is enough.
+    Half of the drops, and two at least, must whirl otherwise, by amplitude to one side or by vector; or a probe must see the
+    shaft elsewhere in the mean of two drops at least; or one of these is so plain that one drop of several is enough.
     """
     if len(records) < 2:
         return None
-    found = _whirls_otherwise(records) or _stays_elsewhere(records)
+    found = _whirls_otherwise(records) or _turns_otherwise(records) or _stays_elsewhere(records)
     return (
         found and f"the rest of the record is not as {len(records[0].whirls)} simulations of each drop have it: {found}"
     )
 
 
 def _whirls_otherwise(records: Sequence[LateRecord]) -> str | None:
-    needed = max(2, math.ceil(len(records) / 2))
     for sign in (1, -1):
-        apart = [each for each in records if sign * each.whirl_departure > WHIRLS_OTHERWISE]
-        if len(apart) >= needed or any(sign * each.whirl_departure > IN_ONE_DROP for each in apart):
-            told = ", ".join(f"{each.whirl_times:.2g} times as far in {each.name}" for each in apart)
-            return f"the shaft whirls once a revolution {told}"
+        apart = [(each, sign * each.whirl_departure) for each in records]
+        told = [f"{each.whirl_times:.2g} times as far in {each.name}" for each in _departing(apart)]
+        if told:
+            return f"the shaft whirls once a revolution {', '.join(told)}"
     return None
+
+
+def _turns_otherwise(records: Sequence[LateRecord]) -> str | None:
+    apart = [(each, each.vector_departure) for each in records]
+    told = [f"{each.vector_departure:.1f} standard deviations off in {each.name}" for each in _departing(apart)]
+    return f"the 1X vector is {', '.join(told)}" if told else None
+
+
+def _departing(apart: Sequence[tuple[LateRecord, float]]) -> list[LateRecord]:
+    """Return the drops that whirl otherwise, by how many standard deviations each does; none where too few do."""
+    found = [(each, by) for each, by in apart if by > WHIRLS_OTHERWISE]
+    enough = len(found) >= max(2, math.ceil(len(apart) / 2)) or any(by > IN_ONE_DROP for _, by in found)
+    return [each for each, _ in found] if enough else []
 
 
 def seen_in_all(records: Sequence[LateRecord]) -> list[str]:

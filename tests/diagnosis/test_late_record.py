@@ -23,19 +23,24 @@ MORE = 8e-5  # m
 DRIFT = 3e-5  # m
 
 
-def made(times=1.0, shift=0.0, name="a.nc", count=12, windows=5):
-    """A drop that whirls so many times as far as its simulations, and that its second probe sees shifted."""
+def made(times=1.0, shift=0.0, turned=None, name="a.nc", count=12, windows=5):
+    """A drop that whirls so many times as far as its simulations, and that its second probe sees shifted.
+
+    Its simulations have all phases; with an angle, one, by which the drop is turned.
+    """
     rng = np.random.default_rng(3)
     whirls = 1e-5 * np.exp(0.1 * rng.standard_normal((count, windows)))
     places = -1e-4 + 5e-6 * rng.standard_normal((count, 2, windows))
+    phases = np.exp(1j * rng.uniform(0, 2 * np.pi, (count, 1, 1))) if turned is None else 1.0
+    once = times * np.median(whirls, axis=0) * np.exp(1j * (turned or 0.0))
     place = np.median(places, axis=0) + np.array([[0.0], [shift]])
     return LateRecord(
         name,
         0.04,
         np.arange(windows) * 0.05,
         ("DE_A", "DE_B"),
-        times * np.median(whirls, axis=0),
-        whirls,
+        np.array([once, once], dtype=complex),
+        phases * np.stack([whirls, whirls], axis=1).astype(complex),
         place,
         places,
     )
@@ -74,11 +79,22 @@ def test_one_drop_of_several_is_enough_where_it_departs_plainly():
     assert acts_later([whirling]) is None and acts_later([elsewhere]) is None
 
 
+def test_a_whirl_as_long_but_turned_is_seen_where_simulations_know_its_phase():
+    same, turned = made(turned=0.0), made(turned=0.6, name="b.nc")
+    assert same.vector_departure < 0.5 and abs(turned.whirl_departure) < 0.1
+    # 2 sin(0.3) of its length, beside 0.1 of spread and 0.15 of laws that are off, and half a micrometre
+    assert turned.vector_departure == pytest.approx(2 * np.sin(0.3) / np.hypot(np.hypot(0.1, 0.15), 0.05), rel=0.1)
+    off = f"{turned.vector_departure:.1f} standard deviations off in b.nc"
+    assert f"the 1X vector is {off}, {off}" in acts_later([same, turned, turned, same])
+    assert acts_later([same, made(turned=-0.4), same]) is None
+    assert made(times=1.2).vector_departure < WHIRLS_OTHERWISE
+
+
 def test_simulations_that_lie_further_apart_are_no_nearer():
     near = made(2.5, 2e-5)
     wide = replace(
         near,
-        whirls=np.median(near.whirls, axis=0) * (near.whirls / np.median(near.whirls, axis=0)) ** 20,
+        onces=np.median(near.whirls, axis=0) * (near.onces / np.median(near.whirls, axis=0)) ** 20,
         places=np.median(near.places, axis=0) + 5 * (near.places - np.median(near.places, axis=0)),
     )
     assert wide.departure < near.departure / 4

@@ -54,8 +54,8 @@ def section(evidence: Evidence) -> Section | None:
             Paragraph(
                 "Neighbouring paths with impacts part, so later readings are not compared one by one. How far the shaft whirls"
                 " with its turning, and where it stays on average, is compared with simulations of each drop"
-                f" ({len(records[0].whirls)}, from points drawn about the fit). A whirl that departs by"
-                f" {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, to one side, or a probe whose readings depart"
+                f" ({len(records[0].whirls)}, from points drawn about the fit). A whirl whose amplitude (to one side) or vector"
+                f" departs by {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, or a probe whose readings depart"
                 f" by {STAYS_ELSEWHERE:g} on average over the drops, or either by {IN_ONE_DROP:g} in one of several drops, would"
                 " tell that something acts which the model lacks."
             ),
@@ -77,13 +77,20 @@ def _beside(
     from tdbmon.figures.late_record import late_record
 
     rows = [
-        Row((each.name, signed(each.whirl_departure, 1), *(signed(_departure(each, probe), 1) for probe in probes)))
+        Row(
+            (
+                each.name,
+                signed(each.whirl_departure, 1),
+                f"{each.vector_departure:.1f}",
+                *(signed(_departure(each, probe), 1) for probe in probes),
+            )
+        )
         for each in records
     ]
     return (
         Table(
-            f"Departure from the simulations{which}, standard deviations, mean over the windows",
-            ("Drop", "Whirl, 1X", *(f"Place, {probe}" for probe in probes)),
+            f"Departure from the simulations{which}, standard deviations, over the windows",
+            ("Drop", "1X amplitude", "1X vector", *(f"Place, {probe}" for probe in probes)),
             tuple(rows),
         ),
         Figure(
