@@ -330,16 +330,16 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
     slowing = slowings_at(problem, found.point, base.horizon)
     if (slowing is None) != (bare.slowing is None):
         return None
-    late: dict[int, LateRecord] = {}
+    beside: dict[int, LateRecord] = {}
     # the drop that departs most shows first that nothing is gained
-    for drop, wide in sorted(enumerate(bare.late), key=lambda each: -each[1].departure):
-        found_late = late_record(problem, at, drop, base.horizon)
-        if found_late is None:
+    for drop in sorted(range(len(bare.late)), key=lambda drop: -bare.late[drop].departure):
+        late = late_record(problem, at, drop, base.horizon)
+        if late is None:
             return None
-        late[drop] = found_late.in_spread_of(wide)
-        if readings + departure_of(list(late.values())) > left:
+        beside[drop] = late.in_spread_of(bare.late[drop])
+        if readings + departure_of(list(beside.values())) > left:
             return None
-    return Trial(values, found.point, readings, Rest(tuple(late[drop] for drop in range(len(late))), slowing))
+    return Trial(values, found.point, readings, Rest(tuple(beside[drop] for drop in sorted(beside)), slowing))
 
 
 def _against(fitted: Fit, base: Contender) -> float:

@@ -38,13 +38,9 @@ _WHIRL_LAW = 0.3  # of the logarithm of a power, standard deviation: what laws t
 _VECTOR_LAW = _WHIRL_LAW / 2  # the same of a vector, of its length
 _VECTOR_LEAST = 0.5e-6  # m, at least
 _PLACE_LAW = 2e-6  # m, the same of a place
-WHIRLS_OTHERWISE = (
-    2.0  # standard deviations over a drop's windows, of amplitude or vector, from which on it whirls otherwise
-)
+WHIRLS_OTHERWISE = 2.0  # standard deviations of a drop's amplitude or vector, from which on it whirls otherwise
 STAYS_ELSEWHERE = 1.5  # the same of where a probe sees it, mean over the drops too
-IN_ONE_DROP = (
-    3.0  # of either, from which on one drop of several is enough: with nothing hidden 2.4 is the most in 90 drops
-)
+IN_ONE_DROP = 3.0  # of any of these, from which on one drop of several is enough; of 90 that nothing acts on late: 2.4
 _THERE = 0.6  # of a probe's samples, that must be there
 
 

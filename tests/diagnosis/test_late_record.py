@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tdbmon.diagnosis.late_cause import explains
 from tdbmon.diagnosis.late_record import (
     IN_ONE_DROP,
     STAYS_ELSEWHERE,
@@ -88,6 +89,13 @@ def test_a_whirl_as_long_but_turned_is_seen_where_simulations_know_its_phase():
     assert f"the 1X vector is {off}, {off}" in acts_later([same, turned, turned, same])
     assert acts_later([same, made(turned=-0.4), same]) is None
     assert made(times=1.2).vector_departure < WHIRLS_OTHERWISE
+
+
+def test_a_model_after_which_the_rest_still_departs_does_not_explain_it():
+    far, near, there = made(20.0), made(5.0), made()
+    assert near.departure < far.departure / 3
+    assert not explains([far, far], [near, near])
+    assert explains([far, far], [there, there])
 
 
 def test_simulations_that_lie_further_apart_are_no_nearer():

@@ -13,7 +13,7 @@ from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.probability import little_gained
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.verdict import Kind, doubted, verdict
+from tdbmon.diagnosis.verdict import Kind, clear_of_nothing, doubted, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.least_squares import Fit, fit
 from tests.diagnosis.made_up import contender
@@ -223,6 +223,14 @@ def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_le
     assert gain.fails
     assert verdict([gain, bare], None).kind is Kind.NONE
     assert verdict([contender(plain, ("probe_gain@DE_A",), 0, 0.95), bare], None).kind is Kind.NAMED
+
+
+def test_what_a_cause_has_beside_its_size_does_not_make_it_clear(competed):
+    plain = next(each for each in competed if not each.causes)
+    friction, *_ = contender(plain, ("stribeck_friction@DE",), 0, 0.9).causes
+    speed = {"stribeck_speed_m_per_s": Estimate(1.5, 1.2, 1.8, "m/s")}
+    assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.19, -0.22, 0.6, "1")})
+    assert clear_of_nothing(friction, speed | {"static_excess": Estimate(0.17, 0.08, 0.25, "1")})
 
 
 def test_a_size_that_may_as_well_be_none_is_not_named(competed):
