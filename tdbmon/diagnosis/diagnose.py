@@ -22,7 +22,7 @@ from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
-from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, verdict
+from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, strained, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -287,7 +287,7 @@ def _judged(
     concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
     sizes = {each: sized(each) for each in concerned}
     if judged.accused:
-        judged = doubted(judged, plain_of(field), sizes[judged.accused[0]].causes, proof)
+        judged = strained(doubted(judged, plain_of(field), sizes[judged.accused[0]].causes, proof))
     return _Judged(tuple(field), proof, judged, likeliest, sizes)
 
 

@@ -20,8 +20,10 @@ from tdbmon.diagnosis.probability import (
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import acts_on_sensors
+from tdbmon.identify.stated_values import at_their_limits
 
 _MOST = 0.5  # of what the plain model leaves beyond noise
+_STRAINED = 3  # stated values at their limits, with which a model is bent
 _HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
 
 
@@ -261,6 +263,24 @@ def doubted(
             why = f"{cause.words} fits better, but its size may as well be none"
             return Verdict(Kind.NONE, (), judged.probabilities, why)
     return judged
+
+
+def strained(judged: Verdict) -> Verdict:
+    """Return the verdict, or unknown where a named model has many stated values as far off as they are usually known.
+
+    Then the model is bent to what it lacks.  What acts on the sensors or the levitated shaft has no part in such values.
+    """
+    if judged.kind is not Kind.NAMED or not judged.accused[0].in_contacts:
+        return judged
+    named = judged.accused[0]
+    limits = at_their_limits(named.problem, named.fit.point)
+    if len(limits) < _STRAINED:
+        return judged
+    return outside(
+        judged,
+        f"{named.words} would explain the drops, but only with {len(limits)} values that the machine file states as far off as"
+        f" they may be ({', '.join(limits)}): the model is bent to what it lacks, or the file is wrong",
+    )
 
 
 def outside(judged: Verdict, why: str) -> Verdict:

@@ -13,6 +13,7 @@ from tdbmon.identify.widened import widened
 
 WORTH = 0.5  # of what is left beyond noise, that they must take away to be free
 _SLOPES = 3  # times: with one, values that have made up for these would hide them
+_NEARLY = 0.05  # of the way to a limit, that may be left
 _TOLD = 1.0  # standard deviation, from which on it is told
 
 
@@ -28,6 +29,20 @@ def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> t
         return wider, fit(wider, start.point, horizon, _SLOPES, slopes=start.slopes)
     except InputError:
         return None
+
+
+def at_their_limits(problem: Problem, point: NDArray[np.float64]) -> list[str]:
+    """Return the names of those that are free and at a point nearly as far off as they may be."""
+    values, _ = problem.values(point, 0)
+    return [
+        each.name
+        for each in stated_parameters(problem.model.machine)
+        if each.name in values
+        and (
+            each.nominal < each.high - _NEARLY * (each.high - each.nominal) <= values[each.name]
+            or each.nominal > each.low + _NEARLY * (each.nominal - each.low) >= values[each.name]
+        )
+    ]
 
 
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:

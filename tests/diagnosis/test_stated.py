@@ -13,10 +13,10 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.parameters import stated_parameters
 from tdbmon.identify.problem import build_problem
-from tdbmon.identify.stated_values import stated_remarks
+from tdbmon.identify.stated_values import at_their_limits, stated_remarks
 from tdbmon.record.read import read
 from tests.blind.case import draw_case, simulate, write_drops
-from tests.diagnosis.simulated import record
+from tests.diagnosis.simulated import problem_of, record
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.010, 0.014, 0.018, 0.022)
@@ -90,3 +90,23 @@ def test_laws_that_are_a_little_off_are_freed_where_the_plain_model_begins_to_fa
     assert plain.horizon == horizons[-1]
     assert stated <= {p.name for p in plain.problem.shared}
     assert plain.ratio < 1.2
+
+
+def test_values_nearly_as_far_off_as_they_may_be_are_at_their_limits(crew):
+    problem = problem_of(crew)
+    assert at_their_limits(problem, problem.start) == []
+    stated = stated_parameters(problem.model.machine)
+    wider = replace(problem, shared=(*problem.shared, *stated))
+    names = [each.name for each in wider.shared]
+
+    def found(shares):
+        """Those at their limits with some so far on the way to the upper limit (positive) or the lower."""
+        point = wider.start.copy()
+        for name, share in shares.items():
+            at = names.index(name)
+            point[at] = share * wider.high[at] if share > 0 else -share * wider.low[at]
+        return at_their_limits(wider, point)
+
+    assert found({}) == []
+    assert found({"NDE.inner_ring_mass": 0.97, "DE.support_mass": 0.9}) == ["NDE.inner_ring_mass"]
+    assert found({"NDE.inner_ring_mass": -0.9, "DE.contact_exponent": -1.0}) == ["DE.contact_exponent"]

@@ -13,9 +13,10 @@ from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.probability import little_gained
 from tdbmon.diagnosis.suspects import Start, suspects
-from tdbmon.diagnosis.verdict import Kind, clear_of_nothing, doubted, verdict
+from tdbmon.diagnosis.verdict import Kind, clear_of_nothing, doubted, strained, verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.least_squares import Fit, fit
+from tdbmon.identify.parameters import stated_parameters
 from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of
 
@@ -319,3 +320,28 @@ def test_waves_of_two_orders_that_are_as_likely_are_one_cause_with_the_values_of
     assert cause["parameters"]["amplitude_um"]["value"] == pytest.approx(5)
     assert cause["probability"] == pytest.approx(judged.probabilities[0] + judged.probabilities[2])
     assert cause["probability"] > 0.9
+
+
+def test_a_cause_in_contacts_is_unknown_where_stated_values_had_to_go_to_their_limits(competed):
+    plain = next(each for each in competed if not each.causes)
+
+    def with_stated(name, limits):
+        """The cause with stated values free, so many of them at a limit."""
+        cause = contender(plain, (name,), 900, 0.9)
+        problem = cause.problem
+        stated = stated_parameters(problem.model.machine)
+        count = len(problem.shared)
+        wider = replace(problem, shared=(*problem.shared, *stated))
+        begin = np.insert(cause.fit.point, [count] * len(stated), 0.0)
+        begin[count : count + limits] = wider.high[count : count + limits]
+        return replace(cause, problem=wider, fit=replace(cause.fit, point=begin))
+
+    def judged(name, limits):
+        return strained(verdict([with_stated(name, limits), contender(plain, (), 0, 8.0)], None))
+
+    assert judged("oval_clearance@DE", 2).kind is Kind.NAMED
+    bent = judged("oval_clearance@DE", 3)
+    assert bent.kind is Kind.UNKNOWN
+    assert not bent.accused
+    assert "only with 3 values" in bent.why and "NDE.contact_stiffness" in bent.why
+    assert judged("probe_gain@DE_A", 3).kind is Kind.NAMED
