@@ -232,30 +232,38 @@ def _beside_the_rest(
     if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
         return found, late, None
     progress("looking for what would explain the rest of the record")
+    told = _with_late_cause(found, believed, late, suspected)
+    return (found, late, None) if told is None else (*told, late)
+
+
+def _with_late_cause(
+    found: _Judged, believed: Contender, late: tuple[LateRecord, ...], suspected: Sequence[Suspect]
+) -> tuple[_Judged, tuple[LateRecord, ...]] | None:
+    """Return the models judged with a cause that explains the rest of the records, and that rest with it; None without one."""
     field, causes = with_late_causes(believed, found.field, late, suspected)
     if not causes:
-        return found, late, None
+        return None
     # three effects at two ends or both: no hundred suspects here either
     proof = proved(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
     wider = _judged(field, proof, 0.0, suspected, late=causes)
     if not wider.verdict.accused:
-        return found, late, None
+        return None
     added = wider.likeliest.causes[-1]
     # where each drop would have it otherwise, they have none in common
     if not clear_of_nothing(added, wider.sizes[wider.likeliest].causes[added.name]):
-        return found, late, None
+        return None
     after = late_records(wider.likeliest)
     if after is None:
-        return found, late, None
+        return None
     # simulations that lie further apart are no nearer
     after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
     if not explains(late, after):
-        return found, late, None
+        return None
     why = (
         f"{wider.verdict.why}; {added.words} is told by the rest of the record, whose squared departures"
         f" from simulations sum to {departure_of(after):.1f} with it and to {departure_of(late):.1f} without"
     )
-    return replace(wider, verdict=replace(wider.verdict, why=why)), after, late
+    return replace(wider, verdict=replace(wider.verdict, why=why)), after
 
 
 def _judged(

@@ -327,9 +327,6 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
     if readings > left:
         return None
     at = [np.clip(point + found.point - base.fit.point, problem.low, problem.high) for point in points]
-    slowing = slowings_at(problem, found.point, base.horizon)
-    if (slowing is None) != (bare.slowing is None):
-        return None
     beside: dict[int, LateRecord] = {}
     # the drop that departs most shows first that nothing is gained
     for drop in sorted(range(len(bare.late)), key=lambda drop: -bare.late[drop].departure):
@@ -339,6 +336,9 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
         beside[drop] = late.in_spread_of(bare.late[drop])
         if readings + departure_of(list(beside.values())) > left:
             return None
+    slowing = slowings_at(problem, found.point, base.horizon)
+    if (slowing is None) != (bare.slowing is None):
+        return None
     return Trial(values, found.point, readings, Rest(tuple(beside[drop] for drop in sorted(beside)), slowing))
 
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.identify.least_squares import Fit, fit
-from tdbmon.identify.parameters import stated_parameters
+from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.widened import widened
 
 WORTH = 0.5  # of what is left beyond noise, that they must take away to be free
 _SLOPES = 3  # times: with one, values that have made up for these would hide them
-_NEARLY = 0.05  # of the way to a limit, that may be left
+_AT_LIMIT = 0.95  # of the way to a limit, from which on a value is at it
 _TOLD = 1.0  # standard deviation, from which on it is told
 
 
@@ -34,15 +34,14 @@ def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> t
 def at_their_limits(problem: Problem, point: NDArray[np.float64]) -> list[str]:
     """Return the names of those that are free and at a point nearly as far off as they may be."""
     values, _ = problem.values(point, 0)
-    return [
-        each.name
-        for each in stated_parameters(problem.model.machine)
-        if each.name in values
-        and (
-            each.nominal < each.high - _NEARLY * (each.high - each.nominal) <= values[each.name]
-            or each.nominal > each.low + _NEARLY * (each.nominal - each.low) >= values[each.name]
-        )
-    ]
+    stated = [each for each in stated_parameters(problem.model.machine) if each.name in values]
+    return [each.name for each in stated if _way_to_limit(each, values[each.name]) >= _AT_LIMIT]
+
+
+def _way_to_limit(of: Parameter, value: float) -> float:
+    """Return how far off a value is, of as far as it may be to that side."""
+    reach = of.high - of.nominal if value > of.nominal else of.nominal - of.low
+    return abs(value - of.nominal) / reach if reach > 0 else 0.0
 
 
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
