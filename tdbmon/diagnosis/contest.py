@@ -214,15 +214,17 @@ class _Contest:
         self.search.progress(f"fitting the first {horizon * 1e3:g} ms")
         self.horizon = horizon
         self._refit()
+        # the first contacts tell causes apart only where they show in them
+        may_be_another = bool(self.sound) and self.search.began <= SOUND_S and horizon <= FOLLOWED_S
         if horizon <= FOLLOWED_S or not self.best.causes:  # a cause is named by then, and paths part
-            held = bool(self.sound)
             self._deepen()
             self._free_stated_values()
-            # the first contacts tell causes apart only where they show in them; until SOUND_S the search asks for others too
-            if held and self.search.began <= SOUND_S < horizon:
+            if may_be_another and horizon > SOUND_S:
                 self._exchange()
         rounds, came = self.search.rounds, self.best
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
+        if may_be_another and self.search.rounds < rounds and self.best is came:  # one more cause is in vain
+            self._exchange()
         if came.causes and self._met_by_another_kind(came):
             self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
         if horizon == self.search.last:
