@@ -12,7 +12,8 @@ from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, best_of_each_name, settled, with_cause
-from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.diagnosis.effect_size import sized
+from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none, linearised

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.effect_size import share_of
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import CONTACT_S, FAILING
@@ -208,15 +208,7 @@ def negligible(cause: Suspect, values: Mapping[str, float]) -> bool:
 
     Stiffnesses, torques and unbalances are as large as the machine is: what is little to one is much to another.
     """
-    return all(size.si in _COMPARABLE and _share(size, values[size.name]) < _NEGLIGIBLE for size, _ in cause.sizes)
-
-
-def _share(size: Declared, value: float) -> float:
-    """Return a size as a share of the typical one, both counted from where the effect is off."""
-    off = size.off if isinstance(size.off, float) else 0.0
-    if math.isinf(off):
-        return size.typical / value
-    return abs(value - off) / abs(size.typical - off)
+    return all(size.si in _COMPARABLE and share_of(size, values[size.name]) < _NEGLIGIBLE for size, _ in cause.sizes)
 
 
 def settled(contender: Contender, horizon: float, slopes: int) -> Contender:

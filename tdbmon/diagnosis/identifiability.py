@@ -26,7 +26,8 @@ from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, run
 
-from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, sized, trial_keys
+from tdbmon.diagnosis.effect_size import off_of, off_when_stiff, sized
+from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.crew import Crew
@@ -392,8 +393,7 @@ def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, fl
     if length <= 0:
         return Estimate.missing(size.unit, "fitted values can do the same: it does not show"), None
     amount, trial = DETECTABLE / length, sized(size, share)
-    off = size.off if isinstance(size.off, float) else 0.0
-    stiff = math.isinf(off)  # off when stiff: the softer, the more it shows
+    off, stiff = off_of(size), off_when_stiff(size)
     if stiff:
         value, limit = trial / amount, max(trial / FURTHEST, size.low)
     else:

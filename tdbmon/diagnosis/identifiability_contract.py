@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
+from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Detectable, Identifiability, about
 from tdbmon.diagnosis.suspects import Suspect
 
@@ -80,8 +80,8 @@ def identifiability_lines(found: Identifiability) -> list[str]:
 def _size(found: Detectable) -> str:
     """Return how small an effect shows, from what on, or up to which stiffness."""
     name = found.parameter.replace("_", " ")
-    off = next(size.off for size, _ in found.suspect.sizes if size.name == found.parameter)
-    stiff = isinstance(off, float) and math.isinf(off)
+    size = next(size for size, _ in found.suspect.sizes if size.name == found.parameter)
+    off, stiff = off_of(size), off_when_stiff(size)
     named = f"|{name} - {off:g}|" if off and not stiff else name
     if found.size.value is not None:
         return f"{named} {'up to' if stiff else 'from'} about {about(found.size.value, found.size.unit)}"

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import FEW_SLOPES, MOST_CAUSES, SLOPES, Contender, settled, with_cause
+from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, drawn, late_record
 from tdbmon.diagnosis.probability import TEMPERATURE
 from tdbmon.diagnosis.slows_otherwise import slowings_of
-from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 

@@ -14,8 +14,9 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on, turned
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, met_alike, sized
+from tdbmon.diagnosis.suspects import Start, Suspect, met_alike
 from tdbmon.identify.clearances import TOUCHED_S
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched

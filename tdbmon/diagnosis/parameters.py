@@ -10,6 +10,7 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect, acts_on_sensors, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
@@ -121,7 +122,7 @@ def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float
             continue
         for p in free.shared:
             of = free.declared.parameter(p.name.rpartition(".")[2])
-            off = of.off if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
+            off = 0.0 if off_when_stiff(of) else off_of(of)
             if not goes_round(of):
                 out[p.name] = _LAW * abs(values[p.name] - off)
     return out

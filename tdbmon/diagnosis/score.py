@@ -20,7 +20,8 @@ from tdbsim.effect import Effect
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.suspects import Start, Suspect, sized
+from tdbmon.diagnosis.effect_size import scaled, sized
+from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
@@ -276,9 +277,9 @@ def _chosen(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: fl
         return None
     column = {drop: change for drop, key in enumerate(keys) if (change := trials[drop][key]) is not None}
     amounts, gain = bench.solve([column])
-    value = _scaled(size, share, float(amounts[0]))
+    value = scaled(size, share, float(amounts[0]))
     if value is None or (angle is not None and amounts[0] < 0):  # no phase of the drops goes with those of the others
-        gain, value = 0.0, _scaled(size, share, abs(float(amounts[0])))
+        gain, value = 0.0, scaled(size, share, abs(float(amounts[0])))
     if value is None:
         return None
     shared = {p.name: p.typical for p in suspect.shapes} | {size.name: value}
@@ -318,14 +319,14 @@ def _start(
     for s, (size, angle) in enumerate(suspect.sizes):
         rows = [k for k, part in enumerate(parts) if part[0] == s]
         if angle is None:
-            value = _scaled(size, share, float(np.mean([a[rows[0]] for a in amounts])))
+            value = scaled(size, share, float(np.mean([a[rows[0]] for a in amounts])))
             if value is None:
                 return None
             shared[size.name] = value
             continue
         vectors = [complex(a[rows[0]], a[rows[1]]) for a in amounts]
         length = float(np.mean(np.abs(vectors)))
-        value = _scaled(size, share, length)
+        value = scaled(size, share, length)
         if value is None:
             return None
         shared[size.name] = value
@@ -336,14 +337,3 @@ def _start(
         else:
             shared[angle.name] = turned[0]
     return Start(shared, tuple(each) if each[0] else ())
-
-
-def _scaled(size: Declared, share: float, amount: float) -> float | None:
-    """Return the value of a size that is `amount` of its trial, within its bounds; None where its sign is impossible."""
-    off = size.off if isinstance(size.off, float) else 0.0
-    if math.isinf(off):
-        return None if amount <= 0 else float(np.clip(sized(size, share) / amount, size.low, size.high))
-    value = off + amount * (sized(size, share) - off)
-    if not size.low <= value <= size.high and (value - off) * (size.typical - off) < 0:
-        return None
-    return float(np.clip(value, size.low, size.high))

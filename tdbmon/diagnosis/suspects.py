@@ -12,6 +12,7 @@ from tdbsim.effect import Effect, EffectDeclaration, Place, catalogue, places
 from tdbsim.effect import Parameter as Declared
 from tdbsim.machine import Machine, Probe
 
+from tdbmon.diagnosis.effect_size import nearer
 from tdbmon.identify.free_effect import FreeEffect, goes_round, place_in_words
 
 # of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
@@ -126,7 +127,7 @@ class Suspect:
 
     def smaller(self, start: Start, share: float) -> Start:
         """Return a start with its sizes nearer to where the effect is off."""
-        sizes = {size.name: _nearer(size, start.shared[size.name], share) for size, _ in self.sizes}
+        sizes = {size.name: nearer(size, start.shared[size.name], share) for size, _ in self.sizes}
         return replace(start, shared={**start.shared, **sizes})
 
     def effect(self, values: Mapping[str, float]) -> Effect:
@@ -153,21 +154,6 @@ class Start:
         return FreeEffect(
             suspect.declared, suspect.where, suspect.held, self.shared, self.each, self.each_held, self.known
         )
-
-
-def _nearer(size: Declared, value: float, share: float) -> float:
-    """Return a value whose way from where the effect is off is a share of what it was."""
-    off = size.off if isinstance(size.off, float) else 0.0
-    nearer = value / share if math.isinf(off) else off + share * (value - off)
-    return min(max(nearer, size.low), size.high)
-
-
-def sized(size: Declared, share: float) -> float:
-    """Return a share of the typical size, counted from where the effect is off."""
-    off = size.off if isinstance(size.off, float) else 0.0
-    if math.isinf(off):  # a spring that is off when it is stiff
-        return size.typical / share**2
-    return off + share * (size.typical - off)
 
 
 def met_alike(one: Suspect, other: Suspect) -> bool:
