@@ -285,7 +285,8 @@ def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contende
     own = [free.own(drop) for drop in range(len(problem.drops))]
     acting = replace(problem, free=(*problem.free, free))
     wider, found = widened(acting, contender.fit, contender.horizon, free.shared, own)
-    return replace(contender, causes=(*contender.causes, suspect), problem=wider, fit=found)
+    causes = (*contender.causes, suspect)
+    return replace(contender, causes=causes, problem=wider, fit=found, exact_excess=math.inf)
 
 
 def eased(contender: Contender) -> Contender:
@@ -317,7 +318,7 @@ def without_cause(contender: Contender, index: int) -> Contender:
         raise InputError(f"without {gone.name} the model cannot be simulated")
     fitted = Fit(point, tuple(residuals), slopes, misfit_of(narrower, residuals, point))
     causes = tuple(cause for k, cause in enumerate(contender.causes) if k != index)
-    return replace(contender, causes=causes, problem=narrower, fit=fitted)
+    return replace(contender, causes=causes, problem=narrower, fit=fitted, exact_excess=math.inf)
 
 
 def without_each(best: Contender, horizon: float) -> list[Contender]:

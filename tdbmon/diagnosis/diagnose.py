@@ -14,10 +14,10 @@ from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
-from tdbmon.diagnosis.late_cause import LateCause, departs, explains, with_late_causes
+from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import ALIKE, DRIFT, ONE_MARK, PUT_RIGHT, next_test
+from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_remarks
@@ -29,7 +29,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.problem import build_problem, check_start
+from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stated_values import stated_remarks
 from tdbmon.identify.unlike_drops import unlike_drops
 from tdbmon.progress import Progress, silent
@@ -124,32 +124,23 @@ def diagnose(
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
+        mistaken = _mistake(drops, problem)
         # then nobody is asked: some effect or other fits what is not there
-        moved = moved_mark(drops)
-        mistaken = moved or machine_doubt(problem)
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
         field, slowed = with_slowing(field, suspected)
         found = _first_judged(field, slowed, suspected, progress)
-        drift = _drift(found, horizons) if mistaken is None else None
-        wrong = mistaken or drift
+        obstacle = mistaken or _drift(found, horizons)
         late, late_before, otherwise = None, None, None
-        if found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike and wrong is None:
+        if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
         # a model with a cause that is not believed may have bent its values to it
         believed = found.plain if found.verdict.kind is Kind.UNKNOWN else found.likeliest
-        unlike = unlike_drops(believed.problem, believed.fit) if wrong is None else []
+        unlike = unlike_drops(believed.problem, believed.fit) if obstacle is None else []
         slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
-        judged = found.verdict
-        if otherwise is not None and judged.kind is Kind.NONE:
-            judged = outside(
-                judged, f"the plain model explains the first {found.plain.horizon * 1e3:g} ms, but {otherwise}"
-            )
-            otherwise = None
-        if wrong is not None:
-            judged = outside(judged, wrong)
+        judged, remarked = _against(found, obstacle, otherwise)
     return Diagnosis(
         machine=machine,
         verdict=judged,
@@ -159,8 +150,8 @@ def diagnose(
         values=found.sizes[found.likeliest].machine,
         late=late,
         late_before=late_before,
-        mistaken=mistaken,
-        next_test=ONE_MARK if moved else PUT_RIGHT if mistaken else DRIFT if drift else next_test(judged, found.field),
+        mistaken=mistaken.why if mistaken is not None else None,
+        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
@@ -168,10 +159,26 @@ def diagnose(
             *unlike,
             *stated_remarks(found.likeliest.problem, found.likeliest.fit.point),
             *slowed_otherwise,
-            *([f"{otherwise}. The verdict does not rest on it"] if otherwise is not None else []),
+            *remarked,
         ),
         seconds=time.monotonic() - began,
     )
+
+
+@dataclass(frozen=True)
+class _Obstacle:
+    """What is wrong with the drops or the machine file, so that no model can be believed, and the test that it asks for."""
+
+    why: str
+    next_test: str
+
+
+def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | None:
+    """Return what shows before any cause is sought: a mark that moved, cables or a machine file that are wrong."""
+    if moved := moved_mark(drops):
+        return _Obstacle(moved, ONE_MARK)
+    doubt = machine_doubt(problem)
+    return _Obstacle(doubt, PUT_RIGHT) if doubt is not None else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,10 +222,26 @@ def _first_judged(
     return _judged(field, proof, lead, suspected, slowed.proof() if slowed is not None and slowed.base.causes else None)
 
 
-def _drift(found: _Judged, horizons: Sequence[float]) -> str | None:
-    """Say which probe drifts; what does not act in contacts has exact laws, and needs no such doubt."""
+def _drift(found: _Judged, horizons: Sequence[float]) -> _Obstacle | None:
+    """Return which probe drifts; what does not act in contacts has exact laws, and needs no such doubt."""
     doubtful = found.verdict.kind is Kind.UNKNOWN or any(each.in_contacts for each in found.verdict.accused)
-    return drifting_probe(found.plain, found.likeliest, horizons) if doubtful else None
+    drifts = drifting_probe(found.plain, found.likeliest, horizons) if doubtful else None
+    return _Obstacle(drifts, DRIFT) if drifts is not None else None
+
+
+def _against(found: _Judged, obstacle: _Obstacle | None, otherwise: str | None) -> tuple[Verdict, list[str]]:
+    """Return the verdict with what speaks against every model, and remarks on what speaks against the named one only.
+
+    `otherwise` says how the rest of the record departs from simulations.
+    """
+    if obstacle is not None:
+        return outside(found.verdict, obstacle.why), []
+    if otherwise is None:
+        return found.verdict, []
+    if found.verdict.kind is Kind.NONE:
+        explained = f"the plain model explains the first {found.plain.horizon * 1e3:g} ms"
+        return outside(found.verdict, f"{explained}, but {otherwise}"), []
+    return found.verdict, [f"{otherwise}. The verdict does not rest on it"]
 
 
 def _beside_the_rest(
@@ -257,7 +280,7 @@ def _with_late_cause(
         return None
     # simulations that lie further apart are no nearer
     after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
-    if not explains(late, after):
+    if not explains_the_rest(late, after):
         return None
     why = (
         f"{wider.verdict.why}; {added.words} is told by the rest of the record, whose squared departures"
@@ -316,8 +339,7 @@ def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
             "one drop only: none can be held out, so no gain is proved; unbalance, bow and runout, which differ by how"
             " they change with speed, can hardly be told apart. Drop from two more speeds"
         )
-    speeds = [abs(drop.omega) for drop in drops]
-    if len(drops) > 1 and max(speeds) < ALIKE * min(speeds):
+    if len(drops) > 1 and of_one_speed(drops):
         out.append(
             "all drops are from one speed: unbalance, bow and runout can hardly be told apart, nor the laws of windage;"
             " drop from another speed too"

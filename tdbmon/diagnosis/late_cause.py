@@ -182,7 +182,7 @@ def departs(late: Sequence[LateRecord]) -> bool:
     return told and len(late) >= LEAST_DROPS
 
 
-def explains(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
+def explains_the_rest(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
     """True where a model leaves half of the departures of the one before at most, and none that is worth another cause."""
     return departure_of(after) < _MAY_LEAVE * departure_of(before) and not departs(after)
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.free_effect import acts_on_sensors
 
 # where cables or machine file are wrong, and where the mark moved
@@ -13,13 +16,19 @@ DRIFT = (
     "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
     " at, or of the machine"
 )
-ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
+_ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
+
+
+def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
+    """True where drops hardly differ in speed."""
+    speeds = [abs(drop.omega) for drop in drops]
+    return max(speeds) < _ALIKE * min(speeds)
 
 
 def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
     """Return one piece of advice."""
-    speeds = sorted(drop.speed for drop in contenders[0].problem.drops)
-    alike = speeds[-1] < ALIKE * speeds[0]
+    drops = contenders[0].problem.drops
+    speeds, alike = sorted(drop.speed for drop in drops), of_one_speed(drops)
     if verdict.kind is Kind.NONE and alike:
         return (
             f"drops from two speeds below {speeds[-1]:.0f} Hz: from one speed alone an unbalance, a bow and a runout look"

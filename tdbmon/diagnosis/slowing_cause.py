@@ -93,7 +93,7 @@ class Slowed:
         spacing = float(np.max(np.diff(self.sizes[max(best - 1, 0) : best + 2])))
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
-        found = followed(self.base, self.suspect, Start({size: float(self.sizes[best])}, known={size: sigma}))
+        found = _refitted(self.base, self.suspect, Start({size: float(self.sizes[best])}, known={size: sigma}))
         # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 
@@ -128,7 +128,7 @@ class Slowed:
         )
 
 
-def followed(base: Contender, suspect: Suspect, start: Start) -> Contender:
+def _refitted(base: Contender, suspect: Suspect, start: Start) -> Contender:
     """Return a model with a cause that is known from the rest of the record, fitted to its horizon again.
 
     Raises

@@ -45,19 +45,16 @@ class Unexplained:
 
 def unexplained(contender: Contender) -> Unexplained:
     """Return what a model leaves."""
-    loudest: tuple[float, int, int, Array, Array] | None = None
-    for drop in range(len(contender.problem.drops)):
-        found = contender.problem.simulated(contender.fit.point, drop, contender.horizon)
-        since, left = found.since[found.since >= 0], found.left_after
-        for row, noise in enumerate(contender.problem.drops[drop].noise):
-            there = _there(left[row])
-            over = float(np.std(there)) / noise.sigma if there.size else 0.0
-            if loudest is None or over > loudest[0]:
-                loudest = (over, drop, row, since, left[row])
-    if loudest is None:  # a problem has a drop, and a drop has probes
-        raise ValueError("a contender without drops")
-    _, drop, row, since, series = loudest
-    measured = contender.problem.drops[drop]
+    drops = contender.problem.drops
+    left = [contender.problem.simulated(contender.fit.point, k, contender.horizon) for k in range(len(drops))]
+
+    def times_noise(at: tuple[int, int]) -> float:
+        there = _there(left[at[0]].left_after[at[1]])
+        return float(np.std(there)) / drops[at[0]].noise[at[1]].sigma if there.size else 0.0
+
+    drop, row = max(((k, i) for k, each in enumerate(drops) for i in range(len(each.noise))), key=times_noise)
+    measured, found = drops[drop], left[drop]
+    since, series = found.since[found.since >= 0], found.left_after[row]
     width = max(2, round(_SPAN_S / measured.interval))
     there = _there(series)
     # a missing sample is neither loud nor part of any frequency

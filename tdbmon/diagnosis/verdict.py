@@ -175,11 +175,16 @@ def _one_of_a_kind(case: _Case) -> Verdict | None:
     )
     accused = tuple(each for each in case.contenders if each.effects == best.effects)
     total = sum(p for p, each in zip(case.probabilities, case.contenders, strict=True) if each in accused)
+    shared = share * (1 + len(alike))
+    probabilities = tuple(
+        p * (share / total if each in accused else min(1.0, (1 - shared) / (1 - total)))
+        for p, each in zip(case.probabilities, case.contenders, strict=True)
+    )
     why = (
         f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; so far"
         " waves, lobes and a ball look alike"
     )
-    return Verdict(Kind.AMBIGUOUS, accused, tuple(share / total * each for each in case.probabilities), why, alike)
+    return Verdict(Kind.AMBIGUOUS, accused, probabilities, why, alike)
 
 
 def _looks_like_chance(case: _Case) -> Verdict | None:
@@ -294,9 +299,12 @@ def clear_of_nothing(cause: Suspect, sizes: Mapping[str, Estimate]) -> bool:
 
 
 def _clear(size: Estimate | None, off: float | str) -> bool:
-    """True where the interval of a size does not hold the value at which the effect is off."""
+    """True where the interval of a size does not hold the value at which the effect is off.
+
+    One that has none is at the end of what it can be, or so large that a little more is the same.
+    """
     if size is None or size.low is None or size.high is None or isinstance(off, str):
-        return size is not None
+        return size is not None and size.value != off
     return not size.low <= off <= size.high
 
 

@@ -103,6 +103,8 @@ def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed,
     assert asked.exact_excess == pytest.approx(asked.excess, rel=0.05)
     assert weighed(tiny) is tiny
     assert weighed(replace(gain, floor=gain.ratio / 1.5)).exact_excess == math.inf
+    # it belongs to the causes it was reckoned for
+    assert with_cause(asked, everyone[0], Start(everyone[0].usual_values)).exact_excess == math.inf
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
@@ -446,3 +448,34 @@ def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
     assert not found.fails
     assert found.starts()[0].shared["cubic"] == pytest.approx(1e18, rel=0.1)
     assert exchanged(fallen, found, asked, horizons) is found  # nothing does better
+
+
+@pytest.mark.parametrize(
+    ("horizon", "asks", "held", "tried"),
+    [(0.018, True, True, True), (0.018, False, True, False), (0.018, True, False, False), (0.022, False, True, True)],
+)
+def test_a_cause_that_held_and_fails_is_exchanged_where_one_more_beside_it_is_in_vain(
+    competed, monkeypatch, horizon, asks, held, tried
+):
+    """A probe's gain beside a hardening support: at 14 ms an anisotropic support in its place left noise alone."""
+    from tdbmon.diagnosis import contest as module
+
+    plain = next(each for each in competed if not each.causes)
+    lost = replace(contender(plain, (), 0, 8.0), horizon=horizon)
+    failing = replace(contender(plain, ("support_anisotropy@DE",), 0, 3.0), horizon=horizon)
+    better = replace(contender(plain, ("hardening_support@DE",), 0, 1.0), horizon=horizon)
+    search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
+
+    def in_vain(plain, field, _):
+        search.rounds -= asks
+        return plain, field
+
+    asked = []
+    monkeypatch.setattr(search, "compared", in_vain)
+    monkeypatch.setattr(module, "exchanged", lambda _, best, *rest: asked.append(best) or better)
+    for step in ("_refit", "_deepen", "_free_stated_values"):
+        monkeypatch.setattr(module._Contest, step, lambda self: None)
+    under_way = _Contest(search, lost, [failing], sound=(failing,) if held else ())
+    under_way._over(horizon)
+    assert asked == ([failing] if tried else [])
+    assert (under_way.best is better) == tried

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tdbmon.diagnosis.late_cause import explains
+from tdbmon.diagnosis.late_cause import explains_the_rest
 from tdbmon.diagnosis.late_record import (
     IN_ONE_DROP,
     STAYS_ELSEWHERE,
@@ -94,8 +94,8 @@ def test_a_whirl_as_long_but_turned_is_seen_where_simulations_know_its_phase():
 def test_a_model_after_which_the_rest_still_departs_does_not_explain_it():
     far, near, there = made(20.0), made(5.0), made()
     assert near.departure < far.departure / 3
-    assert not explains([far, far], [near, near])
-    assert explains([far, far], [there, there])
+    assert not explains_the_rest([far, far], [near, near])
+    assert explains_the_rest([far, far], [there, there])
 
 
 def test_simulations_that_lie_further_apart_are_no_nearer():

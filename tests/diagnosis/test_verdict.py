@@ -232,6 +232,9 @@ def test_what_a_cause_has_beside_its_size_does_not_make_it_clear(competed):
     speed = {"stribeck_speed_m_per_s": Estimate(1.5, 1.2, 1.8, "m/s")}
     assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.19, -0.22, 0.6, "1")})
     assert clear_of_nothing(friction, speed | {"static_excess": Estimate(0.17, 0.08, 0.25, "1")})
+    # at the end of its range that is no effect, it has no interval
+    assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.0, why="at its bound")})
+    assert clear_of_nothing(friction, speed | {"static_excess": Estimate(0.9, why="at its bound")})
 
 
 def test_a_size_that_may_as_well_be_none_is_not_named(competed):
@@ -288,6 +291,22 @@ def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_non
 
     assert doubted(named, plain, sized(-0.4e-6, 2.5e-6), much).kind is Kind.NONE
     assert doubted(named, plain, sized(0.4e-6, 2.5e-6), much).kind is Kind.NAMED
+
+
+def test_what_looks_alike_leaves_no_more_than_certainty_to_the_others(competed):
+    """Three that look alike have 0.6 together; a rival that is nearly as likely as the fitted one has the rest at most."""
+    plain = next(each for each in competed if not each.causes)
+    everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
+    ball = replace(contender(plain, ("off_sized_ball@DE",), 10, 0.95), failed_s=0.033)
+    rival = contender(plain, ("support_anisotropy@DE",), 9, 0.95)
+    judged = verdict([ball, rival, contender(plain, (), 0, 8.0)], None, suspects=everyone)
+    assert judged.alike
+    assert judged.probabilities[0] == pytest.approx(0.2)
+    assert 0 < judged.probabilities[1] <= 0.4
+    assert sum(judged.probabilities) + sum(each.probability for each in judged.alike) <= 1
+    alone = verdict([ball, rival, contender(plain, (), 0, 8.0)], None)
+    assert alone.probabilities[0] == pytest.approx(0.6)
+    assert sum(alone.probabilities) <= 1
 
 
 def test_waves_of_two_orders_that_are_as_likely_are_one_cause_with_the_values_of_the_likelier_order(crew):
