@@ -36,7 +36,7 @@ from tdbmon.diagnosis.contender import (
     weighed,
 )
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.held_out import LEAST_DROPS, proved, to_be_seen
+from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, to_be_seen
 from tdbmon.diagnosis.met_alike import (
     at_other_angles,
     at_other_sizes,
@@ -181,7 +181,7 @@ class _Contest:
             return False
         try:
             before = settled(named, self.horizon, SLOPES)
-            return before.ratio > HARDLY * before.floor and proved(before, best).seen
+            return before.ratio > HARDLY * before.floor and proof_of(before, best).seen
         except InputError:
             return False
 
@@ -198,7 +198,7 @@ class _Contest:
         if wider.bic > best.bic - SIMPLER:
             return
         try:
-            proof = proved(best, wider)
+            proof = proof_of(best, wider)
         except InputError:
             return
         if proof.seen if to_be_seen(best, wider) else proof.shown:

@@ -13,7 +13,7 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.contest import HORIZONS, contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
-from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proved
+from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
@@ -215,7 +215,7 @@ def _first_judged(
     best, proof = _best_with_cause(field), None
     if best is not None and len(best.problem.drops) >= LEAST_DROPS:
         progress("holding out a drop")
-        proof = slowed.proof() if slowed is not None and not slowed.base.causes else proved(plain_of(field), best)
+        proof = slowed.proof() if slowed is not None and not slowed.base.causes else proof_of(plain_of(field), best)
     progress("estimating sizes")
     # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
     lead = PLAIN_LEAD if slowed is None else 0.0
@@ -267,7 +267,7 @@ def _with_late_cause(
     if not causes:
         return None
     # three effects at two ends or both: no hundred suspects here either
-    proof = proved(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
+    proof = proof_of(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
     wider = _judged(field, proof, 0.0, suspected, late=causes)
     if not wider.verdict.accused:
         return None

@@ -135,7 +135,7 @@ class HeldOut:
         return 1 - (self.extended - self.noise) / (self.plain - self.noise)
 
 
-def proved(plain: Contender, extended: Contender) -> HeldOut:
+def proof_of(plain: Contender, extended: Contender) -> HeldOut:
     """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
 
     The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop

@@ -13,6 +13,9 @@ TEMPERATURE = 15.0  # by which differences of the criterion count less than for 
 # the same between two causes that act on the sensors of one end: an angle and a leak differ by the square of their size only,
 # and of four that led over the other by 29 to 330 one was right
 _TEMPERATURE_OF_SENSORS = 150.0
+# weight of a cause in no catalogue beside the best model's 1, where that one leaves as much as an explanation may; and the power
+# of what is left with which it changes: a fifth more makes four times as much
+_OUTSIDE, _STEEP = 0.05, 8
 _DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
 GAINED = 0.8  # on a drop held out
 # of causes named with more than that, on synthetic drops of another program, 154 of 163 were there by earlier methods, and
@@ -50,8 +53,8 @@ def probabilities_of(contenders: Sequence[Contender], lead: float = PLAIN_LEAD) 
         for c, each in zip(criteria, contenders, strict=True)
     ]
     # a model that leaves much is likely to lack something that is in no catalogue
-    outside = min(best.ratio / EXPLAINED, 1.0 if explains(best, plain_of(contenders)) else math.inf) ** 8
-    total = sum(weights) + outside * 0.05
+    outside = min(best.ratio / EXPLAINED, 1.0 if explains(best, plain_of(contenders)) else math.inf) ** _STEEP
+    total = sum(weights) + _OUTSIDE * outside
     return tuple((1 - WRONG) * w / total for w in weights)
 
 

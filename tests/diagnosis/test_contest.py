@@ -197,7 +197,7 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
     monkeypatch.setattr(
         module, "settled", lambda each, *_: contender(plain, ("probe_gain@DE_A",), 0, left * each.floor)
     )
-    monkeypatch.setattr(module, "proved", lambda before, after: SimpleNamespace(seen=seen))
+    monkeypatch.setattr(module, "proof_of", lambda before, after: SimpleNamespace(seen=seen))
     held = _Contest(Search(plain, (), (0.006,), lambda _: None), plain, [both], plain.horizon)
     assert held.adds_to(named) is adds
     assert not replace(held, others=[named]).adds_to(named)

@@ -45,7 +45,7 @@ def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
     extended = SimpleNamespace(horizon=0.04, of_each_drop=of_each_drop, in_contacts=in_contacts, fits_much=fits_much)
-    return held_out.proved(plain((60, 100, 150, 210), ratios), extended)
+    return held_out.proof_of(plain((60, 100, 150, 210), ratios), extended)
 
 
 def test_a_drop_proves_nothing_before_the_plain_model_fails_there(monkeypatch):
