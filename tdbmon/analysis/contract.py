@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -206,12 +207,18 @@ def _contacts(count: Estimate) -> dict[str, Any]:
     return {name: None if n is None else int(n) for name, n in bounds.items()} | {"contacts_why": count.why or None}
 
 
+def _any(found: Iterable[bool | None]) -> bool | None:
+    """Return whether one is true; None where none is, but one is not known."""
+    known = list(found)
+    return True if any(known) else None if None in known else False
+
+
 def _whirl(analysis: Analysis) -> dict[str, Any]:
     """Return whether the shaft whirled, null where the record shows no orbit."""
     whirls, unseen = analysis.whirl, analysis.planes is None
     return {
-        "backward": None if unseen else any(w.backward for w in whirls.values()),
-        "full": None if unseen else any(w.full for w in whirls.values()),
+        "backward": None if unseen else _any(w.backward for w in whirls.values()),
+        "full": None if unseen else _any(w.full for w in whirls.values()),
         "ends": {
             end: {
                 "backward": w.backward,

@@ -12,6 +12,9 @@ whole turns about the clearance centre:
 An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.  Its times are those of
 the longest run of quarter turns without a slow one: in its first and last turn, where a swing may be, one that takes more than
 twice the usual time, between them more than four times, since on a path that is not round they take unequal ones.
+
+A probe that is cut off hides part of every turn: an arc of less than a third of a turn is bridged, if the shaft enters and
+leaves it at a pace that fits.  Where more stays hidden than a few turns take, that no whirl was found says nothing.
 """
 
 from __future__ import annotations
@@ -32,6 +35,9 @@ _TURN, _BACK = 2 * np.pi, np.pi / 2
 _QUARTERS = 4  # in a turn
 _SLOW, _STOPS = 2.0, 4.0  # times the usual quarter turn's time: at the ends of an advance, and within it
 _RATE_HZ = 2500.0  # of the samples looked at
+_ARC = _TURN / 3  # that missing samples may hide, and the way round is not in doubt
+_PACE = 3  # samples on either side, by which the pace of the shaft is told
+_HIDDEN_S = 0.02  # hidden altogether: some turns of a whirl
 _RULE = "begin of the advance, by the rule of a whole turn"
 
 
@@ -78,6 +84,8 @@ class Whirl:
         The longest advance of each kind; None where there is none.
     drawn : bool
         Whether it was told about the drawing's gap and the probes' zero, for want of a clearance circle.
+    hidden : str
+        How much of the orbit is missing, where that may hide a whirl; empty where it may not.
     """
 
     backward_onset: Estimate
@@ -87,26 +95,35 @@ class Whirl:
     longest_backward: Advance | None = None
     longest_full: Advance | None = None
     drawn: bool = False
+    hidden: str = ""
 
     @property
-    def backward(self) -> bool:
-        """True where the shaft goes round against its rotation."""
-        return self.longest_backward is not None
+    def backward(self) -> bool | None:
+        """True where the shaft goes round against its rotation; None where none was found, but may be hidden."""
+        return self._told(self.longest_backward)
 
     @property
-    def full(self) -> bool:
-        """True where it goes round the whole clearance."""
-        return self.longest_full is not None
+    def full(self) -> bool | None:
+        """True where it goes round the whole clearance; None where none was found, but may be hidden."""
+        return self._told(self.longest_full)
 
     @property
-    def backward_longest_s(self) -> float:
-        """Duration of the longest advance against the rotation, s; 0 where there is none."""
-        return self.longest_backward.duration_s if self.longest_backward else 0.0
+    def backward_longest_s(self) -> float | None:
+        """Duration of the longest advance against the rotation, s; 0 where there is none, None where it may be hidden."""
+        return self._longest_s(self.longest_backward)
 
     @property
-    def full_longest_s(self) -> float:
-        """Duration of the longest advance right round, s; 0 where there is none."""
-        return self.longest_full.duration_s if self.longest_full else 0.0
+    def full_longest_s(self) -> float | None:
+        """Duration of the longest advance right round, s; 0 where there is none, None where it may be hidden."""
+        return self._longest_s(self.longest_full)
+
+    def _told(self, longest: Advance | None) -> bool | None:
+        return None if longest is None and self.hidden else longest is not None
+
+    def _longest_s(self, longest: Advance | None) -> float | None:
+        if longest is None:
+            return None if self.hidden else 0.0
+        return longest.duration_s
 
     @property
     def worst(self) -> Advance | None:
@@ -149,25 +166,27 @@ def find_whirl(
         If `gap` is not positive.
     """
     time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
+    hidden = _hidden(time, radius)
     full = _advances(time, angle, radius >= _FULL)
     backward = [a for a in _advances(time, angle, radius >= _BACKWARD) if a.turns < 0]
     longest, longest_backward, longest_full = (
         max(advances, key=lambda a: a.duration_s, default=None) for advances in (full + backward, backward, full)
     )
     return Whirl(
-        backward_onset=_onset(backward, "the shaft does not go round against its rotation"),
-        full_onset=_onset(full, "the shaft does not go round the whole clearance"),
-        frequency=longest.frequency if longest else Estimate.missing("Hz", "no whirl was found"),
+        backward_onset=_onset(backward, hidden or "the shaft does not go round against its rotation"),
+        full_onset=_onset(full, hidden or "the shaft does not go round the whole clearance"),
+        frequency=longest.frequency if longest else Estimate.missing("Hz", hidden or "no whirl was found"),
         last_s=max((a.until_s for a in full + backward), default=-np.inf),
         longest_backward=longest_backward,
         longest_full=longest_full,
+        hidden=hidden,
     )
 
 
 def _polar(
     planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, radius in gaps and angle about the centre (positive with the rotation), thinned."""
+    """Time, radius in gaps and angle about the centre (positive with the rotation), thinned; short hidden arcs are bridged."""
     if not gap > 0:
         raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
@@ -175,7 +194,33 @@ def _polar(
     some = slice(int(np.searchsorted(time, start_s)), None, every)
     xy = planes.displacement.sel(end=end).transpose("axis", "time").to_numpy()[:, some]
     x, y = xy[0] - centre[0], sense * (xy[1] - centre[1])
-    return time[some], np.hypot(x, y) / gap, np.arctan2(y, x)
+    return time[some], *_bridged(np.hypot(x, y) / gap, np.arctan2(y, x))
+
+
+def _bridged(radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return radius and angle with missing samples filled where they hide an arc that the shaft passed without doubt."""
+    for run in runs_of(np.isnan(angle)):
+        before, after = run.start - 1, run.stop
+        if before < _PACE or after + _PACE >= len(angle):
+            continue
+        arc = np.angle(np.exp(1j * (angle[after] - angle[before])))
+        sides = angle[before - _PACE : before + 1], angle[after : after + _PACE + 1]
+        paces = [np.mean(np.angle(np.exp(1j * np.diff(side)))) for side in sides]
+        steps = after - before
+        # a gap beside leaves no pace; a whole turn more or less would be told by it
+        if abs(arc) < _ARC and abs(np.mean(paces) * steps - arc) < _BACK:
+            share = np.arange(1, steps) / steps
+            angle[run] = angle[before] + arc * share
+            radius[run] = radius[before] + (radius[after] - radius[before]) * share
+    return radius, angle
+
+
+def _hidden(time: np.ndarray, radius: np.ndarray) -> str:
+    """Say how much of the orbit is missing, if that may hide a whirl."""
+    missing = np.isnan(radius)
+    if len(time) < 2 or missing.mean() * (time[-1] - time[0]) < _HIDDEN_S:
+        return ""
+    return f"{100 * missing.mean():.2g} % of the orbit is missing or cut off: a whirl may be hidden there"
 
 
 def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:

@@ -69,6 +69,7 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
     unsettled, untouched = end.unsettled, end.no_contact
     release = analysis.release_time
     whirl = analysis.whirl.get(end.name)
+    unwhirled = unsettled if whirl is None else whirl.hidden
     values = {
         "gap_um": gap.radius if gap else Estimate.missing("um", unsettled),
         "gap_from_swing_um": end.gap_from_swing,
@@ -82,8 +83,8 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
         "restitution": first.restitution if first else Estimate.missing("1", untouched),
         "contacts": contacts.count if contacts else Estimate.missing("1", unsettled),
         "deepest_um": end.deepest,
-        "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unsettled),
-        "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unsettled),
+        "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unwhirled),
+        "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unwhirled),
         **_levitated(analysis, end),
         "probe_ratio": _probe_ratio(analysis, end),
         **_severity(analysis, end),

@@ -118,11 +118,43 @@ def test_what_was_before_the_start_and_what_is_not_known_do_not_count():
     planes = _planes(np.ones(angle.size), angle)
     assert find_whirl(planes, "NDE", CENTRE, GAP, 1, start_s=0.0).backward
     assert not find_whirl(planes, "NDE", CENTRE, GAP, 1, start_s=0.085).backward  # 0.75 turns are left
-    planes.displacement.values[..., ::160] = np.nan  # a hole in every 0.8 of a turn
-    planes.displacement.values[..., 1::160] = np.nan
-    planes.displacement.values[..., 2::160] = np.nan
-    planes.displacement.values[..., 3::160] = np.nan
-    assert not find_whirl(planes, "NDE", CENTRE, GAP, 1).backward
+
+
+@pytest.mark.parametrize(("arc", "found"), [(0.05, True), (0.25, True), (0.45, None)])
+def test_a_cut_off_probe_hides_an_arc_of_every_turn(arc, found):
+    """A backward whirl that a probe of too small a range sees in part: told as far as the way round is not in doubt."""
+    angle = _ramp(-20.0, 50.0)
+    planes = _planes(np.ones(angle.size), angle)
+    cut = np.abs(np.angle(np.exp(1j * (angle + np.pi / 2)))) < np.pi * arc
+    planes.displacement.values[..., cut] = np.nan
+    whirl = find_whirl(planes, "NDE", CENTRE, GAP, 1)
+    assert whirl.backward is found
+    assert whirl.full is found
+    if found:
+        assert whirl.backward_longest_s == pytest.approx(20 / 50.0, abs=0.5 / 50.0)
+        assert whirl.frequency.value == pytest.approx(50.0, rel=0.02)
+    else:
+        assert whirl.backward_longest_s is None
+        assert "% of the orbit is missing" in whirl.backward_onset.why
+
+
+def test_missing_samples_are_no_turns():
+    """A swing whose bottom is cut off turns back, and a hole that may hold whole turns is not bridged by the short way."""
+    swing = _swing(0.5, 1.0)
+    planes = _planes(np.ones(swing.size), swing)
+    planes.displacement.values[..., np.abs(swing + np.pi / 2) < 0.5] = np.nan
+    assert not find_whirl(planes, "NDE", CENTRE, GAP, 1).full
+    angle = _ramp(-6.0, 50.0)
+    planes = _planes(np.ones(angle.size), angle)
+    for begin in (160, 440, 720):  # 1.1 turns in each hole: 0.3 of a turn are seen between them
+        planes.displacement.values[..., begin : begin + 220] = np.nan
+    assert find_whirl(planes, "NDE", CENTRE, GAP, 1).backward is None
+
+
+def test_some_lost_samples_hide_no_whirl():
+    planes = _planes(np.full(5000, 0.2), _ramp(-25.0, 50.0)[:5000])
+    planes.displacement.values[..., 100:150] = np.nan
+    assert find_whirl(planes, "NDE", CENTRE, GAP, 1).backward is False
 
 
 def test_a_gap_must_be_one():

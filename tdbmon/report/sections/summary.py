@@ -120,6 +120,8 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
             found.append(
                 Verdict(f"{end}: whirl right round the clearance, from {words(whirl.full_onset)}.", "attention")
             )
+        elif whirl.hidden:
+            found.append(Verdict(f"{end}: whirl around the clearance is not judged: {whirl.hidden}.", "attention"))
     if found:
         return found
     where = "" if len(analysis.whirl) == len(analysis.ends) else f" at {' and '.join(analysis.whirl)}"

@@ -30,13 +30,16 @@ def section(analysis: Analysis) -> Section | None:
                 _found(w.full, w.full_onset),
                 words(w.frequency) if w.frequency.known else "–",
             ),
-            "attention" if w.backward or w.full else "plain",
+            "attention" if w.backward or w.full or w.hidden else "plain",
         )
         for end, w in analysis.whirl.items()
     )
     header = ("End", "Backward whirl", "Right round the ring, in either sense", "Frequency of the longest")
     blocks.append(Table("Whirl after the release (times from the record's first sample)", header, rows))
     drawn = [end for end, w in analysis.whirl.items() if w.drawn]
+    for end, w in analysis.whirl.items():
+        if w.hidden:
+            blocks.append(Paragraph(f"At {end} {w.hidden}."))
     if drawn:
         blocks.append(
             Paragraph(
@@ -47,5 +50,7 @@ def section(analysis: Analysis) -> Section | None:
     return Section("Whirl", tuple(blocks))
 
 
-def _found(found: bool, onset: Estimate) -> str:
+def _found(found: bool | None, onset: Estimate) -> str:
+    if found is None:
+        return "not judged"
     return f"from {words(onset)}" if found else "none found"
