@@ -29,10 +29,14 @@ _UNITS = {
     1 / 60: "Hz written as rpm",
     2 * np.pi: "rad/s written as Hz",
     1 / (2 * np.pi): "Hz written as rad/s",
+    2 * np.pi / 60: "rad/s written as rpm",
+    60 / (2 * np.pi): "rpm written as rad/s",
 }
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
 _WHEELS = {1 / n: f"{n} pulses a revolution (pulses_per_revolution = {n} in [keyphasor])" for n in range(3, 49)}
 _CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
+_NEARLY, _EXACTLY = 0.03, 0.01  # relative, to a fault's factor: a wheel's teeth are a whole number
+_NEAR = 0.3  # relative, of two speeds: no count of whole marks makes one of the other
 _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
 _AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
@@ -71,7 +75,8 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     compared = _over_pulses(ds, marks)
     if compared is not None:
         if not compared.agree:
-            return Check("speed", "speed", False, _differ(compared.ratio, "".join(refuted(ds, machine))))
+            left_out = "".join(refuted(ds, machine))
+            return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
         stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
         wrong = _miscounted(lines, stated, machine)
         if stated is not None and wrong is not None:
@@ -169,13 +174,16 @@ def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
     return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
 
-def _differ(ratio: float, wrong: str) -> str:
+def _differ(ratio: float, wrong: str, misscaled: bool) -> str:
     """Say what may make the speed signal read `ratio` times the keyphasor's speed, and which of the two is left out.
+
+    `misscaled` is true where it is likelier to be scaled wrongly than the mark to be miscounted.
 
     Keyphasor and levitated shaft are both timed by the record's clock, so that they agree with each other where it is wrong.
     """
     times = f"{ratio:.4g} times the keyphasor's speed"
-    signal = _named(ratio, _UNITS | _COUNTS | _WHEELS)
+    # teeth that are counted one by one are no fault where the shaft turns as the keyphasor counts
+    signal = _named(ratio, _UNITS | _COUNTS | ({} if wrong == "speed" else _WHEELS))
     if wrong == "keyphasor" or ratio <= 0:
         judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
         return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"
@@ -184,7 +192,9 @@ def _differ(ratio: float, wrong: str) -> str:
     clock = _named(ratio, _CLOCKS)
     causes = f"{signal or 'a wrong unit'}, or a sampling rate stated {off}{clock and f' ({clock})'}"
     judged = (
-        ". The levitated shaft bears out the keyphasor, by the same clock: the speed signal is left out"
+        ". A mark once a revolution is not miscounted by so little: the speed signal is left out"
+        if misscaled
+        else ". The levitated shaft bears out the keyphasor, by the same clock: the speed signal is left out"
         if wrong
         else ""
     )
@@ -249,21 +259,26 @@ def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float
 def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
     """Return which channels of the speed are wrong, "speed" and "keyphasor"; none where that is not decided.
 
-    Signal and keyphasor that differ are judged by the lines of the levitated shaft at the one and at the other.  Those that
-    agree, and either alone, are refuted where the shaft turns at a half or a third of what they count; a signal alone also
-    where the shaft's line is a unit's factor away, or elsewhere while none stands at the stated speed.
+    Signal and keyphasor that differ are judged by the lines of the levitated shaft at the one and at the other; where these
+    do not decide and the two are near each other, the keyphasor counts.  Those that agree, and either alone, are refuted
+    where the shaft turns at a half or a third of what they count; a signal alone also where the shaft's line is a unit's
+    factor away, or elsewhere while none stands at the stated speed.
     """
     marks = _marks(ds, machine)
     lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
     stated = _counted_at_start(marks) if signal is None else signal
-    if lines is None or stated is None or stated <= 0:
+    if stated is None or stated <= 0:
         return ()
     compared = _over_pulses(ds, marks)
     if compared is not None and not compared.agree:
         counted = stated / compared.ratio
-        if lines.outdoes(counted, stated, _LIKELIER):
+        if lines is not None and lines.outdoes(counted, stated, _LIKELIER):
             return ("speed",)
-        return ("keyphasor",) if lines.outdoes(stated, counted, _LIKELIER) else ()
+        if lines is not None and lines.outdoes(stated, counted, _LIKELIER):
+            return ("keyphasor",)
+        return ("speed",) if _misscaled(compared, machine) else ()
+    if lines is None:
+        return ()
     wrong = _miscounted(lines, stated, machine)
     if wrong is not None and wrong.sure:
         return tuple(name for name in ("speed", "keyphasor") if name in ds)
@@ -271,6 +286,12 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
         return ()
     elsewhere = _elsewhere(ds, lines, stated, machine.mains) is not None
     return ("speed",) if elsewhere or _unit_factor(lines, stated, machine.mains) is not None else ()
+
+
+def _misscaled(compared: _Ratio, machine: Machine) -> bool:
+    """True where a signal is a little off a mark that passes once a revolution, which is missed or doubled by whole turns."""
+    once = machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
+    return once and abs(compared.ratio - 1) < _NEAR
 
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
@@ -380,5 +401,9 @@ def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> floa
 
 def _named(ratio: float, kinds: dict[float, str]) -> str:
     """Return the fault of a kind that makes a speed read about `ratio` times too much, or nothing."""
-    nearest = min(kinds, key=lambda each: abs(np.log(max(abs(ratio), 1e-9) / each)))
-    return kinds[nearest] if 0.9 < abs(ratio) / nearest < 1.1 else ""
+
+    def apart(factor: float) -> float:
+        return abs(float(np.log(max(abs(ratio), 1e-9) / factor)))
+
+    possible = [each for each in kinds if apart(each) < (_EXACTLY if each in _WHEELS else _NEARLY)]
+    return kinds[min(possible, key=apart)] if possible else ""

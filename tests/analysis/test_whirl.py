@@ -144,7 +144,7 @@ def test_missing_samples_are_no_turns():
     planes = _planes(np.ones(swing.size), swing)
     planes.displacement.values[..., np.abs(swing + np.pi / 2) < 0.5] = np.nan
     assert not find_whirl(planes, "NDE", CENTRE, GAP, 1).full
-    angle = _ramp(-6.0, 50.0)
+    angle = _ramp(-5.0, 50.0)
     planes = _planes(np.ones(angle.size), angle)
     for begin in (160, 440, 720):  # 1.1 turns in each hole: 0.3 of a turn are seen between them
         planes.displacement.values[..., begin : begin + 220] = np.nan

@@ -106,6 +106,26 @@ def test_two_marks_on_the_shaft_leave_the_keyphasor_out() -> None:
     assert analyse(raw, machine()).angle is None
 
 
+@pytest.mark.parametrize("factor", [0.93, 1.07, 1.1, 1.2])
+@pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
+def test_a_signal_that_is_some_per_cent_off_gives_way_to_the_mark(path: Path, factor: float) -> None:
+    """So near that 0.1 s of levitation hardly tells their lines apart; a mark once a revolution is missed by whole turns."""
+    raw = read(path)
+    raw["speed"] = raw["speed"].copy(data=raw["speed"].values * factor)
+    ds = assign(raw, machine())
+    assert refuted(ds, machine()) == ("speed",)
+    assert "the speed signal is left out" in _speed_check(ds).detail
+
+
+def test_radians_a_second_written_as_revolutions_a_minute_are_named() -> None:
+    raw = read(SHORT[1])
+    raw["speed"] = raw["speed"].copy(data=raw["speed"].values * 2 * np.pi / 60)
+    ds = assign(raw, machine())
+    assert "rad/s written as rpm" in _speed_check(ds).detail
+    assert "pulses a revolution" not in _speed_check(ds).detail
+    assert refuted(ds, machine()) == ("speed",)
+
+
 @pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
 @pytest.mark.parametrize(
     ("stretch", "words"),
