@@ -12,7 +12,7 @@ import typer
 
 from tdbmon.arguments import JsonFile, MachineFile, Reports, one_by_one
 from tdbmon.history.app import archive_app, compare
-from tdbmon.json_file import write_json
+from tdbmon.json_file import say, write_json
 from tdbmon.progress import on_terminal
 
 # small matrices: threads of the linear algebra library only get in each other's way; must precede numpy
@@ -68,9 +68,8 @@ def inspect(
 
     check_outputs([json_file], [file])
     found = look(file)
-    for line in found.lines():
-        typer.echo(line)
-    write_json(json_file, found.to_json())
+    written = write_json(json_file, found.to_json())
+    say([*found.lines(), *written])
 
 
 @app.command()
@@ -141,10 +140,8 @@ def simulate(
         from tdbmon.record.read import write
 
         write(drop, out)
-    for line in simulation_lines(drop, loaded):
-        typer.echo(line)
-    write_json(json_file, simulation_json(drop, loaded))
-    typer.echo(f"record: {out}")
+    written = write_json(json_file, simulation_json(drop, loaded))
+    say([*simulation_lines(drop, loaded), *written, f"record: {out}"])
 
 
 @app.command()
@@ -186,9 +183,8 @@ def identifiability(
     with on_terminal() as tell:
         tell("reading the machine and compiling the model")
         found = run(load_machine(machine), [speed_of(text) for text in speed], noise_of(noise), tell)
-    for line in identifiability_lines(found):
-        typer.echo(line)
-    write_json(json_file, identifiability_json(found))
+    written = write_json(json_file, identifiability_json(found))
+    say([*identifiability_lines(found), *written])
 
 
 @app.command()

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 
-def write_json(path: Path | None, content: dict[str, Any]) -> None:
-    """Write a command's results, where a file is named, and say so."""
-    if path is None:
-        return
-    import typer
+def write_json(path: Path | None, content: dict[str, Any]) -> list[str]:
+    """Write a command's results, where a file is named, and return what to say of it.
 
+    Written before anything is printed: whoever reads the output may close it after a line.
+    """
+    if path is None:
+        return []
     from tdbmon.atomic import write_text
 
     write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
-    typer.echo(f"json: {path}")
+    return [f"json: {path}"]
+
+
+def say(lines: Iterable[str]) -> None:
+    """Print what a command found, and what it wrote."""
+    import typer
+
+    for line in lines:
+        typer.echo(line)

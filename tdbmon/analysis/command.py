@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import typer
 from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse as run
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
-from tdbmon.json_file import write_json
+from tdbmon.json_file import say, write_json
 from tdbmon.machine_file import calibration_head, check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
@@ -52,22 +51,15 @@ def analyse(
             document = build_report(result, fitted=fitted)
             for write in writers:
                 write(document)
-    for line in summary_lines(result, fitted is not None):
-        typer.echo(line)
+    lines, content = list(summary_lines(result, fitted is not None)), analysis_json(result)
+    written = []
     if fitted is not None:
-        from tdbmon.identify.contract import force_lines
+        from tdbmon.identify.contract import force_lines, with_fitted
 
-        for line in force_lines(fitted.calibration, fitted.forces):
-            typer.echo(line)
+        lines += force_lines(fitted.calibration, fitted.forces)
+        content = with_fitted(content, fitted)
         if calibrated is not None:
             write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
-            typer.echo(f"machine: {calibrated}")
-    if json_file is not None:
-        content = analysis_json(result)
-        if fitted is not None:
-            from tdbmon.identify.contract import with_fitted
-
-            content = with_fitted(content, fitted)
-        write_json(json_file, content)
-    for path in report or []:
-        typer.echo(f"report: {path}")
+            written.append(f"machine: {calibrated}")
+    written += [*write_json(json_file, content), *(f"report: {path}" for path in report or [])]
+    say([*lines, *written])

@@ -18,6 +18,7 @@ from tdbmon.analysis.whirl import Whirl
 from tdbmon.record.finding import Check
 
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
+_NEARER = 0.5  # times the angle that a cause must leave at most, beside being within that
 
 
 def check_orientation(
@@ -44,6 +45,7 @@ def check_orientation(
         What `returned` says of each end.
     checks : sequence of Check
         Of the channels: an end with a probe out of its range or cut off is not accused, for that says where to look first.
+        Where the levitated orbit goes with the rotation, a single inversion or an exchange alone is none.
     whirl : mapping, optional
         Whirl of the ends: one that whirls when the record ends is not at rest.
 
@@ -74,7 +76,8 @@ def check_orientation(
         rest = np.nanmean(tail, axis=1)
         if _restless(tail, rest, xy[:, time < start]):
             continue
-        row = _rest_row(end, rest, record, machine, release_s, len(tail[0]))
+        forward = next((check.passed for check in checks if (check.check, check.channel) == ("whirl", end)), None)
+        row = _rest_row(end, rest, record, machine, release_s, len(tail[0]), forward)
         if row.passed or not out_of_range.intersection(probe.name for probe in machine.probes_at(end)):
             rows.append(row)
     return rows
@@ -88,13 +91,19 @@ def _restless(tail: np.ndarray, rest: np.ndarray, before: np.ndarray) -> bool:
 
 
 def _rest_row(
-    end: str, rest: np.ndarray, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int
+    end: str,
+    rest: np.ndarray,
+    record: xr.Dataset,
+    machine: Machine,
+    release_s: float | None,
+    samples: int,
+    forward: bool | None,
 ) -> Check:
     angle = _from_bottom(rest)
     where = f"at rest the shaft lies {np.hypot(*rest) * 1e6:.0f} um from the probes' zero, {round(angle):+d} deg from the bottom"
     if abs(angle) <= _BOTTOM_DEG:
         return Check("rest at the bottom", end, True, where)
-    cause = _likely_cause(end, record, machine, release_s, samples)
+    cause = _likely_cause(end, record, machine, release_s, samples, forward)
     return Check("rest at the bottom", end, False, f"{where}; {cause}")
 
 
@@ -103,36 +112,49 @@ def _from_bottom(rest: np.ndarray) -> float:
     return float(np.rad2deg(np.arctan2(rest[0], -rest[1])))
 
 
-def _likely_cause(end: str, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int) -> str:
-    """Try a zero that is off, then inverted, swapped and turned probes; name what would put the shaft at the bottom."""
+def _likely_cause(
+    end: str, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int, forward: bool | None
+) -> str:
+    """Try a zero that is off, then inverted, swapped and turned probes; name what would put the shaft at the bottom.
+
+    `forward` says whether the levitated orbit goes with the rotation, which an odd number of faults would turn about.
+    """
     probes = [p for p in machine.probes_at(end) if p.name in record]
     if len(probes) != 2:
         return "check the probes' angles and signs"
     readings = np.array([float(np.nanmean(record[p.name].to_numpy()[-samples:])) for p in probes])
     angles = np.array([p.angle for p in probes])
     directions = np.column_stack([np.cos(angles), np.sin(angles)])
+    seen = _from_bottom(np.linalg.solve(directions, readings))
+
+    def at_bottom(read: np.ndarray) -> bool:
+        left = abs(_from_bottom(np.linalg.solve(directions, read)))
+        return left <= min(_BOTTOM_DEG, _NEARER * abs(seen))
+
     levitated = _levitated(probes, record, release_s)
-    if levitated is not None and abs(_from_bottom(np.linalg.solve(directions, readings - levitated))) <= _BOTTOM_DEG:
+    if levitated is not None and at_bottom(readings - levitated):
         before = " and ".join(f"{p.name} {v * 1e6:+.0f} um" for p, v in zip(probes, levitated, strict=True))
         return f"yet it fell straight down: a probe's zero is off ({before} while it levitated), check its offset"
     found = []
     for swap, signs in product((False, True), product((1, -1), repeat=2)):
         tried = (readings[::-1] if swap else readings) * np.array(signs)
-        if abs(_from_bottom(np.linalg.solve(directions, tried))) > _BOTTOM_DEG:
+        mirrored = swap != (signs[0] * signs[1] < 0)
+        if not at_bottom(tried) or forward is mirrored:
             continue
         parts = [f"probe '{p.name}' is inverted" for p, s in zip(probes, signs, strict=True) if s < 0]
+        if max(signs) < 0:
+            parts = [f"probes '{probes[0].name}' and '{probes[1].name}' are both inverted"]
         if swap:
             parts.insert(0, f"probes '{probes[0].name}' and '{probes[1].name}' are swapped")
         cures = ["exchange their channels in [channels]"] if swap else []
         if min(signs) < 0:  # holds of readings in volts and in um; a sensitivity would tell nothing of the latter
             turned = " and ".join(f"'{p.name}'" for p, s in zip(probes, signs, strict=True) if s < 0)
             cures.append(f"add 180 deg to the angle of {turned}")
-        found.append((" and ".join(parts), " and ".join(cures)))
+        found.append((swap + signs.count(-1), " and ".join(parts), " and ".join(cures)))
     if found:
-        cause, cure = min(found, key=lambda each: len(each[0]))
+        _, cause, cure = min(found)
         return f"likely {cause}: check the cabling, or, in the machine file, {cure}"
-    turn = -_from_bottom(np.linalg.solve(directions, readings))
-    return f"the probes' angles look {turn:+.0f} deg off: check them against the drawing"
+    return f"the probes' angles look {-seen:+.0f} deg off: check them against the drawing"
 
 
 def _levitated(probes: list[Probe], record: xr.Dataset, release_s: float | None) -> np.ndarray | None:

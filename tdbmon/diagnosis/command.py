@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
 import xarray as xr
 from tdbsim.machine import load_machine
 
@@ -17,7 +16,7 @@ from tdbmon.diagnosis.extended_machine import extended_head, extended_machine
 from tdbmon.diagnosis.reference import Reference, diagnose_since
 from tdbmon.diagnosis.reference_contract import reference_json, reference_lines
 from tdbmon.identify.crew import all_cores
-from tdbmon.json_file import write_json
+from tdbmon.json_file import say, write_json
 from tdbmon.machine_file import check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
@@ -57,13 +56,10 @@ def diagnose(
     lines, content = diagnosis_lines(result), diagnosis_json(result)
     if since is not None:
         lines, content = [*reference_lines(since), *lines], {**content, "reference": reference_json(since)}
-    for line in lines:
-        typer.echo(line)
-    write_json(json_file, content)
-    for path in report or []:
-        typer.echo(f"report: {path}")
+    written = [*write_json(json_file, content), *(f"report: {path}" for path in report or [])]
     if extended is not None:
-        _write_extended(result, extended)
+        written.append(_write_extended(result, extended))
+    say([*lines, *written])
 
 
 def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.Dataset]) -> Document:
@@ -74,10 +70,10 @@ def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.
     return build_diagnosis_report(result, note=synthetic_note(len(channels)) if computed else "", since=since)
 
 
-def _write_extended(result: Diagnosis, path: Path) -> None:
+def _write_extended(result: Diagnosis, path: Path) -> str:
+    """Write the machine file with what was named, and return what to say of it."""
     wider = extended_machine(result)
     if wider is None:
-        typer.echo(f"no {path} written: nothing was named")
-        return
+        return f"no {path} written: nothing was named"
     write_machine(wider, path, extended_head(result))
-    typer.echo(f"extended machine file: {path}")
+    return f"extended machine file: {path}"

@@ -14,7 +14,7 @@ from tdbsim.errors import InputError
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.matching import assembly_remarks, counts, doubts
-from tdbmon.json_file import write_json
+from tdbmon.json_file import say, write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import counted, moment, printed
 from tdbmon.record.quality import same_name
@@ -89,7 +89,7 @@ def add(
         }
         for o in outcomes
     ]
-    write_json(json_file, {"archive": str(folder), "records": rows})
+    say(write_json(json_file, {"archive": str(folder), "records": rows}))
     return 2 if failed else 0
 
 
@@ -155,7 +155,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
             typer.echo(
                 f"  {entry.id}  {entry.when:<34}{entry.speed_words:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip()
             )
-    write_json(json_file, {"drops": [entry_json(e) for e in entries]})
+    say(write_json(json_file, {"drops": [entry_json(e) for e in entries]}))
 
 
 def show(folder: Path, drop: str, json_file: Path | None) -> None:
@@ -184,9 +184,8 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
         }
         for f in filing.features
     ]
-    write_json(
-        json_file, {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis}
-    )
+    content = {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis}
+    say(write_json(json_file, content))
 
 
 def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progress) -> int:
@@ -203,7 +202,7 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progres
     if not wrong:
         typer.echo(f"{folder}: sound, {counted(len(archive.entries()), 'drop')}")
     rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
-    write_json(json_file, {"sound": not wrong, "faults": rows})
+    say(write_json(json_file, {"sound": not wrong, "faults": rows}))
     if wrong:
         raise InputError(f"{folder}: {counted(len(wrong), 'fault')} found ({wrong[0].file}: {wrong[0].what})")
     return 0
@@ -293,9 +292,7 @@ def compare(
     comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
     verdict = verdict_of(comparison)
     standing = standing_beside(archive, Judged(comparison, verdict))
-    for line in comparison_lines(comparison, verdict, standing):
-        typer.echo(line)
-    write_json(json_file, comparison_json(comparison, verdict, standing))
+    written = write_json(json_file, comparison_json(comparison, verdict, standing))
     if writers:
         from tdbmon.report.compare_report import build_compare_report
 
@@ -303,4 +300,5 @@ def compare(
         document = build_compare_report(comparison, verdict, standing)
         for write in writers:
             write(document)
+    say([*comparison_lines(comparison, verdict, standing), *written])
     return 3 if fail_on == "alarm" and (verdict.alarm or standing) else 0

@@ -173,21 +173,20 @@ def _probe_plane(drop: MeasuredDrop, end: str) -> float:
 
 
 def _contacts(time: Array, paths: Sequence[Array], touching: float, force: Array) -> tuple[ContactPair, ...]:
-    """Pair the contacts of the measured and the simulated path that overlap in time."""
+    """Pair the contacts of the measured and the simulated path that overlap in time, by their begin: one may lift off between."""
     after = time > 0
     t = time[after]
     seen = [contact_events(t, path[:, after].T, np.hypot(*path[:, after]), touching) for path in paths]
     spans = [(float(t[run][0]), float(t[run][-1])) for run in runs_of(force[after] > 0)]
     pairs: list[tuple[Contact | None, Contact | None]] = []
-    taken = set()
+    left = list(seen[1])
     for contact in seen[0]:
-        overlaps = [min(contact.end, s.end) - max(contact.start, s.start) for s in seen[1]]
-        best = int(np.argmax(overlaps)) if overlaps else -1
-        partner = seen[1][best] if best >= 0 and overlaps[best] > 0 and best not in taken else None
+        overlapping = [each for each in left if min(contact.end, each.end) > max(contact.start, each.start)]
+        partner = min(overlapping, key=lambda each: abs(each.start - contact.start), default=None)
         if partner is not None:
-            taken.add(best)
+            left.remove(partner)
         pairs.append((contact, partner))
-    pairs += [(None, contact) for i, contact in enumerate(seen[1]) if i not in taken]
+    pairs += [(None, contact) for contact in left]
     rows = [ContactPair(a, b, None if b is None else _force_within(spans, b)) for a, b in pairs]
     return tuple(sorted(rows, key=_start))
 

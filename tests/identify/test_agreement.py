@@ -81,6 +81,24 @@ def test_contacts_that_only_one_of_both_has_stand_alone():
     assert pairs[2].force == pytest.approx((0.08 + rise, 0.09 - rise), abs=1.1e-4)  # a sample
 
 
+def test_a_contact_with_a_lift_between_is_paired_by_its_begin():
+    """Simulated in two parts, of which the second is the longer: the first touch is the same in both."""
+    time = np.arange(1, 501) * 1e-4
+
+    def path(*spans):
+        radius = np.full(len(time), 250e-6)
+        for start, end in spans:
+            inside = (time >= start) & (time <= end)
+            radius[inside] += 20e-6 * np.sin(np.pi * (time[inside] - start) / (end - start))
+        return np.stack([np.zeros_like(radius), -radius])
+
+    whole, parts = path((0.01, 0.03)), path((0.01, 0.018), (0.0185, 0.03))
+    first, second = _contacts(time, [whole, parts], 251e-6, np.where(np.hypot(*parts) > 252e-6, 100.0, 0.0))
+    assert first.simulated.start == pytest.approx(first.measured.start, abs=2e-4)
+    assert second.measured is None
+    assert second.simulated.start > first.simulated.end
+
+
 def test_friction_by_sensitivity_finds_a_common_coefficient():
     """A drop with 0.12 at both ends, and a model that has all else right: the nearest orbit is that of 0.12."""
     from tdbmon.identify.calibrate import fit_drops
