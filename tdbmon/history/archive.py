@@ -29,7 +29,7 @@ from tdbmon.history.filing import Filing
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
-from tdbmon.history.twin import at_same_instant, laid, twin_of
+from tdbmon.history.twin import at_same_instant, read_and_laid, twin_of
 from tdbmon.quantity import moment
 from tdbmon.sha256 import sha256_of
 
@@ -243,7 +243,7 @@ class Archive:
 
     def _refuse_twin(self, base: sqlite3.Connection, filing: Filing, raw: Path, machine: Path) -> None:
         """Refuse another file of a measurement that is filed, and a drop at the instant of one that is."""
-        twin = twin_of(self, base, filing, lambda: laid(raw, machine))
+        twin = twin_of(self, base, filing, lambda: read_and_laid(raw, machine))
         if twin is not None:
             raise InputError(
                 f"{raw}: holds the same measurement as drop {twin.id} ({twin.raw_name}), which is filed;"

@@ -6,6 +6,7 @@ their samples decide.  So may be all drops of the machine, where a record may be
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ from tdbmon.record.same_samples import same_samples
 
 if TYPE_CHECKING:
     import xarray as xr
+    from tdbsim.machine import Machine
 
     from tdbmon.history.archive import Archive
 
@@ -64,11 +66,11 @@ def _suspects(base: sqlite3.Connection, filing: Filing) -> Iterator[tuple[Entry,
     """Yield the drops that a record may be another file of, the likely ones first, and whether all features are equal."""
     mine = _numbers(filing)
     speed = mine.get(("initial_hz", ""))
-    if speed is None:
-        near = catalogue.entries(base, "machine = ? AND speed_hz IS NULL", (filing.machine,))
+    if speed is None:  # one export may hold the speed and another not
+        near = catalogue.entries(base, "machine = ?", (filing.machine,))
     else:
         limits = (filing.machine, speed * (1 - _NEAR), speed * (1 + _NEAR))
-        near = catalogue.entries(base, "machine = ? AND speed_hz BETWEEN ? AND ?", limits)
+        near = catalogue.entries(base, "machine = ? AND (speed_hz IS NULL OR speed_hz BETWEEN ? AND ?)", limits)
     found = catalogue.features(base, [entry.result for entry in near])
     alike = set()
     for entry in near:
@@ -114,19 +116,30 @@ def _apart(one: float, other: float) -> float:
     return abs(one - other) / max(abs(one), abs(other), 1e-300)
 
 
-def laid(raw: Path, machine: Path) -> xr.Dataset:
+def laid(record: xr.Dataset, machine: Machine) -> xr.Dataset:
+    """Return a record laid over its machine, its probes named by where they look: two exports may name them otherwise."""
+    from tdbmon.record.assign import assign
+
+    places = {
+        probe.name: f"{1e3 * probe.position:.1f} mm, {math.degrees(probe.angle) % 360:.1f} deg"
+        for probe in machine.probes
+    }
+    found = assign(record, machine)
+    return found.rename({name: place for name, place in places.items() if name in found})
+
+
+def read_and_laid(raw: Path, machine: Path) -> xr.Dataset:
     """Return the record of a file laid over the machine of another."""
     from tdbsim.machine import load_machine
 
-    from tdbmon.record.assign import assign
     from tdbmon.record.read import read
 
-    return assign(read(raw), load_machine(machine))
+    return laid(read(raw), load_machine(machine))
 
 
 def _filed(archive: Archive, entry: Entry) -> xr.Dataset | None:
     """Return the record of a filed drop, or None where it cannot be read (its format's package is missing here, say)."""
     try:
-        return laid(archive.folder / entry.raw, archive.machine_file(entry.id))
+        return read_and_laid(archive.folder / entry.raw, archive.machine_file(entry.id))
     except InputError:
         return None

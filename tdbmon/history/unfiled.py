@@ -16,7 +16,7 @@ from tdbmon.history.drop import Drop
 from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
-from tdbmon.history.twin import at_same_instant, twin_of
+from tdbmon.history.twin import at_same_instant, laid, twin_of
 from tdbmon.progress import Progress
 from tdbmon.quantity import moment
 from tdbmon.sha256 import sha256_of
@@ -83,8 +83,6 @@ def record_to_compare(
                 " say whose drop it is with --machine machine.toml"
             )
         machine = archive.machine_file(entries[-1].id)
-    from tdbmon.record.assign import assign
-
     plan = load_machine(machine)
     of_machine = [entry for entry in entries if entry.machine == plan.name]
     if not of_machine:
@@ -95,7 +93,7 @@ def record_to_compare(
     assembly = of_machine[-1].assembly
     found = study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress)
     with catalogue.reading(archive.catalogue) as base:
-        twin = twin_of(archive, base, found, lambda: assign(record, plan))
+        twin = twin_of(archive, base, found, lambda: laid(record, plan))
         dated = at_same_instant(base, found) if twin is None else None
     if dated is not None:
         raise InputError(

@@ -15,7 +15,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.archive import open_archive
 from tdbmon.history.batch import add_all
 from tdbmon.history.study import Order
-from tdbmon.history.twin import laid, twin_of
+from tdbmon.history.twin import read_and_laid, twin_of
 from tdbmon.history.unfiled import drop_to_compare
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
@@ -95,6 +95,22 @@ def test_the_same_measurement_without_a_speed_is_refused_too(empty, tmp_path):
     assert f"holds the same measurement as drop {first.drop} (a.nc)" in second.why
 
 
+def test_the_same_measurement_under_other_names_and_without_its_speed_is_refused(empty, tmp_path):
+    """As another logger exports it: its own channel names, in a machine file that knows them, and no speed."""
+    record = read(YEARS / "drop_01.nc").isel(time=slice(0, 12000))
+    names = {name: f"A{k}" for k, name in enumerate(("NDE_A", "NDE_B", "DE_A", "DE_B"), 1)}
+    write(record, tmp_path / "a.nc")
+    write(record[list(names)].rename(names).map(lambda each: each.round(9), keep_attrs=True), tmp_path / "b.nc")
+    written = (YEARS / "machine.toml").read_text()
+    for name, other in names.items():
+        written = written.replace(f'"{name}"', f'"{other}"')
+    (tmp_path / "other.toml").write_text(written)
+    (first,) = add_all(empty, [Order(YEARS / "machine.toml", tmp_path / "a.nc")])
+    (second,) = add_all(empty, [Order(tmp_path / "other.toml", tmp_path / "b.nc")])
+    assert first.state == "filed"
+    assert f"holds the same measurement as drop {first.drop} (a.nc)" in second.why
+
+
 def cut(name: str, start: float, end: float, place: Path) -> Path:
     """A shipped drop from one time to another, s, rounded to 0.01 um as an export is, with its time and name gone."""
     record = read(YEARS / name)
@@ -143,7 +159,7 @@ def test_no_stretch_of_a_shipped_drop_lies_in_another():
     """Of one machine at one speed, and of one at four: levitated, in the fall, rolling, at rest."""
     for folder in ("years", "short"):
         machine = shipped(folder) / "machine.toml"
-        drops = [laid(record, machine) for record in sorted(shipped(folder).glob("*.nc"))[:4]]
+        drops = [read_and_laid(record, machine) for record in sorted(shipped(folder).glob("*.nc"))[:4]]
         for start, end in ((0.0, 0.03), (0.02, 0.7), (1 / 3, 1.0), (0.9, 1.0)):
             for one in drops:
                 size = one.sizes["time"]
@@ -153,16 +169,16 @@ def test_no_stretch_of_a_shipped_drop_lies_in_another():
 
 def test_what_two_cut_records_have_in_common_tells_that_they_are_one_drop():
     """One lacks its start, the other its end."""
-    whole = laid(YEARS / "drop_01.nc", YEARS / "machine.toml")
+    whole = read_and_laid(YEARS / "drop_01.nc", YEARS / "machine.toml")
     first, last = whole.isel(time=slice(0, 20000)), whole.isel(time=slice(10000, None))
     assert same_samples(first, last)
     assert same_samples(last, first)
-    other = laid(YEARS / "drop_02.nc", YEARS / "machine.toml").isel(time=slice(10000, None))
+    other = read_and_laid(YEARS / "drop_02.nc", YEARS / "machine.toml").isel(time=slice(10000, None))
     assert not same_samples(first, other)
 
 
 def test_probes_that_do_not_move_tell_nothing():
-    whole = laid(YEARS / "drop_01.nc", YEARS / "machine.toml").isel(time=slice(0, 4000))
+    whole = read_and_laid(YEARS / "drop_01.nc", YEARS / "machine.toml").isel(time=slice(0, 4000))
     still = whole.map(lambda channel: channel * 0.0, keep_attrs=True)
     assert not same_samples(still.isel(time=slice(0, 2000)), still)
 
@@ -174,7 +190,7 @@ def test_two_drops_of_like_features_are_two(years):
     with catalogue.reading(years.catalogue) as base:
         near = replace(found, features=tuple(replace(f, estimate=_off(f.estimate, 1e-6)) for f in found.features))
         for name, expected in (("drop_01.nc", entry), ("drop_02.nc", None)):
-            record = laid(YEARS / name, YEARS / "machine.toml")
+            record = read_and_laid(YEARS / name, YEARS / "machine.toml")
             assert twin_of(years, base, near, lambda record=record: record) == expected
 
 
