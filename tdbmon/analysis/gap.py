@@ -221,7 +221,7 @@ class _Steady:
 
         A stretch without samples, missing ones or a hole in the time axis, parts pieces: no acceleration reaches across it.
         """
-        count = max(1, int(rate / _RATE_HZ))
+        count = max(1, round(rate / _RATE_HZ))
         rate /= count
         both = np.hstack([xy, carried])
         averaged = [_averaged(time[piece], both[piece], count) for piece in pieces(time)]
@@ -234,7 +234,7 @@ class _Steady:
             if piece.stop - piece.start >= max(3.0, rate / _LOWPASS_HZ):  # or too short for an acceleration
                 acceleration[piece] = _acceleration(carried[piece], number[piece] - number[piece.start], rate)
         kept = np.isfinite(acceleration).all(axis=1)
-        return cls(xy[kept], acceleration[kept], number[kept] // max(int(_BLOCK_S * rate), 1))
+        return cls(xy[kept], acceleration[kept], number[kept] // max(round(_BLOCK_S * rate), 1))
 
 
 def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray:

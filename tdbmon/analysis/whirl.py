@@ -190,7 +190,7 @@ def _polar(
     if not gap > 0:
         raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
-    every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ))
+    every = max(1, round(float(planes.attrs["sampling_hz"]) / _RATE_HZ))
     some = slice(int(np.searchsorted(time, start_s)), None, every)
     xy = planes.displacement.sel(end=end).transpose("axis", "time").to_numpy()[:, some]
     x, y = xy[0] - centre[0], sense * (xy[1] - centre[1])

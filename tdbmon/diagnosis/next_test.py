@@ -37,8 +37,14 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:
+        faulty = [drop.name for drop in drops if drop.faults]
+        first = (
+            f"put right what the checks of {', '.join(faulty)} say, and diagnose the same drops again; if it stays, "
+            if faulty
+            else ""
+        )
         return (
-            "two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
+            f"{first}two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
             " and record acceleration of the foundation with them"
         )
     if verdict.alike:

@@ -25,3 +25,12 @@ def test_no_speed_above_the_fastest_is_asked_for(competed):
     plain = next(each for each in competed if not each.causes)
     assert advice(plain, Kind.NAMED, (80.0, 150.0)).startswith("a drop from between 80 and 150 Hz")
     assert advice(plain, Kind.NAMED, (80.0,)).startswith("a drop from a speed below 80 Hz")
+
+
+def test_what_the_checks_say_comes_before_another_drop(competed):
+    plain = next(each for each in competed if not each.causes)
+    assert advice(plain, Kind.UNKNOWN, (80.0, 150.0)).startswith("two drops from the same speed")
+    first, *others = plain.problem.drops
+    inverted = replace(first, name="drop_80.nc", faults=("drop_80.nc: NDE: falls upwards",))
+    wrong = replace(plain, problem=replace(plain.problem, drops=(inverted, *others)))
+    assert "checks of drop_80.nc say" in next_test(Verdict(Kind.UNKNOWN, (), (), ""), (wrong,))
