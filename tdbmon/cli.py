@@ -212,7 +212,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         message = _cause(error)
         if message is None:
             raise
-        sys.stderr.write("tdbmon: " + " ".join(message.split()) + "\n")
+        if type(error).__name__ == "NoArgsIsHelpError":  # no command: the page, as it is laid out
+            sys.stderr.write(str(error.format_message()) + "\n")  # type: ignore[attr-defined]
+        else:
+            sys.stderr.write("tdbmon: " + " ".join(message.split()) + "\n")
         sys.exit(2)
     sys.exit(code if isinstance(code, int) else 0)
 

@@ -68,6 +68,25 @@ def test_a_wrong_input_is_one_line_and_exit_code_two(capsys, arguments, says):
     assert says in err
 
 
+def test_no_command_shows_the_page_of_commands_as_it_is_laid_out(capsys):
+    code, out, err = run(capsys)
+    assert (code, out) == (2, "")
+    assert any(line.strip().startswith("analyse ") for line in err.splitlines())
+
+
+def test_results_are_written_before_anything_is_printed(monkeypatch, tmp_path):
+    """Whoever reads the output may close it, as `head` does."""
+    import typer
+
+    def closed(*_, **__):
+        raise BrokenPipeError
+
+    monkeypatch.setattr(typer, "echo", closed)
+    with pytest.raises((BrokenPipeError, SystemExit)):
+        main(["inspect", RECORD, "--json", str(tmp_path / "i.json")])
+    assert json.loads((tmp_path / "i.json").read_text())["channels"]
+
+
 def test_inspect_needs_no_machine(capsys, tmp_path):
     code, out, _ = run(capsys, "inspect", RECORD, "--json", str(tmp_path / "i.json"))
     assert code == 0

@@ -73,7 +73,7 @@ def limit_line(axes: Sequence[Axes], limit: float) -> None:
             ax.axhline(level, color=VERMILION, linewidth=1.0)
             words, height, up = f"limit {level:.0f} MPa", level / ax.get_ylim()[1], "bottom"
         else:
-            ax.set_ylim(top=1.12 * top)
+            ax.set_ylim(top=1.2 * top)
             words, height, up = f"limit {level:.0f} MPa: above this scale", 0.97, "top"
         ax.annotate(words, (0.99, height), xycoords="axes fraction", ha="right", va=up, color=VERMILION, fontsize=6.5)
 
