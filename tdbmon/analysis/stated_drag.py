@@ -22,12 +22,17 @@ def stated_ring_drag(machine: Machine) -> Tolerant:
     return Tolerant(nominal=nominal, low=low, high=high)
 
 
-def against_stated(measured: Estimate, stated: Tolerant) -> str:
-    """Return in words how a constant drag that is known lies to what is stated, and what that may mean."""
+def against_stated(measured: Estimate, stated: Tolerant, whirled: bool) -> str:
+    """Return in words how a constant drag that is known lies to what is stated, and what that may mean.
+
+    `whirled` says that the shaft went round its clearance, rubbing as it did.
+    """
     if measured.value is None:
         raise ValueError("no constant drag to compare")
     low = measured.value if measured.low is None else measured.low
     high = measured.value if measured.high is None else measured.high
+    if low > stated.high and whirled:
+        return "above: the shaft whirled around its clearance, and its friction on the rings is in it"
     if low > stated.high:
         return (
             "above: it holds all losses of the rotor that do not change with the speed, not those of the rings alone, or"

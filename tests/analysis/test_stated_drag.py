@@ -27,7 +27,12 @@ def test_effects_of_the_machine_file_count(machine):
 )
 def test_an_interval_is_above_below_within_or_not_decided(machine, low, high, says):
     measured = Estimate((low + high) / 2e3, low / 1e3, high / 1e3, "N m")
-    assert against_stated(measured, stated_ring_drag(machine)).startswith(says)
+    assert against_stated(measured, stated_ring_drag(machine), False).startswith(says)
+
+
+def test_a_drag_above_is_the_friction_of_a_whirl_where_there_was_one(machine):
+    measured = Estimate(17.0, 16.0, 18.0, "N m")
+    assert "whirled around its clearance" in against_stated(measured, stated_ring_drag(machine), True)
 
 
 def test_the_report_of_the_shipped_coast_down_says_that_its_drag_is_above(coastdown):

@@ -133,7 +133,8 @@ def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
         drag += " (tolerance: {} to {})".format(
             *(short(Estimate(x, unit="N m"), width) for x in (stated.low, stated.high))
         )
-    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, stated)}"
+    whirled = any(whirl.worst is not None for whirl in analysis.whirl.values())
+    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, stated, whirled)}"
     return [Row(("Drag of the inner rings by the machine file, all together", said))]
 
 

@@ -16,6 +16,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
 
+_DRAWN = 4  # turns of a whirl, which a spectrum shows
 _LISTED = 24
 _WAYS = {f"swing {number}": way for number, way in enumerate(WAYS, start=1)}
 _TITLE = "Spectra and lines"
@@ -31,7 +32,7 @@ def section(analysis: Analysis) -> Section | None:
     from tdbmon.figures.full_spectrum import full_spectrum
     from tdbmon.figures.waterfall import waterfall
 
-    blocks: list[Block] = [_lines(analysis), *_drifting(analysis)]
+    blocks: list[Block] = [_lines(analysis), *_drifting(analysis), *_whirling(analysis)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
         + (" Dashed: orders of the speed." if analysis.has_speed else " Without a speed there are no orders.")
@@ -96,6 +97,16 @@ def _lines(analysis: Analysis) -> Block:
     caption = "Lines found (95 % intervals). Amplitude: the greatest; of an order where no constant line crosses it"
     caption += f"; {more} weaker ones are left out" if more > 0 else ""
     return Table(caption, ("Line", "Kind", "End", "Frequency or order", "Direction", "Amplitude", "Seen"), rows)
+
+
+def _whirling(analysis: Analysis) -> list[Block]:
+    """A whirl around the clearance draws a line of its own, which is a property of neither the rotor nor its bearings at rest."""
+    turns = [
+        f"{end} at {short(whirl.frequency)}, {'against' if whirl.worst.turns < 0 else 'with'} the rotation"
+        for end, whirl in analysis.whirl.items()
+        if whirl.worst is not None and whirl.frequency.known and abs(whirl.worst.turns) >= _DRAWN
+    ]
+    return [Paragraph(f"The shaft's whirl around its clearance draws a line too: {'; '.join(turns)}.")] if turns else []
 
 
 def _drifting(analysis: Analysis) -> list[Block]:
