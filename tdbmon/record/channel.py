@@ -148,6 +148,13 @@ def si_unit(unit: str) -> tuple[str, float]:
     return si_unit_of(text) or si_unit_of(text.lower()) or (text, 1.0)
 
 
+def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[float, float]:
+    """Return the smallest and the largest value that codes of an integer type stand for."""
+    codes = np.iinfo(dtype)
+    ends = (codes.min * scale + offset, codes.max * scale + offset)
+    return min(ends), max(ends)
+
+
 def _iso(date: str) -> str:
     """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
     text = _day_first(re.sub(r" (UTC|GMT)$", "Z", date.strip()))
@@ -201,8 +208,7 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     if channel.full_scale is not None:
         array.attrs["full_scale"] = [float(limit) * factor for limit in channel.full_scale]
     elif packed:
-        codes = np.iinfo(values.dtype)
-        array.attrs["full_scale"] = sorted((codes.min * scale + offset, codes.max * scale + offset))
+        array.attrs["full_scale"] = list(full_scale_of(values.dtype, scale, offset))
     if packed:
         array.encoding = {"dtype": values.dtype, "scale_factor": scale, "add_offset": offset}
     return array

@@ -87,6 +87,21 @@ def test_packed_netcdf_has_its_full_scale_and_every_code_is_a_value(tmp_path: Pa
     np.testing.assert_allclose(array.attrs["full_scale"], [-8189e-6, 8194.75e-6], rtol=1e-14)
 
 
+@pytest.mark.parametrize("fill", [False, True])
+def test_unsigned_codes_have_their_full_scale_with_missing_ones_too(fill: bool, tmp_path: Path) -> None:
+    codes = np.linspace(0, 65534, 50).astype(np.uint16)
+    with _netcdf(tmp_path / "a.nc") as file:
+        variable = file.createVariable("A", "i2", ("time",), fill_value=-1)
+        variable.set_auto_maskandscale(False)
+        variable._Unsigned, variable.units, variable.scale_factor = "true", "um", 0.25
+        if fill:
+            codes[5] = 65535
+        variable[:] = codes.view(np.int16)
+    array = read(tmp_path / "a.nc")["A"]
+    assert np.flatnonzero(np.isnan(array.values)).tolist() == [5] * fill
+    np.testing.assert_allclose(array.attrs["full_scale"], [0.0, 65535 * 0.25e-6], rtol=1e-14)
+
+
 def test_declared_fill_values_are_missing(tmp_path: Path) -> None:
     with _netcdf(tmp_path / "a.nc") as file:
         variable = file.createVariable("A", "i2", ("time",), fill_value=-999)

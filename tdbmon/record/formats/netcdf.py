@@ -13,7 +13,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 
 from tdbmon.atomic import replacing
-from tdbmon.record.channel import Channel, Content
+from tdbmon.record.channel import Channel, Content, full_scale_of
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -201,12 +201,12 @@ def _began(group: Any) -> str:
 
 
 def _physical(variable: Any) -> np.ndarray:
-    raw, scale, offset = _unpacked(variable)
+    raw, scale, offset, _ = _unpacked(variable)
     return np.asarray(raw.astype(np.float64) * scale + offset)
 
 
-def _unpacked(variable: Any) -> tuple[np.ndarray, float, float]:
-    """Return stored values, scale and offset; values declared as missing become NaN.
+def _unpacked(variable: Any) -> tuple[np.ndarray, float, float, np.dtype[Any]]:
+    """Return stored values, scale, offset and the type of the codes; values declared as missing become NaN.
 
     The default fill value of integers is not taken for missing: -32767 is a code that a 16-bit converter gives.
     """
@@ -217,24 +217,22 @@ def _unpacked(variable: Any) -> tuple[np.ndarray, float, float]:
     codes = [code for name in ("_FillValue", "missing_value") for code in np.atleast_1d(getattr(variable, name, []))]
     if raw.dtype.kind == "f":
         codes.append(netCDF4.default_fillvals[raw.dtype.str[1:]])
+    stored = raw.dtype
     missing = np.isin(raw, np.asarray(codes, dtype=raw.dtype)) if codes else np.zeros(raw.shape, dtype=bool)
     if missing.any():
         raw = raw.astype(np.float64)
         raw[missing] = np.nan
-    return raw, scale, offset
+    return raw, scale, offset, stored
 
 
 def _channel(name: str, variable: Any, time: np.ndarray) -> Channel:
-    raw, scale, offset = _unpacked(variable)
+    raw, scale, offset, stored = _unpacked(variable)
     full_scale = np.asarray(getattr(variable, "full_scale", []), dtype=np.float64)
-    stored = variable.dtype
     limits: tuple[float, float] | None = None
     if full_scale.shape == (2,):
         limits = (float(full_scale[0]), float(full_scale[1]))
     elif stored.kind in "iu" and scale != 1.0:
-        codes = np.iinfo(raw.dtype if raw.dtype.kind in "iu" else stored)
-        low, high = sorted((codes.min * scale + offset, codes.max * scale + offset))
-        limits = (low, high)
+        limits = full_scale_of(stored, scale, offset)
     return Channel(
         name=name,
         values=raw,
