@@ -129,7 +129,8 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
     """Fill runs of at most five missing samples with a straight line; longer ones stay NaN.
 
     One missing sample would spread over the whole of a filtered signal.  A straight line over six intervals h departs
-    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 4.5 um at 10 kHz and 100 m/s^2, as in a hard contact.
+    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 9 um at 10 kHz in a hard contact
+    (`tdbmon.record.one_time.HARD_CONTACT`).
 
     Returns
     -------
