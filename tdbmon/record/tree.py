@@ -123,8 +123,9 @@ def _collect(
         if time is not None:
             found.append((place, _without_padding(channel, time)))
         elif interval is not None:
-            start = start_of(leaf.attributes) or start_of(entries)
-            found.append((place, replace(channel, interval=interval, start=start)))
+            own_start = start_of(leaf.attributes)  # 0 is stated as well as any other
+            start = start_of(entries) if own_start is None else own_start
+            found.append((place, replace(channel, interval=interval, start=start or 0.0)))
         else:
             fault = _fault(leaf.values.size, [*times, *own.values()], longest if interval_of(entries) else 0)
             timeless.append((place, replace(channel, fault=fault)))

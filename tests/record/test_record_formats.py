@@ -223,6 +223,16 @@ def test_hdf5_values_that_are_packed_as_in_netcdf_are_unpacked(tmp_path: Path) -
     np.testing.assert_allclose(record["whole"].values, codes * 1e-6, rtol=1e-12)
 
 
+def test_a_channel_that_starts_at_nought_does_not_start_where_others_do(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.attrs.update({"dt": 1e-3, "t0": 0.25})
+        file["NDE_A"], file["NDE_B"] = np.arange(5.0), np.arange(5.0)
+        file["NDE_A"].attrs["t0"] = 0.0
+    record = read(tmp_path / "a.h5")
+    first = {name: float(record[name][record[name].dims[0]].values[0]) for name in ("NDE_A", "NDE_B")}
+    assert first == {"NDE_A": 0.0, "NDE_B": 0.25}
+
+
 def test_hdf5_matrix_with_names_and_foreign_things(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["data"] = np.arange(30.0).reshape(10, 3)
