@@ -125,7 +125,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         "sha256": sha256_of(path),
         "reader": reader,
         "title": content.title,
-        "drop_time": _iso(content.drop_time),
+        "drop_time": iso_date(content.drop_time),
     }
     if record.attrs["drop_time"] and content.drop_time_from:
         record.attrs["drop_time_from"] = content.drop_time_from
@@ -155,7 +155,7 @@ def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[fl
     return min(ends), max(ends)
 
 
-def _iso(date: str) -> str:
+def iso_date(date: str) -> str:
     """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
     text = _day_first(re.sub(r" (UTC|GMT)$", "Z", date.strip()))
     for form in _DAYS:

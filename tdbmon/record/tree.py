@@ -16,12 +16,15 @@ import numpy as np
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
-from tdbmon.record.channel import Channel
+from tdbmon.record.channel import Channel, iso_date
 from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
 
 _UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
 _NAME_KEYS = ("name", "channel_name", "channelname", "label")
 _NAMES_KEYS = ("channel_names", "channelnames", "names", "labels", "channels", "columns", "signal_names", "varnames")
+_TITLE_KEYS = ("title", "name", "test", "versuch", "description")
+_DATE_KEYS = ("drop_time", "date", "datum", "datetime", "date_time", "start_time", "start time", "time_coverage_start",
+              "recording_date", "test_date", "timestamp")  # fmt: skip
 _PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "ydata", "amplitude"}
 
 
@@ -88,6 +91,17 @@ def first_text(entries: Mapping[str, Any], keys: tuple[str, ...]) -> str | None:
         if key in lowered and (text := text_of(lowered[key])):
             return text
     return None
+
+
+def stated_title(entries: Mapping[str, Any]) -> str:
+    """Return what a file calls its record; "" without."""
+    return first_text(entries, _TITLE_KEYS) or ""
+
+
+def stated_date(entries: Mapping[str, Any]) -> str:
+    """Return the date, with or without a time, that a file states, as it is written there; "" without one that is a date."""
+    texts = (first_text(entries, (key,)) for key in _DATE_KEYS)
+    return next((text for text in texts if text and iso_date(text)), "")
 
 
 def _collect(

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import record_samples as samples
 import xarray as xr
+from scipy.io import savemat
 from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
@@ -55,6 +56,41 @@ def test_a_record_is_read_back_exactly(kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(record["time"].values, np.arange(2000) / samples.RATE, rtol=0, atol=1e-12)
     if kind not in ("wav", "mat5_plain"):
         assert record.attrs["drop_time"].startswith("2026-03-10")
+
+
+def _with_texts(kind: str, path: Path, texts: dict[str, str]) -> None:
+    """Write ten samples of a channel with texts beside it."""
+    values = np.arange(10.0)
+    if kind == "netCDF":
+        with _netcdf(path, n=10) as file:
+            file.createVariable("A", "f8", ("time",))[:] = values
+            file.setncatts(texts)
+    elif kind == "HDF5":
+        with h5py.File(path, "w") as file:
+            file["A"] = values
+            file.attrs.update({"dt": 1e-3, **texts})
+    elif kind == "MAT":
+        savemat(path, {"t": values * 1e-3, "A": values, **texts})
+    elif kind == "CSV":
+        above = "".join(f"# {key}: {text}\n" for key, text in texts.items())
+        path.write_text(above + "time [s],A [um]\n" + "".join(f"{x * 1e-3},{x}\n" for x in values), encoding="utf-8")
+    elif kind == "Parquet":
+        pa = pytest.importorskip("pyarrow")
+        schema = pa.schema([("time", pa.float64()), ("A", pa.float64())], metadata=texts)
+        pytest.importorskip("pyarrow.parquet").write_table(pa.table([values * 1e-3, values], schema=schema), path)
+    elif kind == "TDMS":
+        nptdms = pytest.importorskip("nptdms")
+        channels = [nptdms.ChannelObject("drop", "A", values, {"wf_increment": 1e-3})]
+        with nptdms.TdmsWriter(path) as file:
+            file.write_segment([nptdms.RootObject(texts), *channels])
+
+
+@pytest.mark.parametrize("kind", ["netCDF", "HDF5", "MAT", "CSV", "Parquet", "TDMS"])
+def test_a_record_keeps_its_date_and_title_in_every_format(kind: str, tmp_path: Path) -> None:
+    texts = {"date": "last Tuesday", "test_date": "2026-03-10T09:00:00", "description": "third of four"}
+    _with_texts(kind, tmp_path / "a", texts)
+    attrs = read(tmp_path / "a").attrs
+    assert (attrs["reader"], attrs["drop_time"], attrs["title"]) == (kind, texts["test_date"], texts["description"])
 
 
 @pytest.mark.parametrize("kind", samples.WRITERS)

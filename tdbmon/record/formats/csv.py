@@ -14,7 +14,7 @@ from tdbsim.errors import InputError
 from tdbmon.record.channel import Content
 from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
-from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
@@ -50,15 +50,15 @@ class CSV:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
         date = date or _first_moment(lines, layout)
-        title = first_text(layout.header.entries, ("title", "name", "test", "versuch")) or ""
+        entries = layout.header.entries
         return Content(
-            channels_of(Branch("", tuple(leaves), layout.header.entries), path), title, date, _cut_off(lines)
+            channels_of(Branch("", tuple(leaves), entries), path), stated_title(entries), date, _cut_off(lines)
         )
 
 
 def _stated_moment(entries: Mapping[str, str]) -> str:
     """Return the moment that the lines above the table state, a day and a clock in one entry or in two; "" without."""
-    date = first_text(entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+    date = stated_date(entries)
     clock = first_text(entries, ("time", "uhrzeit", "zeit", "time of day", "start time", "startzeit")) or ""
     return f"{date} {clock.replace(',', '.')}" if DATE.fullmatch(date) and CLOCK.fullmatch(clock) else date
 

@@ -10,13 +10,13 @@ from typing import Any
 import netCDF4
 import numpy as np
 import xarray as xr
-from tdbsim.errors import InputError
 
 from tdbmon.atomic import replacing
 from tdbmon.record.channel import Channel, Content, full_scale_of
+from tdbmon.record.formats.hdf5 import HDF5_MAGIC
+from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
-
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+from tdbmon.record.tree import stated_date, stated_title
 
 _FIRST_YEAR = 1980  # nobody recorded a drop before; epochs in a local time lie there (1970-01-01 01:00)
 
@@ -38,11 +38,10 @@ class NetCDF:
             file.set_auto_maskandscale(False)
             check_size(_stored_bytes(file), path, compressed=not file.data_model.startswith("NETCDF3"))
             channels = tuple(_channels(file))
-            title = str(getattr(file, "title", ""))
-            dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
-            date = next((str(date) for date in dates if date), "") or _began(file)
+            stated = _attributes(file)
+            date = stated_date(stated) or _began(file)
             machine = str(getattr(file, "machine", "")).strip()
-            return Content(channels, title, date, machine=machine, beside=_beside(file))
+            return Content(channels, stated_title(stated), date, machine=machine, beside=_beside(file))
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
@@ -127,22 +126,6 @@ def _beside(group: Any, prefix: str = "") -> dict[str, str]:
     for name, inner in group.groups.items():
         found |= _beside(inner, f"{prefix}{name}/")
     return found
-
-
-def check_size(stored: int, path: Path, compressed: bool) -> None:
-    """Refuse a file whose header promises more than it can hold: cut off, or damaged so that memory would run out.
-
-    Raises
-    ------
-    InputError
-        If `stored` bytes of values cannot come out of the file; zlib shrinks to a thousandth at best.
-    """
-    size = path.stat().st_size
-    if stored > (2000 * size if compressed else size):
-        raise InputError(
-            f"{path}: its header promises {stored / 1e6:.3g} MB of values, the file has {size / 1e6:.3g} MB;"
-            " it is damaged or cut off: export it again"
-        )
 
 
 def _stored_bytes(group: Any) -> int:
