@@ -78,6 +78,16 @@ def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
     assert any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
 
 
+def test_the_viewer_of_signals_says_whether_runout_is_taken_off(short: Analysis) -> None:
+    def said(analysis: Analysis) -> list[str]:
+        blocks = [block for section in build_report(analysis).sections for block in section.blocks]
+        return [block.title for block in blocks if isinstance(block, SignalViewer)]
+
+    taken = replace(short, checks=(*short.checks, Check("slow roll", "", True, "taken off")))
+    for analysis, runout in ((short, "runout not compensated"), (taken, "slow roll compensated")):
+        assert said(analysis) == [f"Displacement (not filtered, {runout}) and speed of the whole record"]
+
+
 def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Document) -> None:
     histories = [figure for figure in figures_of(coastdown_report) if figure.name in ("first-contacts", "whole-record")]
     assert len(histories) == 2
