@@ -110,7 +110,7 @@ def draw_lines(
     labels = Labels(ax, _NAME)
     low, high = ax.get_ylim()
     for line in constants:
-        if not any(sign in line.name for sign in (" + ", " - ", " x ")):
+        if not line.combined:
             hz = line.frequency.value or 0.0
             # on its line: beside it a name would stand on that of a neighbour, as those of swing and mains are 6 Hz apart
             places = [Place(hz, high - share * (high - low), (0.0, 0.0), ha="center", va="top") for share in _SHARES]

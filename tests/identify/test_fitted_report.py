@@ -47,6 +47,7 @@ def line(name: str, hz: float, kind: str = "constant") -> Line:
         first_s=0.09,
         last_s=0.14,
         name=name,
+        combined=" x " in name,
     )
 
 
