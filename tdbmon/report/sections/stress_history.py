@@ -17,6 +17,7 @@ def section(comparison: Comparison) -> Section:
         )
         return Section("Hertz stress", (Paragraph(words),))
     from tdbmon.figures.stress_boxes import stress_boxes
+    from tdbmon.identify.forces import SECONDS
 
     drops = [e.id for e in (*comparison.matched, comparison.entry)]
     with_forces = {drop for rows in comparison.stress.values() for drop, _ in rows}
@@ -32,7 +33,7 @@ def section(comparison: Comparison) -> Section:
     blocks: list[Block] = [
         Figure(
             "stress-boxes",
-            "Greatest Hertz stress among the balls while any is loaded, within 0.2 s of the release, from the simulation"
+            f"Greatest Hertz stress among the balls while any is loaded, within {SECONDS:g} s of the release, from the simulation"
             " fitted to each drop. Box: quartiles with median; cross: mean; bar above: greatest (the least is"
             " not filed); dots: peaks beyond three standard deviations from the mean. In orange:"
             f" {comparison.entry.raw_name}.",
