@@ -300,7 +300,7 @@ def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> N
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
     table = next(b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("All drops"))
     assert [row.cells[0] for row in table.rows] == ["drop_97.nc, 97 Hz", "drop_148.nc, 148 Hz"]
-    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-box").draw())
+    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-outliers").draw())
     for ax in boxes.axes:
         assert [label.get_text() for label in ax.get_xticklabels()] == ["drop_97", "drop_148"]
     content = fitted_json(fitted)
