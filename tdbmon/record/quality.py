@@ -12,7 +12,7 @@ from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses
+from tdbmon.record.keyphasor import Pulses, pulses_if_any
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
@@ -65,7 +65,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         of_probe = probe_checks(ds, machine, probe)
         found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
     found += [early] if early is not None else []
-    marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
+    marks = pulses_if_any(ds, machine)
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
         found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
