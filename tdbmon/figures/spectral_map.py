@@ -68,6 +68,11 @@ def colour_limits(db: np.ndarray) -> tuple[float, float]:
     return max(floor + 7, top - RANGE_DB), top
 
 
+def edges(middles: np.ndarray, step: float) -> tuple[float, float]:
+    """From where to where cells reach whose middles (n,) are a step apart."""
+    return float(middles[0]) - step / 2, float(middles[-1]) + step / 2
+
+
 def draw_map(
     ax: Axes, db: np.ndarray, extent: tuple[float, float, float, float], limits: tuple[float, float]
 ) -> AxesImage:
