@@ -23,7 +23,6 @@ def replacing(path: Path) -> Iterator[Path]:
     InputError
         If the place cannot be written.
     """
-    temporary = None
     try:
         if path.exists() and not path.is_file():
             with tempfile.TemporaryDirectory() as folder:
@@ -33,18 +32,40 @@ def replacing(path: Path) -> Iterator[Path]:
                     stream.write(part.read_bytes())
             return
         path = path.resolve()
-        temporary = _begun(path)
-        yield temporary
+        _check_access(path)
+        with whole(path, path.parent, _hidden(path)) as temporary:
+            yield temporary
+    except OSError as error:
+        raise _refused(path, error) from None
+
+
+@contextmanager
+def whole(path: Path, folder: Path, prefix: str = "", forced: bool = False) -> Iterator[Path]:
+    """Yield a temporary path in a folder of the same disk; on success it takes the place of `path`, else it is removed.
+
+    Parameters
+    ----------
+    path : Path
+    folder : Path
+    prefix : str, optional
+        Of the temporary file's name.
+    forced : bool, optional
+        Whether the file is on the disk before it takes its place, and its name after that, whatever moment the power fails.
+    """
+    part = _temporary(folder, prefix, path.suffix)
+    try:
+        yield part
         # a temporary file is private; the result gets the permissions that any new file would
         umask = os.umask(0)
         os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise _refused(path, error) from None
+        part.chmod(0o666 & ~umask)
+        if forced:
+            _to_disk(part)
+        os.replace(part, path)
+        if forced:
+            _to_disk(path.parent)
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
 
 
 def check_writable(path: Path) -> None:
@@ -58,18 +79,38 @@ def check_writable(path: Path) -> None:
     if path.exists() and not path.is_file():
         return
     try:
-        _begun(path.resolve()).unlink()
+        path = path.resolve()
+        _check_access(path)
+        _temporary(path.parent, _hidden(path), path.suffix).unlink()
     except OSError as error:
         raise _refused(path, error) from None
 
 
-def _begun(path: Path) -> Path:
-    """Return a temporary file beside the one that is to be written."""
+def _check_access(path: Path) -> None:
+    """Refuse to replace a file that may not be written."""
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
+
+
+def _hidden(path: Path) -> str:
+    return f".{path.name}."
+
+
+def _temporary(folder: Path, prefix: str, suffix: str) -> Path:
+    handle, name = tempfile.mkstemp(dir=folder, prefix=prefix, suffix=suffix)
     os.close(handle)
     return Path(name)
+
+
+def _to_disk(path: Path) -> None:
+    """Force a file, or a folder's list of names, to the disk (folders: where the system can)."""
+    if os.name == "nt" and path.is_dir():
+        return
+    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def _refused(path: Path, error: OSError) -> InputError:

@@ -18,9 +18,10 @@ from tdbmon.analysis.bent_line import LevitatedMiss, levitated_misses
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
-from tdbmon.analysis.expected_lines import Band, expected_lines
+from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.levitation import Levitation, held_bent, levitation, levitation_alone
+from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
 from tdbmon.analysis.order import track
 from tdbmon.analysis.orientation import check_orientation

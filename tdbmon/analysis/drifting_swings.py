@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tdbmon.analysis import cfar
-from tdbmon.analysis.expected_lines import Band
+from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import Line
 from tdbmon.analysis.ridge import Spectra, peak_place
 from tdbmon.estimate import Estimate
@@ -57,9 +57,9 @@ class DriftingSwing:
 
 
 def lacking_swings(expected: Sequence[Band], lines: Sequence[Line]) -> list[Band]:
-    """Return the bands (name, low, high), Hz, of the swings that are not among the lines."""
+    """Return the bands of the swings that are not among the lines."""
     told = {line.name for line in lines}
-    return [band for band in expected if band[0].startswith("swing") and band[0] not in told]
+    return [band for band in expected if band.swing and band.name not in told]
 
 
 def drifting_swings(
@@ -73,8 +73,8 @@ def drifting_swings(
         Against time.
     ends : sequence of str
         Of its first axis.
-    bands : sequence of (name, low, high)
-        Of `lacking_swings`, Hz.
+    bands : sequence of Band
+        Of `lacking_swings`.
     lines : sequence of Line
         What was found; a peak near one of constant frequency is no swing's.
     """
@@ -88,9 +88,9 @@ def drifting_swings(
         found &= _free(spectra, steady) & (power > least)
         for band in bands:
             swing = _followed(spectra, power, found, floor, band, ends[e])
-            if swing is not None and (swing.amplitude.value or 0.0) > best.get(band[0], (0.0, swing))[0]:
-                best[band[0]] = (swing.amplitude.value or 0.0, swing)
-    return tuple(best[name][1] for name, _, _ in bands if name in best)
+            if swing is not None and (swing.amplitude.value or 0.0) > best.get(band.name, (0.0, swing))[0]:
+                best[band.name] = (swing.amplitude.value or 0.0, swing)
+    return tuple(best[band.name][1] for band in bands if band.name in best)
 
 
 def _free(spectra: Spectra, steady: Sequence[float]) -> np.ndarray:
@@ -114,7 +114,7 @@ def _followed(
     end: str,
 ) -> DriftingSwing | None:
     """Follow the strongest peak of a band to both sides in time; None where it does not stand out in 4 of 8 windows."""
-    name, low, high = band
+    name, low, high, _ = band
     cells = np.arange(power.shape[1]) * spectra.resolution
     here = np.where(found & (cells >= low) & (cells <= high), power, 0.0)
     if not here.any():

@@ -6,24 +6,23 @@ from tdbsim.machine import Machine
 from tdbsim.modes import supported
 from tdbsim.rotor import RotorModel, static_loads
 
+from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.swing import Swing, predicted_swing
 
-Band = tuple[str, float, float]
-"""A name, and from where to where it is given, Hz."""
 _MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # of a swing's frequency: measured, by the drawing alone
 _STIFFNESS = (0.7, 1.0, 1.5)  # of that of the bearings under the weight: from where to where a mode is expected
 
 
 def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[Band]:
-    """Return the bands (name, from, to), Hz, in which a line has a name; about the `swing` that was measured, if any."""
+    """Return the bands in which a line has a name; about the `swing` that was measured, if any."""
     bands = []
     for i, predicted in enumerate(predicted_swing(machine, rotor)):
         measured = swing.frequencies[i].value if swing is not None and i < len(swing.frequencies) else None
         low, high = _MEASURED if measured is not None else _PREDICTED
         centre = predicted if measured is None else measured
-        bands.append((f"swing {i + 1}", low * centre, high * centre))
+        bands.append(Band(f"swing {i + 1}", low * centre, high * centre, swing=True))
     loads = static_loads(machine, rotor)
     stiffness = {b.name: loads[b.name] / rest_travel(b, loads[b.name]).per_load for b in machine.touchdown_bearings}
     soft, nominal, stiff = (
@@ -31,4 +30,4 @@ def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> 
     )
     names = mode_names(nominal, [b.position for b in machine.touchdown_bearings])
     lowest, highest = (modes.frequencies[::2].tolist() for modes in (soft, stiff))
-    return bands + list(zip(names, lowest, highest, strict=True))
+    return bands + [Band(*band) for band in zip(names, lowest, highest, strict=True)]

@@ -89,7 +89,8 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
             f"the rotor never leaves its levitated position by more than {np.nanmax(reach) * 1e6:.1f} um;"
             " no drop is in this record"
         )
-    free = stop = np.inf
+    free = np.inf
+    ends: tuple[list[int], list[int]] = [], []  # of the fall by each row that dropped: x, y
     for row in range(z.shape[0]):
         if not dropped[row]:
             continue
@@ -105,8 +106,8 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
         farthest = np.fmax.accumulate(tail)
         back = np.flatnonzero(tail < farthest - orbit[row] - 2e-6)
         bottom = farthest[back[0]] if back.size else farthest[-1]
-        if row % 2 == 1 or not np.isfinite(stop):  # sideways nothing falls
-            stop = min(stop, left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
+        ends[row % 2].append(left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
     if not np.isfinite(free) or free < lead:
         return None
-    return int(free), max(int(stop), int(free) + 4)
+    stop = min(ends[1] or ends[0])  # sideways nothing falls: where a fall is seen up and down, that alone ends it
+    return int(free), max(stop, int(free) + 4)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,15 @@ _HORIZONTAL = 0.8  # share of x in a swing's power
 _SECOND = 0.01  # of the first swing's amplitude: what is weaker is not taken for another swing
 
 
+class Band(NamedTuple):
+    """Where a line of constant frequency has a name: from `low` to `high`, Hz; `swing` for one of the rotor in the clearance."""
+
+    name: str
+    low: float
+    high: float
+    swing: bool = False
+
+
 def order_name(order: float) -> str:
     """Return "1X", "1/2X", "4.75X"."""
     fraction = Fraction(order).limit_denominator(3)
@@ -39,7 +48,7 @@ def order_name(order: float) -> str:
 
 
 def name_constants(
-    traces: Sequence[Trace], mains_hz: float, resolution: float, expected: Sequence[tuple[str, float, float]]
+    traces: Sequence[Trace], mains_hz: float, resolution: float, expected: Sequence[Band]
 ) -> list[Trace]:
     """Name the lines of constant frequency; mains lines change their kind.
 
@@ -49,29 +58,31 @@ def name_constants(
     mains_hz : float
     resolution : float
         Width of a cell, Hz.
-    expected : sequence of (name, low, high)
-        Bands, Hz; names that begin with "swing" tell the swings.
+    expected : sequence of Band
 
     Returns
     -------
     list of Trace
         In the same order.
     """
-    named = {i: "mains" if n == 1 else f"{n} x mains" for i, n in _mains(traces, mains_hz, resolution)}
+    multiples = dict(_mains(traces, mains_hz, resolution))
+    named = {i: "mains" if n == 1 else f"{n} x mains" for i, n in multiples.items()}
     mains = set(named)
+    combined = {i for i, n in multiples.items() if n > 1}
     parents = _swings(traces, expected, mains)
     named |= {i: name for name, i in parents.items()}
     if parents:
         for i, trace in enumerate(traces):
             if i not in named and (name := _combination(trace, traces, parents, resolution)):
                 named[i] = name
-    for name, low, high in (band for band in expected if not band[0].startswith("swing")):
-        inside = [i for i, t in enumerate(traces) if i not in named and low <= _hz(t) <= high]
-        if inside and name not in named.values():
-            named[max(inside, key=lambda i: _height(traces[i]))] = name
+                combined.add(i)
+    for band in expected:
+        inside = [i for i, t in enumerate(traces) if i not in named and band.low <= _hz(t) <= band.high]
+        if inside and not band.swing and band.name not in named.values():
+            named[max(inside, key=lambda i: _height(traces[i]))] = band.name
     out = []
     for i, trace in enumerate(traces):
-        line = replace(trace.line, name=named.get(i, f"{_hz(trace):.4g} Hz"))
+        line = replace(trace.line, name=named.get(i, f"{_hz(trace):.4g} Hz"), combined=i in combined)
         if i in mains:
             line = replace(line, kind="mains", amplitude=_median(trace.height))
         out.append(replace(trace, line=line))
@@ -108,18 +119,18 @@ def _mains(traces: Sequence[Trace], mains_hz: float, resolution: float) -> list[
     return found
 
 
-def _swings(traces: Sequence[Trace], expected: Sequence[tuple[str, float, float]], mains: set[int]) -> dict[str, int]:
-    """The swings: the strongest horizontal line in each band so named, or else the two strongest of all.
+def _swings(traces: Sequence[Trace], expected: Sequence[Band], mains: set[int]) -> dict[str, int]:
+    """The swings: the strongest horizontal line in each of their bands, or else the two strongest of all.
 
     A shaft that whirls round its clearance and a floor that shakes draw lines in those bands too, which are not horizontal.
     """
-    bands = [band for band in expected if band[0].startswith("swing")]
+    bands = [band for band in expected if band.swing]
     free = [i for i, trace in enumerate(traces) if i not in mains and trace.horizontal >= _HORIZONTAL]
     parents: dict[str, int] = {}
-    for name, low, high in bands:
-        inside = [i for i in free if low <= _hz(traces[i]) <= high and i not in parents.values()]
+    for band in bands:
+        inside = [i for i in free if band.low <= _hz(traces[i]) <= band.high and i not in parents.values()]
         if inside:
-            parents[name] = max(inside, key=lambda i: _height(traces[i]))
+            parents[band.name] = max(inside, key=lambda i: _height(traces[i]))
     if bands:
         return parents
     level = [i for i in free if _SWING_HZ[0] <= _hz(traces[i]) <= _SWING_HZ[1]]

@@ -19,7 +19,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 
 from tdbmon.analysis import cfar
-from tdbmon.analysis.line_names import name_constants, order_name
+from tdbmon.analysis.line_names import Band, name_constants, order_name
 from tdbmon.analysis.order import PER_TURN, resample
 from tdbmon.analysis.ridge import WINDOW, Ridge, Spectra, find_ridges
 from tdbmon.analysis.spectrum import forward_backward, mean_over, short_time_spectra, window_gain, window_starts
@@ -69,6 +69,8 @@ class Line:
         Middle of the first and of the last window in which it stands out, s.
     name : str
         "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name of `expected` ("bounce"), or its frequency.
+    combined : bool
+        Whether it is a multiple of another line, or a sum or difference of others.
     """
 
     kind: Kind
@@ -80,6 +82,7 @@ class Line:
     first_s: float
     last_s: float
     name: str
+    combined: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,7 @@ def find_lines(
     speed_hz: np.ndarray,
     sense: int,
     mains_hz: float,
-    expected: Sequence[tuple[str, float, float]] = (),
+    expected: Sequence[Band] = (),
 ) -> tuple[Line, ...]:
     """Find the spectral lines of a record and tell orders from constant frequencies.
 
@@ -133,8 +136,8 @@ def find_lines(
         +1 where the rotor turns from +x towards +y, -1 otherwise.
     mains_hz : float
         Frequency of the electric supply, Hz.
-    expected : sequence of (name, low, high)
-        Bands, Hz, in which the strongest line has a name; nothing is found by them.
+    expected : sequence of Band
+        In which the strongest line has a name; nothing is found by them.
 
     Returns
     -------

@@ -12,32 +12,30 @@ from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import printed, why_no_interval
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
-_DRAG = "constant drag"
 _SHOWN_IN = {"  duration": "ms"}
-_COASTED = "coast-down to "
 _HALF = (0.4, 0.65)  # of the gap on the drawing: about half of it, which may be the diametral clearance
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
 def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
     """Return the main numbers of an analysis as lines of text, with 95 % intervals; `fitted`: --forces is given already."""
-    rows: list[tuple[str, Estimate]] = []
+    rows: list[tuple[str, Estimate, str]] = []
     if analysis.release is not None:
-        rows.append(("release", analysis.release.time))
+        rows.append(("release", analysis.release.time, ""))
         if analysis.release.force_decay.known:
-            rows.append(("  magnetic force decays", analysis.release.force_decay))
+            rows.append(("  magnetic force decays", analysis.release.force_decay, ""))
     if analysis.rundown is not None and not analysis.falls:
-        rows.append(("speed as the record ends", analysis.rundown.initial))
+        rows.append(("speed as the record ends", analysis.rundown.initial, ""))
     elif analysis.rundown is not None:
-        rows.append(("speed at the release", analysis.rundown.initial))
-        rows.append(("speed decay time", analysis.rundown.decay_time))
-        rows.append((_DRAG, analysis.rundown.drag_torque))
-        rows.append(("standstill", analysis.rundown.standstill_time))
+        rows.append(("speed at the release", analysis.rundown.initial, ""))
+        rows.append(("speed decay time", analysis.rundown.decay_time, ""))
+        rows.append(("constant drag", analysis.rundown.drag_torque, _BY_INERTIA))
+        rows.append(("standstill", analysis.rundown.standstill_time, ""))
         times = analysis.coast_down
-        named = ((f"{_COASTED}a half", times.half), (f"{_COASTED}a tenth", times.tenth))
-        rows += [(name, time) for name, time in named if time.known]
+        named = (("coast-down to a half", times.half), ("coast-down to a tenth", times.tenth))
+        rows += [(name, time, f", {how_told(time)}") for name, time in named if time.known]
     if analysis.swing is not None:
-        rows += [(f"swing {i + 1}, small", f) for i, f in enumerate(analysis.swing.frequencies)]
+        rows += [(f"swing {i + 1}, small", f, "") for i, f in enumerate(analysis.swing.frequencies)]
     failed = [c for c in analysis.checks if not c.passed]
     lines = [f"quality: {len(analysis.checks) - len(failed)} of {len(analysis.checks)} checks passed"]
     if failed:
@@ -47,7 +45,7 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         )
     lines += _whirls(analysis)
     lines.append(f"{'rotor':<26}{weight(analysis)}")
-    lines += [f"{name:<26}{printed(value)}{_beside(name, value)}" for name, value in rows]
+    lines += [f"{name:<26}{printed(value)}{_beside(value, holds)}" for name, value, holds in rows]
     for name, end in analysis.ends.items():
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
@@ -59,13 +57,9 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
     return lines + [f"  {FORCES_TELL}"] * (analysis.forces_tell_contacts and not fitted)
 
 
-def _beside(name: str, value: Estimate) -> str:
-    """Return what the interval of a number holds, or why it has none."""
-    if said := why_no_interval(value):
-        return said
-    if name.startswith(_COASTED):
-        return f", {how_told(value)}"
-    return _BY_INERTIA if name == _DRAG and value.known else ""
+def _beside(value: Estimate, holds: str) -> str:
+    """Return what the interval of a number holds, in the words given, or why it has none."""
+    return why_no_interval(value) or (holds if value.known else "")
 
 
 def weight(analysis: Analysis) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
-from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, edges, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def cascade(analysis: Analysis) -> Figure:
     # steps that the speed jumped over stay empty
     row_of = np.round((speed - speed[0]) / step).astype(int)
     rows = speed[0] + step * np.arange(row_of[-1] + 1)
-    half_f = frequency[1] / 2
-    extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, rows[0] - step / 2, rows[-1] + step / 2)
+    extent = (*edges(frequency[keep], frequency[1]), *edges(rows, step))
     window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
     figure = new_figure(108, said(analysis, window, f"power mean in steps of {step:.2g} Hz"))
     axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)

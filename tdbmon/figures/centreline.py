@@ -37,6 +37,7 @@ Course = tuple[np.ndarray, np.ndarray]  # middle times, s, and mean positions, Â
 Courses = dict[str, Course]
 
 _WINDOW_S = 0.2
+LEAST_S = 2 * _WINDOW_S  # after the release, that a course takes
 _POINTS = 400
 _FEWEST = 2  # settled positions that show a course
 
@@ -54,7 +55,7 @@ def centreline(analysis: Analysis) -> Figure:
     """
     courses = courses_of(analysis)
     if not courses:
-        raise InputError(f"no end has both a clearance circle and {2 * _WINDOW_S:g} s after the release")
+        raise InputError(f"no end has both a clearance circle and {LEAST_S:g} s after the release")
     rows = 2 if any_settled(analysis, courses) else 1
     figure = new_figure(29 + 43 * rows + 17 * (rows - 1), said(analysis, f"mean over {_WINDOW_S:g} s"))
     axes = subplots(figure, rows, len(courses), Margins(16, 24, 11, 18, across=18, down=17))
@@ -138,7 +139,7 @@ def courses_of(analysis: Analysis) -> Courses:
     if planes is None:
         return {}
     after = planes.sel(time=slice(released(analysis), None))
-    if after.sizes["time"] < 2 * _WINDOW_S * planes.attrs["sampling_hz"]:
+    if after.sizes["time"] < LEAST_S * planes.attrs["sampling_hz"]:
         return {}
     path, found = orbit.centreline(after, _WINDOW_S), {}
     for end in circled_ends(analysis):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.spectral_map import colour_limits, decibel, draw_lines, draw_map, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_lines, draw_map, edges, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, say, styled, subplots
 from tdbmon.record.slow_roll import runout_words
 
@@ -40,8 +40,7 @@ def coast_down_waterfalls(whole: CoastDown) -> Figure:
             keep = frequency <= top_hz
             db = decibel(spectra.amplitude.sel(axis=axis).max("end").transpose("time", "frequency").to_numpy())
             limits = limits or colour_limits(db)
-            half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
-            extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
+            extent = (*edges(frequency[keep], frequency[1]), *edges(time, spectra.attrs["step_s"]))
             image = draw_map(ax, db[:, keep], extent, limits)
             ax.set_xlim(0.0, extent[1])
             ax.set_ylim(extent[2], extent[3])

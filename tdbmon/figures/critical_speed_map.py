@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map
+from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map, edges
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -103,8 +103,7 @@ def _spectra(figure: Figure, ax: Axes, analysis: Analysis, top: float) -> None:
     frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
     keep = frequency <= top
     db = decibel(spectra.amplitude.max(("end", "axis")).transpose("frequency", "time").to_numpy())
-    half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
-    extent = (time[0] - half_t, time[-1] + half_t, frequency[0] - half_f, frequency[keep][-1] + half_f)
+    extent = (*edges(time, spectra.attrs["step_s"]), *edges(frequency[keep], frequency[1]))
     image = draw_map(ax, db[keep], extent, colour_limits(db))
     ax.set_aspect("auto")
     ax.grid(False)

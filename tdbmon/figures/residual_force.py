@@ -13,14 +13,11 @@ from tdbmon.figures.style import (
     AXIS_WORD,
     BLACK,
     BLUE,
-    GREEN,
+    DROP_COLOURS,
     GREY,
-    ORANGE,
     PHASE_COLOUR,
-    PURPLE,
     SKY,
     UM,
-    VERMILION,
     Margins,
     legend_below,
     new_figure,
@@ -30,8 +27,6 @@ from tdbmon.figures.style import (
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.residual_force import ResidualForce
-
-_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
 
 
 @styled
@@ -94,7 +89,7 @@ def force_against_place(
         _clearance(orbit, gaps[end], max(float(np.abs(each.place[end]).max()) for each in forces))
         strongest = max((float(np.abs(each.force[end]).max()) for each in forces), default=0.0) or 1.0
         for k, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
-            colour, label = _COLOURS[k % len(_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
+            colour, label = DROP_COLOURS[k % len(DROP_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
             place, force = each.place[end], each.force[end]
             out = (np.abs(force.real) > each.band[end, 0]) | (np.abs(force.imag) > each.band[end, 1])
             orbit.plot(place.real * UM, place.imag * UM, color=colour, linewidth=0.4, alpha=0.7)

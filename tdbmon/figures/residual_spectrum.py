@@ -9,13 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tdbmon.figures.style import (
-    BLUE,
-    GREEN,
+    DROP_COLOURS,
     GREY,
-    ORANGE,
-    PURPLE,
     UM,
-    VERMILION,
     Margins,
     legend_below,
     new_figure,
@@ -26,7 +22,6 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.diagnosis.left_over import Spectrum
 
-_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
 _HIGHEST_HZ, _HIGHEST_ORDER = 800.0, 6.0
 
 
@@ -41,7 +36,7 @@ def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
     axes = subplots(figure, len(ends), 2, Margins(15, 3, 10, 20, across=6, down=11), sharey="row")
     drops = list(dict.fromkeys(each.drop for each in spectra))
     for each in spectra:
-        colour = _COLOURS[drops.index(each.drop) % len(_COLOURS)]
+        colour = DROP_COLOURS[drops.index(each.drop) % len(DROP_COLOURS)]
         row = axes[ends.index(each.end)]
         level = each.threshold * each.noise * UM
         for ax, scale in zip(row, (1.0, each.speed), strict=True):

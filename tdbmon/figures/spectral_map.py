@@ -68,6 +68,11 @@ def colour_limits(db: np.ndarray) -> tuple[float, float]:
     return max(floor + 7, top - RANGE_DB), top
 
 
+def edges(middles: np.ndarray, step: float) -> tuple[float, float]:
+    """From where to where cells reach whose middles (n,) are a step apart."""
+    return float(middles[0]) - step / 2, float(middles[-1]) + step / 2
+
+
 def draw_map(
     ax: Axes, db: np.ndarray, extent: tuple[float, float, float, float], limits: tuple[float, float]
 ) -> AxesImage:
@@ -110,7 +115,7 @@ def draw_lines(
     labels = Labels(ax, _NAME)
     low, high = ax.get_ylim()
     for line in constants:
-        if not any(sign in line.name for sign in (" + ", " - ", " x ")):
+        if not line.combined:
             hz = line.frequency.value or 0.0
             # on its line: beside it a name would stand on that of a neighbour, as those of swing and mains are 6 Hz apart
             places = [Place(hz, high - share * (high - low), (0.0, 0.0), ha="center", va="top") for share in _SHARES]

@@ -35,6 +35,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
 )  # fmt: skip
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
+DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
 MEASURED = "#BBBBBB"  # beneath what was simulated
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}

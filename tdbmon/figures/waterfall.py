@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
-from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, top_frequency
+from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, edges, top_frequency
 from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
 
 if TYPE_CHECKING:
@@ -40,8 +40,7 @@ def waterfall(analysis: Analysis) -> Figure:
     figure = new_figure(112, said(analysis, *notes))
     axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
     limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()))
-    half_t, half_f = spectra.attrs["step_s"] / 2, frequency[1] / 2
-    extent = (frequency[0] - half_f, frequency[keep][-1] + half_f, time[0] - half_t, time[-1] + half_t)
+    extent = (*edges(frequency[keep], frequency[1]), *edges(time, spectra.attrs["step_s"]))
     for column, end in enumerate(ends):
         for row, axis in enumerate(("y", "x")):
             ax = axes[row, column]

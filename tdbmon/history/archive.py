@@ -106,13 +106,7 @@ class Archive:
 
     def machine_file(self, drop: str) -> Path:
         """Return the machine file that a drop's current result was made with."""
-        with catalogue.reading(self.catalogue) as base:
-            row = base.execute(
-                "SELECT r.machine_sha256 FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
-            ).fetchone()
-        if row is None:
-            raise InputError(f"{self.folder}: no drop '{drop}'")
-        return self.folder / "machines" / f"{row[0]}.toml"
+        return self.folder / "machines" / f"{self._current(drop)[0]}.toml"
 
     def ends(self, drop: str) -> tuple[str, ...]:
         """Return the names of the touchdown bearings as in a drop's machine file; none where that is lost or damaged."""
@@ -124,13 +118,17 @@ class Archive:
 
     def filing(self, drop: str) -> Filing:
         """Return a drop's current result from its file."""
+        return read_result(self.folder / self._current(drop)[1])
+
+    def _current(self, drop: str) -> tuple[str, str]:
+        """Return the SHA-256 of the machine file that a drop's current result was made with, and the result's file."""
         with catalogue.reading(self.catalogue) as base:
             row = base.execute(
-                "SELECT r.file FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
+                "SELECT r.machine_sha256, r.file FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
             ).fetchone()
         if row is None:
             raise InputError(f"{self.folder}: no drop '{drop}'")
-        return read_result(self.folder / row[0])
+        return str(row[0]), str(row[1])
 
     def drop_of(self, sha256: str) -> Entry | None:
         """Return the drop of a raw file, or None where it is not filed."""

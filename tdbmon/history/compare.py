@@ -127,9 +127,12 @@ class Change:
 
     @property
     def grown(self) -> float | None:
-        """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts."""
+        """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts.
+
+        None where it has not, or where what it is held against is not above zero.
+        """
         grown = []
-        if self.differs and self.difference is not None:
+        if self.differs and self.difference is not None and self.difference.before.centre > 0:
             grown.append(self.difference.value / self.difference.before.centre)
         if self.drifts and self.trend is not None and self.trend.grown is not None:
             grown.append(self.trend.grown)

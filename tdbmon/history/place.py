@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import errno
-import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from tdbsim.errors import InputError
+
+from tdbmon.atomic import whole
 
 INCOMING = "incoming"  # beside the final places, on the same disk, so that a rename moves a file whole
 
@@ -26,17 +26,8 @@ def put(archive: Path, target: Path, write: Callable[[Path], None]) -> None:
         incoming = archive / INCOMING
         incoming.mkdir(exist_ok=True)
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=incoming, suffix=target.suffix)
-        os.close(handle)
-        part = Path(name)
-        try:
+        with whole(target, incoming, forced=True) as part:
             write(part)
-            part.chmod(0o666 & ~_umask())
-            _to_disk(part)
-            os.replace(part, target)
-            _to_disk(target.parent)
-        finally:
-            part.unlink(missing_ok=True)
 
 
 def sweep(archive: Path) -> None:
@@ -58,20 +49,3 @@ def writable(archive: Path) -> Iterator[None]:
         else:
             said = f"the archive cannot be written ({error.strerror or error}); nothing of this drop was filed"
         raise InputError(f"{archive}: {said}") from None
-
-
-def _to_disk(path: Path) -> None:
-    """Force a file, or a folder's list of names, to the disk (folders: where the system can)."""
-    if os.name == "nt" and path.is_dir():
-        return
-    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tdbsim.errors import InputError
+
 from tdbmon.history.filing import Filing, StressBox
 from tdbmon.progress import Progress, silent
 from tdbmon.record.synthetic import is_synthetic
@@ -49,7 +51,6 @@ def study(order: Order, progress: Progress = silent) -> Filing:
     InputError
         If the machine or the record cannot be used, or the record changes while it is read.
     """
-    from tdbsim.errors import InputError
     from tdbsim.machine import load_machine
 
     from tdbmon.record.read import read
@@ -74,8 +75,6 @@ def study_record(
     progress: Progress = silent,
 ) -> Filing:
     """Analyse a record that was read from a file (raises `InputError` where it holds no orbit of the machine)."""
-    from tdbsim.errors import InputError
-
     from tdbmon import __version__
     from tdbmon.analysis.analyse import analyse
     from tdbmon.analysis.contract import analysis_json
@@ -95,6 +94,8 @@ def study_record(
     if fitted is not None:
         from tdbmon.identify.contract import calibration_json, end_json
 
+        # not `with_fitted`: agreement, friction and natural frequencies would be simulated for every drop that is filed, and
+        # nothing in an archive reads them
         for end, found in fitted.forces.ends.items():
             content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
             s = found.stress

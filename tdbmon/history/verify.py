@@ -104,7 +104,7 @@ def bring_up_to_date(archive: Archive, create: bool) -> None:
     place = archive.catalogue
     version = catalogue.version_of(place)
     has_results = any((archive.folder / "results").glob("*/*.nc"))
-    if version == catalogue.SCHEMA or version > catalogue.SCHEMA:
+    if version >= catalogue.SCHEMA:
         return
     if has_results:
         rebuild(archive)

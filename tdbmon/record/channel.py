@@ -125,7 +125,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         "sha256": sha256_of(path),
         "reader": reader,
         "title": content.title,
-        "drop_time": _iso(content.drop_time),
+        "drop_time": iso_date(content.drop_time),
     }
     if record.attrs["drop_time"] and content.drop_time_from:
         record.attrs["drop_time_from"] = content.drop_time_from
@@ -148,7 +148,14 @@ def si_unit(unit: str) -> tuple[str, float]:
     return si_unit_of(text) or si_unit_of(text.lower()) or (text, 1.0)
 
 
-def _iso(date: str) -> str:
+def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[float, float]:
+    """Return the smallest and the largest value that codes of an integer type stand for."""
+    codes = np.iinfo(dtype)
+    ends = (codes.min * scale + offset, codes.max * scale + offset)
+    return min(ends), max(ends)
+
+
+def iso_date(date: str) -> str:
     """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
     text = _day_first(re.sub(r" (UTC|GMT)$", "Z", date.strip()))
     for form in _DAYS:
@@ -201,8 +208,7 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     if channel.full_scale is not None:
         array.attrs["full_scale"] = [float(limit) * factor for limit in channel.full_scale]
     elif packed:
-        codes = np.iinfo(values.dtype)
-        array.attrs["full_scale"] = sorted((codes.min * scale + offset, codes.max * scale + offset))
+        array.attrs["full_scale"] = list(full_scale_of(values.dtype, scale, offset))
     if packed:
         array.encoding = {"dtype": values.dtype, "scale_factor": scale, "add_offset": offset}
     return array

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 
-from tdbmon.record.channel import si_unit
+from tdbmon.record.channel import full_scale_of, si_unit
 from tdbmon.record.timebase import time_factor
 
 
@@ -87,11 +87,10 @@ def _in_si(array: xr.DataArray) -> xr.DataArray:
     out.attrs = {"source_units": written, **array.attrs, "units": units}
     limits = array.attrs.get("full_scale")
     if limits is None and packed:
-        codes = np.iinfo(array.encoding["dtype"])
         scale, offset = (
             float(array.encoding.get(key, unset)) for key, unset in (("scale_factor", 1.0), ("add_offset", 0.0))
         )
-        limits = sorted((codes.min * scale + offset, codes.max * scale + offset))
+        limits = full_scale_of(np.dtype(array.encoding["dtype"]), scale, offset)
     if limits is not None:
         out.attrs["full_scale"] = [float(limit) * factor for limit in limits]
     return out

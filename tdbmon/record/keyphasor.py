@@ -109,6 +109,11 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     return Pulses(kept, turns, sigma, missed, extra, words)
 
 
+def pulses_if_any(ds: xr.Dataset, machine: Machine) -> Pulses | None:
+    """Return the keyphasor's pulses (see `pulses`), None where the record or the machine has no keyphasor."""
+    return pulses(ds, machine) if machine.keyphasor is not None and "keyphasor" in ds else None
+
+
 def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarray:
     """Return the shaft's angle, counted on over the revolutions.
 

@@ -14,6 +14,7 @@ from tdbmon.record.lost_samples import without_flat_tops
 FEW = 0.005  # of the samples: more move the circle that is fitted to the rest
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
 _CONTACTS_S = 0.05  # from the release: the first contacts, of which no value is told where samples are missing
+_HIDDEN = 0.1  # of these contacts' samples: what is blank longer hides a contact, which lasts some 2 ms, with what is about it
 _CHECKS = ("dropout", "nan", "clipping", "range")
 
 
@@ -25,7 +26,8 @@ def limits(probe: Probe, gap: float) -> tuple[float, float]:
 def misread(ds: xr.Dataset, machine: Machine, start: float, checks: Iterable[Check]) -> dict[str, str]:
     """Return the probes that misread in more than a few samples from an instant on (s), and the failed check that says how.
 
-    Missing samples count where they hide the first contacts: those that come later blank a little of the record only.
+    Missing samples count where they hide the first contacts, as a share of those alone, so that it does not matter how long
+    the record goes on: those that come later blank a little of the record only.
     """
     found: dict[str, str] = {}
     failed = {(entry.channel, entry.check) for entry in checks if not entry.passed}
@@ -38,8 +40,9 @@ def misread(ds: xr.Dataset, machine: Machine, start: float, checks: Iterable[Che
         low, high = limits(probe, machine.bearing(probe.end).radial_gap.nominal)
         outside = (values < low) | (values > high)
         cut = np.isfinite(values) & ~np.isfinite(uncut[probe.name].values[after])
-        hidden = np.isnan(values) & (time[after] < start + _CONTACTS_S)
-        for mask, check in zip((hidden, hidden, cut, outside), _CHECKS, strict=True):
-            if (probe.name, check) in failed and mask.size and mask.mean() > FEW:
+        hidden = np.isnan(values[time[after] < start + _CONTACTS_S])
+        judged = ((hidden, _HIDDEN), (hidden, _HIDDEN), (cut, FEW), (outside, FEW))
+        for (mask, most), check in zip(judged, _CHECKS, strict=True):
+            if (probe.name, check) in failed and mask.size and mask.mean() > most:
                 found[probe.name] = check
     return found

@@ -12,7 +12,7 @@ from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses
+from tdbmon.record.keyphasor import Pulses, pulses_if_any
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
@@ -65,7 +65,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         of_probe = probe_checks(ds, machine, probe)
         found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
     found += [early] if early is not None else []
-    marks = pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
+    marks = pulses_if_any(ds, machine)
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
         found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
@@ -129,7 +129,8 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
     """Fill runs of at most five missing samples with a straight line; longer ones stay NaN.
 
     One missing sample would spread over the whole of a filtered signal.  A straight line over six intervals h departs
-    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 4.5 um at 10 kHz and 100 m/s^2, as in a hard contact.
+    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 9 um at 10 kHz in a hard contact
+    (`tdbmon.record.one_time.HARD_CONTACT`).
 
     Returns
     -------

@@ -10,7 +10,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.slow_roll import slow_roll
 
 from tdbmon.record.finding import Check, um
-from tdbmon.record.keyphasor import Pulses, pulses
+from tdbmon.record.keyphasor import Pulses, pulses_if_any
 
 COMPENSATED = "slow roll compensated"  # in the words of figures
 NOT_COMPENSATED = "runout not compensated"
@@ -86,10 +86,8 @@ def _stated(record: xr.Dataset, machine: Machine) -> list[Probe]:
 
 
 def _pulses(record: xr.Dataset, machine: Machine) -> Pulses | None:
-    if machine.keyphasor is None or "keyphasor" not in record:
-        return None
-    key = pulses(record, machine)
-    return key if len(key.times) > 2 else None
+    key = pulses_if_any(record, machine)
+    return key if key is not None and len(key.times) > 2 else None
 
 
 def _angles(key: Pulses, record: xr.Dataset, stated: Sequence[Probe]) -> dict[str, np.ndarray]:

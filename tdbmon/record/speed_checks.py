@@ -12,7 +12,7 @@ from tdbsim.machine import Machine
 from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses, speed, stated_over_counted
+from tdbmon.record.keyphasor import Pulses, pulses_if_any, speed, stated_over_counted
 from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
@@ -264,7 +264,7 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
     where the shaft turns at a half or a third of what they count; a signal alone also where the shaft's line is a unit's
     factor away, or elsewhere while none stands at the stated speed.
     """
-    marks = _marks(ds, machine)
+    marks = pulses_if_any(ds, machine)
     lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
     stated = _counted_at_start(marks) if signal is None else signal
     if stated is None or stated <= 0:
@@ -312,7 +312,7 @@ def _without_unfit(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     if "speed" not in ds:
         return ds
-    marks = _marks(ds, machine)
+    marks = pulses_if_any(ds, machine)
     empty = not np.isfinite(ds["speed"].values).any()
     unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or _late(ds, marks))
     return ds.drop_vars("speed") if empty or unfit else ds
@@ -328,7 +328,7 @@ def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     floor = floor_from(ds[ds["speed"].dims[0]].values, ds["speed"].values) if "speed" in ds else None
     if floor is None:
         return ds
-    speed, marks = ds["speed"], _marks(ds, machine)
+    speed, marks = ds["speed"], pulses_if_any(ds, machine)
     if marks is not None and np.sum(marks.times > ds[speed.dims[0]].values[floor]) > 4:
         return ds.drop_vars("speed")
     held = np.arange(speed.size) >= floor
@@ -346,7 +346,7 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
     name : str
         Of the record, for the message.
     """
-    compared = _over_pulses(ds, _marks(ds, machine))
+    compared = _over_pulses(ds, pulses_if_any(ds, machine))
     if compared is not None and not compared.agree:
         raise InputError(
             f"{name}: the speed signal reads {compared.ratio:.4g} times the keyphasor's speed, and the levitated shaft does"
@@ -357,7 +357,7 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
 
 def signal_over_pulses(ds: xr.Dataset, machine: Machine) -> float:
     """Return how many times the keyphasor's speed the speed signal reads: 1 where they agree, or where one is missing."""
-    compared = _over_pulses(ds, _marks(ds, machine))
+    compared = _over_pulses(ds, pulses_if_any(ds, machine))
     return 1.0 if compared is None or compared.agree else compared.ratio
 
 
@@ -377,10 +377,6 @@ def _over_pulses(ds: xr.Dataset, marks: Pulses | None) -> _Ratio | None:
         return None
     ratio = float(np.median(ratios))
     return _Ratio(ratio, abs(ratio - 1) <= max(_SAME, 3 * float(np.median(sigma))))
-
-
-def _marks(ds: xr.Dataset, machine: Machine) -> Pulses | None:
-    return pulses(ds, machine) if "keyphasor" in ds and machine.keyphasor is not None else None
 
 
 def _signal_at_start(ds: xr.Dataset) -> float | None:

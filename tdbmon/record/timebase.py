@@ -115,15 +115,15 @@ def interval_of(entries: Mapping[str, Any]) -> float | None:
     return None
 
 
-def start_of(entries: Mapping[str, Any]) -> float:
-    """Return the time of the first sample in s that scalars or attributes state; 0 without."""
+def start_of(entries: Mapping[str, Any]) -> float | None:
+    """Return the time of the first sample in s that scalars or attributes state; None without."""
     for key, entry in entries.items():
         bare, unit = _split_bracket(str(key))
         if _plain(bare) in _START_NAMES:
             number = _number(entry, "s", unit)
             if number is not None:
                 return number
-    return 0.0
+    return None
 
 
 def _stated(text: str, si: str, unit: str | None) -> float:

@@ -16,12 +16,15 @@ import numpy as np
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
-from tdbmon.record.channel import Channel
+from tdbmon.record.channel import Channel, iso_date
 from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
 
 _UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
 _NAME_KEYS = ("name", "channel_name", "channelname", "label")
 _NAMES_KEYS = ("channel_names", "channelnames", "names", "labels", "channels", "columns", "signal_names", "varnames")
+_TITLE_KEYS = ("title", "name", "test", "versuch", "description")
+_DATE_KEYS = ("drop_time", "date", "datum", "datetime", "date_time", "start_time", "start time", "time_coverage_start",
+              "recording_date", "test_date", "timestamp")  # fmt: skip
 _PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "ydata", "amplitude"}
 
 
@@ -90,6 +93,17 @@ def first_text(entries: Mapping[str, Any], keys: tuple[str, ...]) -> str | None:
     return None
 
 
+def stated_title(entries: Mapping[str, Any]) -> str:
+    """Return what a file calls its record; "" without."""
+    return first_text(entries, _TITLE_KEYS) or ""
+
+
+def stated_date(entries: Mapping[str, Any]) -> str:
+    """Return the date, with or without a time, that a file states, as it is written there; "" without one that is a date."""
+    texts = (first_text(entries, (key,)) for key in _DATE_KEYS)
+    return next((text for text in texts if text and iso_date(text)), "")
+
+
 def _collect(
     branch: Branch,
     place: str,
@@ -123,8 +137,9 @@ def _collect(
         if time is not None:
             found.append((place, _without_padding(channel, time)))
         elif interval is not None:
-            start = start_of(leaf.attributes) or start_of(entries)
-            found.append((place, replace(channel, interval=interval, start=start)))
+            own_start = start_of(leaf.attributes)  # 0 is stated as well as any other
+            start = start_of(entries) if own_start is None else own_start
+            found.append((place, replace(channel, interval=interval, start=start or 0.0)))
         else:
             fault = _fault(leaf.values.size, [*times, *own.values()], longest if interval_of(entries) else 0)
             timeless.append((place, replace(channel, fault=fault)))

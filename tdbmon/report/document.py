@@ -71,7 +71,6 @@ class Image:
     kind: Literal["svg", "png"]
     data: bytes
     width_mm: float
-    height_mm: float
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ class Figure:
         from tdbmon.figures.style import STYLE
 
         drawing = self.draw()
-        width, height = (float(inches) * 25.4 for inches in drawing.get_size_inches())
+        width = float(drawing.get_size_inches()[0]) * 25.4
         out = io.BytesIO()
         # the salt makes the identifiers inside the SVG the same in every run, and different in every figure; printing by
         # the canvas lays out and draws once, where savefig draws twice
@@ -117,11 +116,11 @@ class Figure:
             FigureCanvasSVG(drawing).print_svg(out, metadata={"Date": None, "Creator": None})
             svg = with_palettes(out.getvalue())
             if len(svg) <= _HEAVY_BYTES:
-                return Image("svg", svg, width, height)
+                return Image("svg", svg, width)
             out = io.BytesIO()
             drawing.set_dpi(_DOTS_PER_INCH)  # drawing the SVG left it at 72
             FigureCanvasAgg(drawing).print_png(out, metadata={"Software": None})
-        return Image("png", with_palette(out.getvalue()), width, height)
+        return Image("png", with_palette(out.getvalue()), width)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 from tdbmon import __version__
@@ -32,8 +31,6 @@ from tdbmon.report.sections import (
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
-_SECTIONS = (summary, quality, release, orbit, gap, contact, rundown, spectra, whirl, tracking, limits, source)
-
 
 def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None = None) -> Document:
     """Return the report of a drop as a document; `write_html` and `write_pdf` write it.
@@ -50,39 +47,37 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     if not note and is_synthetic(attributes):
         note = synthetic_note(1)
     when = moment(str(attributes["drop_time"])) if attributes.get("drop_time") else ""
-    parts = (attributes.get("title"), when, attributes.get("source_file"))
-    drop = " · ".join(str(part) for part in parts if part)
-    sections = []
-    for part in _SECTIONS:
-        if part is summary:
-            made = summary.section(analysis, fitted)
-        elif part is tracking and not analysis.falls:
-            continue  # no run-down to follow
-        elif part in (contact, limits):
-            made = part.section(analysis, fitted is not None)
-        else:
-            made = part.section(analysis)
-        if made is not None:
-            sections.append(made)
-        if fitted is not None:
-            sections += _of_model(part, analysis, fitted)
+    named = (attributes.get("title"), when, attributes.get("source_file"))
+    drop = " · ".join(str(part) for part in named if part)
+    parts: list[Section | None] = [
+        summary.section(analysis, fitted),
+        quality.section(analysis),
+        release.section(analysis),
+        orbit.section(analysis),
+        gap.section(analysis),
+        contact.section(analysis, fitted is not None),
+        agreement.section(fitted) if fitted is not None else None,
+        forces.section(fitted) if fitted is not None else None,
+        rundown.section(analysis),
+        spectra.section(analysis),
+        natural_frequencies.section(analysis, fitted) if fitted is not None else None,
+        _coast_down(fitted) if fitted is not None else None,
+        whirl.section(analysis),
+        tracking.section(analysis) if analysis.falls else None,  # else there is no run-down to follow
+        limits.section(analysis, fitted is not None),
+        source.section(analysis),
+    ]
     return Document(
         "Dropdown report",
         f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,
-        tuple(sections),
+        tuple(part for part in parts if part is not None),
         note=note,
         made=f"tdbmon {__version__}",
     )
 
 
-def _of_model(after: ModuleType, analysis: Analysis, fitted: FittedDrop) -> list[Section]:
-    """Return the sections of the fitted model that follow one of the record alone."""
-    if after is contact:
-        return [agreement.section(fitted), forces.section(fitted)]
-    if after is spectra:
-        found = [natural_frequencies.section(analysis, fitted)]
-        if fitted.coast_down is not None:
-            modes, horizon = fitted.natural_frequencies, fitted.calibration.horizon
-            found.append(coast_down.section(fitted.coast_down, modes, horizon))
-        return found
-    return []
+def _coast_down(fitted: FittedDrop) -> Section | None:
+    """Return the section on the coast-down beside that of the fitted model; None where it was not simulated."""
+    if fitted.coast_down is None:
+        return None
+    return coast_down.section(fitted.coast_down, fitted.natural_frequencies, fitted.calibration.horizon)

@@ -7,6 +7,7 @@ import pytest
 
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
+from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import find_lines, spectra_against_time
 from tdbmon.report.document import Table
 from tdbmon.report.sections import spectra
@@ -16,7 +17,7 @@ from tests.shipped_drops import analysed
 RATE, SECONDS, NOISE = 5000.0, 4.0, 0.3e-6
 TIME = np.arange(0, SECONDS, 1 / RATE)
 SPEED = 120 - 4 * TIME
-BANDS = (("swing 1", 24.0, 33.0), ("swing 2", 38.0, 52.0))
+BANDS = (Band("swing 1", 24.0, 33.0, swing=True), Band("swing 2", 38.0, 52.0, swing=True))
 
 
 def found_in(x: np.ndarray, speed: np.ndarray = SPEED, seed: int = 0) -> tuple[DriftingSwing, ...]:

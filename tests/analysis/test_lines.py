@@ -9,6 +9,7 @@ from scipy.stats import binom
 from tdbsim.errors import InputError
 
 from tdbmon.analysis import cfar
+from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import Line, find_lines
 from tdbmon.analysis.spectrum import cosine_window, short_time_spectra
 from tests.analysis.planes import planes_of
@@ -18,6 +19,7 @@ TIME = np.arange(int(RATE * SECONDS)) / RATE
 SPEED = START * np.exp(-TIME / TAU)
 TURNED = 2 * np.pi * START * TAU * (1 - np.exp(-TIME / TAU))
 NOISE = 1e-7  # standard deviation of a sample, m
+SWINGS = (Band("swing 1", 27.0, 30.0, swing=True), Band("swing 2", 42.0, 46.0, swing=True))
 
 
 def _coloured(rng: np.random.Generator, kind: str) -> np.ndarray:
@@ -37,9 +39,7 @@ def _planes(channels: np.ndarray) -> xr.Dataset:
     return planes_of(TIME, {"NDE": channels[:2].T, "DE": channels[2:].T})
 
 
-def _find(
-    channels: np.ndarray, sense: int = 1, expected: tuple[tuple[str, float, float], ...] = ()
-) -> tuple[Line, ...]:
+def _find(channels: np.ndarray, sense: int = 1, expected: tuple[Band, ...] = ()) -> tuple[Line, ...]:
     return find_lines(_planes(channels), TIME, SPEED, sense, 50.0, expected)
 
 
@@ -91,6 +91,7 @@ def test_hum_in_noise_is_mains_and_nothing_else():
         lines = _find(_white(seed) + hum * np.array([[1.0], [0.8], [0.5], [1.2]]))
         assert {line.kind for line in lines} == {"mains"}
         assert {"mains", "3 x mains"} == set(_by_name(lines))
+        assert [line.name for line in lines if line.combined] == ["3 x mains"]
         assert all(
             line.frequency.low - 0.02 <= n <= line.frequency.high + 0.02
             for line, n in zip(lines, (50, 150), strict=True)
@@ -176,7 +177,7 @@ def _swinging(seconds_decay: float = 25.0) -> np.ndarray:
 
 @pytest.mark.parametrize("told", [True, False])
 def test_what_two_swings_make_on_their_arc_is_named_after_them(told):
-    expected = (("swing 1", 27.0, 30.0), ("swing 2", 42.0, 46.0), ("bending 1", 80.0, 140.0)) if told else ()
+    expected = (*SWINGS, Band("bending 1", 80.0, 140.0)) if told else ()
     channels = _white(4) + _swinging()
     channels[[1, 3]] += 4e-7 * np.exp(-TIME / 30.0) * _cos(134.7)
     lines = _by_name(_find(channels, expected=expected))
@@ -184,6 +185,7 @@ def test_what_two_swings_make_on_their_arc_is_named_after_them(told):
     swings = {"swing 1", "swing 2", "2 x swing 1", "2 x swing 2", "swing 1 + swing 2", "swing 2 - swing 1"}
     assert set(lines) == swings | {mode}
     assert {line.kind for line in lines.values()} == {"constant"}
+    assert {name for name, line in lines.items() if line.combined} == swings - {"swing 1", "swing 2"}
     for name, hz in (("swing 1", 28.57), ("swing 2", 44.43), ("2 x swing 1", 57.14), ("swing 2 - swing 1", 15.86)):
         assert lines[name].frequency.value == pytest.approx(hz, rel=0.01)
     assert lines[mode].frequency.value == pytest.approx(134.7, abs=0.1)
@@ -194,13 +196,13 @@ def test_what_goes_round_or_up_and_down_in_the_band_of_a_swing_is_none():
     channels = _white(8)
     channels[[0, 2]] += 2.8e-4 * _cos(28.6)
     channels[[1, 3]] += 2.8e-4 * _cos(28.6, -np.pi / 2) + 5e-6 * _cos(44.0)
-    lines = _by_name(_find(channels, expected=(("swing 1", 27.0, 30.0), ("swing 2", 42.0, 46.0))))
+    lines = _by_name(_find(channels, expected=SWINGS))
     assert set(lines) == {"28.6 Hz", "44 Hz"}
     assert lines["28.6 Hz"].direction == "forward"
 
 
 def test_expected_bands_name_and_do_not_find():
-    bands = (("bending 1", 100.0, 170.0), ("bending 2", 200.0, 260.0))
+    bands = (Band("bending 1", 100.0, 170.0), Band("bending 2", 200.0, 260.0))
     assert _find(_white(5), expected=bands) == ()
     channels = _white(5)
     channels[1] += 1e-6 * _cos(120.0) + 3e-7 * _cos(160.5)

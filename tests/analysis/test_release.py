@@ -13,6 +13,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.leaving_orbit import falls_between
 from tdbmon.analysis.release import find_release, release_of
 from tdbmon.analysis.release_fit import ReleaseFit
 from tdbmon.record.assign import assign
@@ -216,6 +217,23 @@ def test_a_levitated_record_holds_no_drop(machine):
     planes, truth = drop(1)
     with pytest.raises(InputError, match="no drop"):
         find_release(planes.isel(time=planes.time < truth), machine, 97.0)
+
+
+def test_what_swings_sideways_does_not_end_the_free_fall():
+    """A shaft let go with a sideways push that turns back long before the shaft is down, at the first end as at the other."""
+    rate, gaps, orbit = 20000.0, np.full(4, 250e-6), 5e-6
+    time = np.arange(4000) / rate
+    later = np.maximum(time - 0.1, 0.0)
+    fall = np.maximum(-0.5 * 9.81 * later**2, -260e-6)
+    swing = 100e-6 * np.sin(2 * np.pi * 150 * later)
+    circle = orbit * np.array([np.cos(600 * time), np.sin(600 * time)])
+    still, pushed = circle + np.array([np.zeros_like(fall), fall]), circle + np.array([swing, fall])
+    plain = falls_between(np.vstack([still, still]), rate, gaps, 400)
+    assert plain is not None
+    assert plain[1] / rate - 0.1 == pytest.approx(np.sqrt(2 * 0.6 * 260e-6 / 9.81), abs=2e-4)  # six tenths of the way
+    for rows in (np.vstack([pushed, still]), np.vstack([still, pushed])):
+        found = falls_between(rows, rate, gaps, 400)
+        assert found is not None and found[1] == plain[1]
 
 
 @pytest.mark.parametrize("name", ["coastdown/drop_100", "coastdown/drop_150", "short/drop_060", "short/drop_210"])

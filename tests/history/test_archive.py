@@ -15,7 +15,8 @@ import netCDF4
 import pytest
 from tdbsim.errors import InputError
 
-from tdbmon.history import catalogue, place, result_file
+from tdbmon import atomic
+from tdbmon.history import catalogue, result_file
 from tdbmon.history.archive import open_archive
 from tdbmon.history.result_file import read_result
 from tdbmon.history.verify import rebuild, verify
@@ -218,7 +219,7 @@ def test_a_disk_that_is_full_or_read_only_leaves_the_archive_as_it_was(
     fill(empty, tmp_path, 2)
     raw, machine = files(tmp_path, 7)
     count = 0
-    forced = place._to_disk
+    forced = atomic._to_disk
 
     def fails(path: Path) -> None:
         nonlocal count
@@ -228,7 +229,7 @@ def test_a_disk_that_is_full_or_read_only_leaves_the_archive_as_it_was(
         forced(path)
 
     with monkeypatch.context() as patched:
-        patched.setattr(place, "_to_disk", fails)
+        patched.setattr(atomic, "_to_disk", fails)
         with pytest.raises(InputError, match=says):
             empty.add(filing(raw, machine, seed=7), raw, machine)
     assert count == moment + 1

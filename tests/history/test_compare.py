@@ -119,6 +119,7 @@ def test_a_quantity_that_was_nought_in_every_drop_is_compared(empty, tmp_path, l
     comparison, verdict = judged(empty, drop)
     assert verdict.word == word
     assert [c.kind.name for c in comparison.flagged] == ["friction"] * (last > 0)
+    assert all(change.grown is None for change in comparison.flagged)  # over nought
     drawn = [label.get_text() for label in differences(comparison).axes[0].get_yticklabels()]
     assert any("Friction of journal on ring (fitted), NDE" in text for text in drawn) == (last > 0)
 

@@ -16,7 +16,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
-from tdbmon.figures.stress_boxes import stress_boxes
+from tdbmon.figures.stress_history import stress_history
 from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.compare import compare, filed_drop
@@ -87,14 +87,14 @@ def test_every_figure_is_readable(reports):
     for document in reports:
         assert_readable(document)
     names = {figure.name for document in reports for figure in figures_of(document)}
-    assert names >= {"differences", "trends", "stress-boxes", "machine-courses", "fleet"}
+    assert names >= {"differences", "trends", "stress-history", "machine-courses", "fleet"}
 
 
 def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     assert set(found.stress) == {"NDE", "DE"}
     assert [drop for drop, _ in found.stress["DE"]] == [e.id for e in (*found.matched, found.entry)]
-    figure = stress_boxes(found)
+    figure = stress_history(found)
     for ax in figure.axes:
         colours = [patch.get_facecolor() for patch in ax.patches]
         assert len(colours) == len(found.stress["DE"])
@@ -107,7 +107,7 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
     assert "archive add --forces" in html
     assert "How hard the bearings were hit" not in html  # a table of nothing but the count of drops
     assert f"Full drops of this assembly, {comparison.entry.raw_name} included" in html.split("What was compared", 1)[1]
-    assert "stress-boxes" not in html
+    assert "stress-history" not in html
     assert "Changed against the drops before" in html
     assert "synthetic" in html
 
@@ -313,7 +313,7 @@ def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stre
     for i in range(4):
         raw, machine = files(tmp_path, i)
         empty.add(filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", stress=stress), raw, machine)
-    figure = stress_boxes(compare(empty, filed_drop(empty, empty.entries()[-1].id)))
+    figure = stress_history(compare(empty, filed_drop(empty, empty.entries()[-1].id)))
     for ax in figure.axes:
         lines = [line for line in ax.lines if len(line.get_ydata()) == 2 and list(line.get_ydata()) == [4200.0, 4200.0]]
         assert bool(lines) == drawn

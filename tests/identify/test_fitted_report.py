@@ -47,6 +47,7 @@ def line(name: str, hz: float, kind: str = "constant") -> Line:
         first_s=0.09,
         last_s=0.14,
         name=name,
+        combined=" x " in name,
     )
 
 
@@ -299,7 +300,7 @@ def test_drops_fitted_together_stand_in_one_table(report: Document, fitted) -> N
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
     table = next(b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("All drops"))
     assert [row.cells[0] for row in table.rows] == ["drop_97.nc, 97 Hz", "drop_148.nc, 148 Hz"]
-    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-box").draw())
+    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-outliers").draw())
     for ax in boxes.axes:
         assert [label.get_text() for label in ax.get_xticklabels()] == ["drop_97", "drop_148"]
     content = fitted_json(fitted)

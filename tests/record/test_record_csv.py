@@ -32,6 +32,8 @@ SAME = {
     "quotes": '"time","A","B"\n"0","1.5","-2"\n"0.001","2.5","-3"\n"0.002","1e1","-4"\n',
     "quoted decimal comma": '"time","A","B"\n"0","1,5","-2"\n"0,001","2,5","-3"\n"0,002","1e1","-4"\n',
     "comments": "# made by a logger\n# operator: nobody\ntime,A,B\n0,1.5,-2\n# a remark\n0.001,2.5,-3\n0.002,1e1,-4\n",
+    "remarks of other loggers among the numbers": "% by a logger\ntime,A,B\n0,1.5,-2\n% a remark\n0.001,2.5,-3\n"
+    "// another\n  ! and one more, with commas\n0.002,1e1,-4\n",
     "commented header": "# time, A, B\n0,1.5,-2\n0.001,2.5,-3\n0.002,1e1,-4\n",
     "preamble": "Logger X;\nSerial;17\nDate;10.03.2026\n\ntime;A;B\n0;1.5;-2\n0.001;2.5;-3\n0.002;1e1;-4\n",
     "rate in the preamble": "Sampling rate [Hz];1000\nA;B\n1.5;-2\n2.5;-3\n1e1;-4\n",
@@ -239,6 +241,7 @@ BAD = {
         r"line 4 \('End of file'\) is no row of numbers: delete it",
     ),
     "cut row": ("time,A,B\n0,1,2\n0.1,1,5\n0.2,1", r"line 4 \(the last: the file was cut off\)"),
+    "short row after a remark": ("time,A,B\n0,1,2\n% one\n0.1,1\n0.2,1,2\n", "line 4 has 2 columns instead of 3"),
     "short row of blanks": ("time A B\n0 1 2\n0.1 1\n0.2 1 2\n", "line 3 has 2 columns instead of 3"),
     "header too long": (
         "time;A;B;C\n0;1;2\n0.1;2;3\n",

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import record_samples as samples
 import xarray as xr
+from scipy.io import savemat
 from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
@@ -57,6 +58,41 @@ def test_a_record_is_read_back_exactly(kind: str, tmp_path: Path) -> None:
         assert record.attrs["drop_time"].startswith("2026-03-10")
 
 
+def _with_texts(kind: str, path: Path, texts: dict[str, str]) -> None:
+    """Write ten samples of a channel with texts beside it."""
+    values = np.arange(10.0)
+    if kind == "netCDF":
+        with _netcdf(path, n=10) as file:
+            file.createVariable("A", "f8", ("time",))[:] = values
+            file.setncatts(texts)
+    elif kind == "HDF5":
+        with h5py.File(path, "w") as file:
+            file["A"] = values
+            file.attrs.update({"dt": 1e-3, **texts})
+    elif kind == "MAT":
+        savemat(path, {"t": values * 1e-3, "A": values, **texts})
+    elif kind == "CSV":
+        above = "".join(f"# {key}: {text}\n" for key, text in texts.items())
+        path.write_text(above + "time [s],A [um]\n" + "".join(f"{x * 1e-3},{x}\n" for x in values), encoding="utf-8")
+    elif kind == "Parquet":
+        pa = pytest.importorskip("pyarrow")
+        schema = pa.schema([("time", pa.float64()), ("A", pa.float64())], metadata=texts)
+        pytest.importorskip("pyarrow.parquet").write_table(pa.table([values * 1e-3, values], schema=schema), path)
+    elif kind == "TDMS":
+        nptdms = pytest.importorskip("nptdms")
+        channels = [nptdms.ChannelObject("drop", "A", values, {"wf_increment": 1e-3})]
+        with nptdms.TdmsWriter(path) as file:
+            file.write_segment([nptdms.RootObject(texts), *channels])
+
+
+@pytest.mark.parametrize("kind", ["netCDF", "HDF5", "MAT", "CSV", "Parquet", "TDMS"])
+def test_a_record_keeps_its_date_and_title_in_every_format(kind: str, tmp_path: Path) -> None:
+    texts = {"date": "last Tuesday", "test_date": "2026-03-10T09:00:00", "description": "third of four"}
+    _with_texts(kind, tmp_path / "a", texts)
+    attrs = read(tmp_path / "a").attrs
+    assert (attrs["reader"], attrs["drop_time"], attrs["title"]) == (kind, texts["test_date"], texts["description"])
+
+
 @pytest.mark.parametrize("kind", samples.WRITERS)
 @pytest.mark.parametrize("suffix", [".csv", ".nc", ".wav", ""])
 def test_a_misleading_suffix_does_not_matter(kind: str, suffix: str, tmp_path: Path) -> None:
@@ -85,6 +121,21 @@ def test_packed_netcdf_has_its_full_scale_and_every_code_is_a_value(tmp_path: Pa
     array = read(tmp_path / "a.nc")["A"]
     np.testing.assert_allclose(array.values, (codes * 0.25 + 3.0) * 1e-6, rtol=1e-15)
     np.testing.assert_allclose(array.attrs["full_scale"], [-8189e-6, 8194.75e-6], rtol=1e-14)
+
+
+@pytest.mark.parametrize("fill", [False, True])
+def test_unsigned_codes_have_their_full_scale_with_missing_ones_too(fill: bool, tmp_path: Path) -> None:
+    codes = np.linspace(0, 65534, 50).astype(np.uint16)
+    with _netcdf(tmp_path / "a.nc") as file:
+        variable = file.createVariable("A", "i2", ("time",), fill_value=-1)
+        variable.set_auto_maskandscale(False)
+        variable._Unsigned, variable.units, variable.scale_factor = "true", "um", 0.25
+        if fill:
+            codes[5] = 65535
+        variable[:] = codes.view(np.int16)
+    array = read(tmp_path / "a.nc")["A"]
+    assert np.flatnonzero(np.isnan(array.values)).tolist() == [5] * fill
+    np.testing.assert_allclose(array.attrs["full_scale"], [0.0, 65535 * 0.25e-6], rtol=1e-14)
 
 
 def test_declared_fill_values_are_missing(tmp_path: Path) -> None:
@@ -206,6 +257,16 @@ def test_hdf5_values_that_are_packed_as_in_netcdf_are_unpacked(tmp_path: Path) -
     np.testing.assert_allclose(record["NDE_A"].values, (codes * 0.02 + 3.0) * 1e-6, rtol=1e-12)
     np.testing.assert_allclose(record["NDE_A"].attrs["full_scale"], [-652.36e-6, 658.34e-6], rtol=1e-9)
     np.testing.assert_allclose(record["whole"].values, codes * 1e-6, rtol=1e-12)
+
+
+def test_a_channel_that_starts_at_nought_does_not_start_where_others_do(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.attrs.update({"dt": 1e-3, "t0": 0.25})
+        file["NDE_A"], file["NDE_B"] = np.arange(5.0), np.arange(5.0)
+        file["NDE_A"].attrs["t0"] = 0.0
+    record = read(tmp_path / "a.h5")
+    first = {name: float(record[name][record[name].dims[0]].values[0]) for name in ("NDE_A", "NDE_B")}
+    assert first == {"NDE_A": 0.0, "NDE_B": 0.25}
 
 
 def test_hdf5_matrix_with_names_and_foreign_things(tmp_path: Path) -> None:

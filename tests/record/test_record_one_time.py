@@ -13,6 +13,7 @@ from tdbsim.machine import load_machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
+from tdbmon.record.one_time import HARD_CONTACT
 from tdbmon.record.quality import Check, check, left_out
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -80,6 +81,15 @@ def test_a_multiplexed_probe_is_read_at_the_times_of_the_others(late_us: float) 
     found = _checks(raw)
     assert [(each.channel, each.passed) for each in found] == [("NDE_B", True)]
     assert f"{abs(late_us):.3g} us {'after' if late_us > 0 else 'before'} NDE_A" in found[0].detail
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.parent.glob("drop_*.nc")), ids=lambda path: path.stem)
+def test_a_hard_contact_accelerates_the_shaft_by_about_what_is_said(path: Path) -> None:
+    raw = read(path)
+    reach = round(5e-4 / float(raw["time"][1] - raw["time"][0]))
+    curved = [raw[n].values[2 * reach :] - 2 * raw[n].values[reach:-reach] + raw[n].values[: -2 * reach] for n in NAMES]
+    hardest = max(float(np.max(np.abs(each))) for each in curved) / 5e-4**2
+    assert HARD_CONTACT / 3 < hardest < HARD_CONTACT
 
 
 def test_straight_lines_do_not_lead_over_what_is_missing() -> None:

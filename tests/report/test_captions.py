@@ -15,7 +15,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
-from tdbmon.figures.stress_box import stress_box
+from tdbmon.figures.stress_outliers import stress_outliers
 from tdbmon.record.read import read
 from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
@@ -144,7 +144,7 @@ def test_the_legend_of_stresses_holds_only_what_is_drawn() -> None:
     )
     for beyond in ((), (2.35e9,)):
         end = SimpleNamespace(stress=SimpleNamespace(**{**vars(box), "tukey": beyond}))
-        figure = stress_box([SimpleNamespace(name="drop", seconds=0.2, ends={"DE": end})])  # type: ignore[list-item]
+        figure = stress_outliers([SimpleNamespace(name="drop", seconds=0.2, ends={"DE": end})])  # type: ignore[list-item]
         labels = [text.get_text() for text in figure.legends[0].get_texts()]
         assert ("beyond Tukey's fence" in labels) == bool(beyond)
         assert "beyond three deviations" not in labels

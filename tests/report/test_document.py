@@ -66,7 +66,7 @@ def test_a_figure_too_heavy_for_svg_is_a_sharp_png() -> None:
     assert image.kind == "png"
     width, height = PIL.Image.open(io.BytesIO(image.data)).size
     assert width >= 200 * image.width_mm / 25.4
-    assert width / height == pytest.approx(image.width_mm / image.height_mm, rel=0.01)
+    assert width / height == pytest.approx(6.7 / 3.0, rel=0.01)
 
 
 def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
@@ -76,6 +76,16 @@ def test_the_report_has_its_evidence(coastdown_report: Document) -> None:
         "speed-decay", "waterfall", "cascade", "full-spectrum", "bode",
     }  # fmt: skip
     assert any(isinstance(block, SignalViewer) for section in document.sections for block in section.blocks)
+
+
+def test_the_viewer_of_signals_says_whether_runout_is_taken_off(short: Analysis) -> None:
+    def said(analysis: Analysis) -> list[str]:
+        blocks = [block for section in build_report(analysis).sections for block in section.blocks]
+        return [block.title for block in blocks if isinstance(block, SignalViewer)]
+
+    taken = replace(short, checks=(*short.checks, Check("slow roll", "", True, "taken off")))
+    for analysis, runout in ((short, "runout not compensated"), (taken, "slow roll compensated")):
+        assert said(analysis) == [f"Displacement (not filtered, {runout}) and speed of the whole record"]
 
 
 def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Document) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.text_cells import CLOCK, DATE, MOMENT, is_number, split
+from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
-from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
@@ -50,15 +50,15 @@ class CSV:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
         date = date or _first_moment(lines, layout)
-        title = first_text(layout.header.entries, ("title", "name", "test", "versuch")) or ""
+        entries = layout.header.entries
         return Content(
-            channels_of(Branch("", tuple(leaves), layout.header.entries), path), title, date, _cut_off(lines)
+            channels_of(Branch("", tuple(leaves), entries), path), stated_title(entries), date, _cut_off(lines)
         )
 
 
 def _stated_moment(entries: Mapping[str, str]) -> str:
     """Return the moment that the lines above the table state, a day and a clock in one entry or in two; "" without."""
-    date = first_text(entries, ("drop_time", "date", "datum", "start time", "start_time")) or ""
+    date = stated_date(entries)
     clock = first_text(entries, ("time", "uhrzeit", "zeit", "time of day", "start time", "startzeit")) or ""
     return f"{date} {clock.replace(',', '.')}" if DATE.fullmatch(date) and CLOCK.fullmatch(clock) else date
 
@@ -87,7 +87,7 @@ def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
     """Return the columns: numbers, or seconds with the moment of the first; None for one without a name and values."""
     import pandas as pd
 
-    body = [line for line in lines[layout.first :] if line.strip() and not line.lstrip().startswith("#")]
+    body = [line for line in lines[layout.first :] if line.strip() and not COMMENT.match(line)]
     width = len(layout.header.names)
     _check_width(body, lines, layout, width, path)
     separator = r"\s+" if layout.separator == " " else layout.separator
@@ -182,7 +182,7 @@ def _check_width(body: list[str], lines: list[str], layout: Layout, width: int, 
 def _line_number(lines: list[str], layout: Layout, row: int) -> int:
     kept = -1
     for i in range(layout.first, len(lines)):
-        if lines[i].strip() and not lines[i].lstrip().startswith("#"):
+        if lines[i].strip() and not COMMENT.match(lines[i]):
             kept += 1
             if kept == row:
                 return i + 1

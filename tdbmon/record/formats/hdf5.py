@@ -9,10 +9,10 @@ import h5py
 import numpy as np
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.netcdf import HDF5_MAGIC, check_size
-from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+from tdbmon.record.formats.stored_size import check_size
+from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
-DATE_KEYS = ("drop_time", "date", "datetime", "start_time", "timestamp", "recording_date", "test_date", "date_time")
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
 class HDF5:
@@ -27,8 +27,7 @@ class HDF5:
     def read(self, path: Path) -> Content:
         with h5py.File(path, "r") as file:
             root = branch_of(file, "")
-        title = first_text(root.entries, ("title", "name", "description")) or ""
-        return Content(channels_of(root, path), title, first_text(root.entries, DATE_KEYS) or "")
+        return Content(channels_of(root, path), stated_title(root.entries), stated_date(root.entries))
 
 
 def branch_of(group: Any, name: str) -> Branch:

@@ -9,10 +9,10 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
-from tdbmon.record.formats.hdf5 import DATE_KEYS
+from tdbmon.record.formats.hdf5 import HDF5_MAGIC
 from tdbmon.record.formats.mat5_structure import check_structure
-from tdbmon.record.formats.netcdf import HDF5_MAGIC, check_size
-from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+from tdbmon.record.formats.stored_size import check_size
+from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
 
 class MAT:
@@ -28,8 +28,7 @@ class MAT:
         with path.open("rb") as file:
             head = file.read(520)
         root = _version_73(path) if head[512:520] == HDF5_MAGIC else _version_5(path)
-        title = first_text(root.entries, ("title", "name", "description")) or ""
-        return Content(channels_of(root, path), title, first_text(root.entries, DATE_KEYS) or "")
+        return Content(channels_of(root, path), stated_title(root.entries), stated_date(root.entries))
 
 
 def _version_5(path: Path) -> Branch:

@@ -10,13 +10,13 @@ from typing import Any
 import netCDF4
 import numpy as np
 import xarray as xr
-from tdbsim.errors import InputError
 
 from tdbmon.atomic import replacing
-from tdbmon.record.channel import Channel, Content
+from tdbmon.record.channel import Channel, Content, full_scale_of
+from tdbmon.record.formats.hdf5 import HDF5_MAGIC
+from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
-
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+from tdbmon.record.tree import stated_date, stated_title
 
 _FIRST_YEAR = 1980  # nobody recorded a drop before; epochs in a local time lie there (1970-01-01 01:00)
 
@@ -38,11 +38,10 @@ class NetCDF:
             file.set_auto_maskandscale(False)
             check_size(_stored_bytes(file), path, compressed=not file.data_model.startswith("NETCDF3"))
             channels = tuple(_channels(file))
-            title = str(getattr(file, "title", ""))
-            dates = (getattr(file, name, "") for name in ("drop_time", "date", "time_coverage_start"))
-            date = next((str(date) for date in dates if date), "") or _began(file)
+            stated = _attributes(file)
+            date = stated_date(stated) or _began(file)
             machine = str(getattr(file, "machine", "")).strip()
-            return Content(channels, title, date, machine=machine, beside=_beside(file))
+            return Content(channels, stated_title(stated), date, machine=machine, beside=_beside(file))
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
@@ -129,22 +128,6 @@ def _beside(group: Any, prefix: str = "") -> dict[str, str]:
     return found
 
 
-def check_size(stored: int, path: Path, compressed: bool) -> None:
-    """Refuse a file whose header promises more than it can hold: cut off, or damaged so that memory would run out.
-
-    Raises
-    ------
-    InputError
-        If `stored` bytes of values cannot come out of the file; zlib shrinks to a thousandth at best.
-    """
-    size = path.stat().st_size
-    if stored > (2000 * size if compressed else size):
-        raise InputError(
-            f"{path}: its header promises {stored / 1e6:.3g} MB of values, the file has {size / 1e6:.3g} MB;"
-            " it is damaged or cut off: export it again"
-        )
-
-
 def _stored_bytes(group: Any) -> int:
     own = sum(
         variable.size * np.dtype(variable.dtype).itemsize
@@ -201,12 +184,12 @@ def _began(group: Any) -> str:
 
 
 def _physical(variable: Any) -> np.ndarray:
-    raw, scale, offset = _unpacked(variable)
+    raw, scale, offset, _ = _unpacked(variable)
     return np.asarray(raw.astype(np.float64) * scale + offset)
 
 
-def _unpacked(variable: Any) -> tuple[np.ndarray, float, float]:
-    """Return stored values, scale and offset; values declared as missing become NaN.
+def _unpacked(variable: Any) -> tuple[np.ndarray, float, float, np.dtype[Any]]:
+    """Return stored values, scale, offset and the type of the codes; values declared as missing become NaN.
 
     The default fill value of integers is not taken for missing: -32767 is a code that a 16-bit converter gives.
     """
@@ -217,24 +200,22 @@ def _unpacked(variable: Any) -> tuple[np.ndarray, float, float]:
     codes = [code for name in ("_FillValue", "missing_value") for code in np.atleast_1d(getattr(variable, name, []))]
     if raw.dtype.kind == "f":
         codes.append(netCDF4.default_fillvals[raw.dtype.str[1:]])
+    stored = raw.dtype
     missing = np.isin(raw, np.asarray(codes, dtype=raw.dtype)) if codes else np.zeros(raw.shape, dtype=bool)
     if missing.any():
         raw = raw.astype(np.float64)
         raw[missing] = np.nan
-    return raw, scale, offset
+    return raw, scale, offset, stored
 
 
 def _channel(name: str, variable: Any, time: np.ndarray) -> Channel:
-    raw, scale, offset = _unpacked(variable)
+    raw, scale, offset, stored = _unpacked(variable)
     full_scale = np.asarray(getattr(variable, "full_scale", []), dtype=np.float64)
-    stored = variable.dtype
     limits: tuple[float, float] | None = None
     if full_scale.shape == (2,):
         limits = (float(full_scale[0]), float(full_scale[1]))
     elif stored.kind in "iu" and scale != 1.0:
-        codes = np.iinfo(raw.dtype if raw.dtype.kind in "iu" else stored)
-        low, high = sorted((codes.min * scale + offset, codes.max * scale + offset))
-        limits = (low, high)
+        limits = full_scale_of(stored, scale, offset)
     return Channel(
         name=name,
         values=raw,

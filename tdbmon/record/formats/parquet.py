@@ -9,7 +9,7 @@ import numpy as np
 
 from tdbmon.record.channel import Content
 from tdbmon.record.format import library
-from tdbmon.record.tree import Branch, Leaf, channels_of, first_text
+from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
 
 class Parquet:
@@ -29,7 +29,7 @@ class Parquet:
             table = pyarrow.parquet.read_table(file)
         entries = _decoded(table.schema.metadata)
         leaves: list[Leaf] = []
-        date = first_text(entries, ("drop_time", "date", "start_time")) or ""
+        date = stated_date(entries)
         for field, column in zip(table.schema, table.columns, strict=True):
             attributes = _decoded(field.metadata)
             kind = str(field.type)
@@ -43,8 +43,7 @@ class Parquet:
                 values = column.to_numpy()
                 if values.dtype.kind in "iufb":
                     leaves.append(Leaf(field.name, values, attributes))
-        title = first_text(entries, ("title", "name")) or ""
-        return Content(channels_of(Branch("", tuple(leaves), entries), path), title, date)
+        return Content(channels_of(Branch("", tuple(leaves), entries), path), stated_title(entries), date)
 
 
 def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, Any]:

@@ -12,9 +12,9 @@ import numpy as np
 
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
-from tdbmon.record.formats.netcdf import check_size
+from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import is_time_name
-from tdbmon.record.tree import Branch, Leaf, channels_of
+from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
 
 class TDMS:
@@ -59,8 +59,8 @@ class TDMS:
         channels += tuple(Channel(channel.name, np.empty(0), fault="it holds no sample") for channel in empty)
         return Content(
             channels,
-            title=str(entries.get("title") or entries.get("name") or ""),
-            drop_time=f"{np.datetime_as_string(first, unit='ms')}Z" if first is not None else "",
+            title=stated_title(entries),
+            drop_time=f"{np.datetime_as_string(first, unit='ms')}Z" if first is not None else stated_date(entries),
             incomplete="the logger was cut off while it wrote the last segment" if cut else "",
         )
 

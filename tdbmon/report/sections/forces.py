@@ -41,7 +41,7 @@ def hardest(drop: DropForces) -> tuple[Row, ...]:
 def section(fitted: FittedDrop) -> Section:
     """Return the forces on both bearings with their intervals, and the calibrated values."""
     from tdbmon.figures.forces import forces
-    from tdbmon.figures.stress_box import stress_box
+    from tdbmon.figures.stress_outliers import stress_outliers
 
     drop, calibration = fitted.forces, fitted.calibration
     ends = drop.ends.values()
@@ -97,12 +97,12 @@ def section(fitted: FittedDrop) -> Section:
             " does not move with the outliers themselves."
         ),
         Figure(
-            "stress-box",
+            "stress-outliers",
             "Greatest Hertz stress among the balls while any is loaded. Box: quartiles with median; cross: mean; bars: least and"
             " greatest value within Tukey's fences. Dots and rings: peaks beyond the fence and beyond three standard deviations,"
             " where there are any.",
             "Box plots of the stress over time, a panel for each end and a box for each drop, with outliers by two rules.",
-            partial(stress_box, fitted.all_forces),
+            partial(stress_outliers, fitted.all_forces),
         ),
         *(_drops(fitted) if fitted.others else ()),
         Figure(

@@ -59,8 +59,8 @@ def section(analysis: Analysis, fitted: FittedDrop) -> Section:
 
 def own_lines(lines: Sequence[Line]) -> list[Line]:
     """Return the lines of constant frequency that are no sums or multiples of others, and not the mains."""
-    named = [line for line in lines if line.kind == "constant" and line.frequency.value is not None]
-    return [line for line in named if not any(sign in line.name for sign in (" + ", " - ", " x "))]
+    known = [line for line in lines if line.kind == "constant" and line.frequency.value is not None]
+    return [line for line in known if not line.combined]
 
 
 def nearest(mode: RestingMode, lines: Sequence[Line]) -> Line | None:

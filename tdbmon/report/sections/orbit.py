@@ -21,7 +21,7 @@ def section(analysis: Analysis) -> Section | None:
     ends = [name for name, end in analysis.ends.items() if end.plane != "none"]
     if not ends:
         return None
-    from tdbmon.figures.centreline import centreline, courses_of
+    from tdbmon.figures.centreline import LEAST_S, centreline, courses_of
     from tdbmon.figures.orbit_sequence import orbit_sequence
 
     blocks: list[Block] = [
@@ -38,7 +38,7 @@ def section(analysis: Analysis) -> Section | None:
     if not courses:
         blocks.append(
             Paragraph(
-                "The shaft centreline is not drawn: no end has both a clearance circle and 0.4 s after the release."
+                f"The shaft centreline is not drawn: no end has both a clearance circle and {LEAST_S:g} s after the release."
             )
         )
     else:

@@ -8,6 +8,7 @@ from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.vibration_zone import ZONES, zone
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import words
+from tdbmon.record.slow_roll import runout_words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, SignalViewer, Table, sentence
 from tdbmon.report.signal import signals_of
 
@@ -34,9 +35,8 @@ def section(analysis: Analysis) -> Section:
         blocks += _figures(analysis)
     signals = signals_of(analysis)
     if signals is not None:
-        blocks.append(
-            SignalViewer("Displacement (not filtered, runout not compensated) and speed of the whole record", signals)
-        )
+        runout = runout_words(analysis.checks)
+        blocks.append(SignalViewer(f"Displacement (not filtered, {runout}) and speed of the whole record", signals))
     return Section("Release and phases", tuple(blocks))
 
 

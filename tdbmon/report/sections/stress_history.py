@@ -16,7 +16,8 @@ def section(comparison: Comparison) -> Section:
             " simulation fitted to the drop: tdbmon archive add --forces."
         )
         return Section("Hertz stress", (Paragraph(words),))
-    from tdbmon.figures.stress_boxes import stress_boxes
+    from tdbmon.figures.stress_history import stress_history
+    from tdbmon.identify.forces import SECONDS
 
     drops = [e.id for e in (*comparison.matched, comparison.entry)]
     with_forces = {drop for rows in comparison.stress.values() for drop, _ in rows}
@@ -31,13 +32,13 @@ def section(comparison: Comparison) -> Section:
             rows.append(Row((comparison.record(drop), *cells)))
     blocks: list[Block] = [
         Figure(
-            "stress-boxes",
-            "Greatest Hertz stress among the balls while any is loaded, within 0.2 s of the release, from the simulation"
+            "stress-history",
+            f"Greatest Hertz stress among the balls while any is loaded, within {SECONDS:g} s of the release, from the simulation"
             " fitted to each drop. Box: quartiles with median; cross: mean; bar above: greatest (the least is"
             " not filed); dots: peaks beyond three standard deviations from the mean. In orange:"
             f" {comparison.entry.raw_name}.",
             "Box plots of the stress, a panel for each end and a box for each drop.",
-            partial(stress_boxes, comparison),
+            partial(stress_history, comparison),
         ),
         Table("Greatest / mean stress", ("Drop", *comparison.stress), tuple(rows)),
     ]

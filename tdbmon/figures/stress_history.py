@@ -1,4 +1,4 @@
-"""Box plots of the Hertz stress, an end and a drop."""
+"""Box plots of the Hertz stress of a machine's filed drops; the whisker ends at the greatest, for the least is not filed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NEAR = 1.6  # times the top of the boxes' scale: up to there a limit is drawn i
 
 
 @styled
-def stress_boxes(comparison: Comparison) -> Figure:
+def stress_history(comparison: Comparison) -> Figure:
     """Draw the boxes of the latest drops with forces, the drop that is compared in orange."""
     ends = comparison.stress
     figure = new_figure(

@@ -1,4 +1,4 @@
-"""Box plots of the Hertz stress, an end a panel and a drop a box, with outliers by two rules."""
+"""Box plots of the Hertz stress of drops fitted together, with outliers by two rules; whiskers end within Tukey's fence."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.fatigue import STATIC_LIMIT
 
-from tdbmon.figures.stress_boxes import limit_line, short_name
+from tdbmon.figures.stress_history import limit_line, short_name
 from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _MPA = 1e-6
 
 
 @styled
-def stress_box(drops: Sequence[DropForces]) -> Figure:
+def stress_outliers(drops: Sequence[DropForces]) -> Figure:
     """Draw the box of each drop, an end a panel, with the limits of both rules."""
     note = (
         f"Greatest Hertz stress among the balls while loaded, {drops[0].seconds:g} s · fitted simulation, not measured"
