@@ -178,9 +178,10 @@ def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
 
 def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect, ...]) -> DropModel:
     draft = Draft(machine, modes, arrays)
-    start = hooks.offsets() if effects else {}
     for effect in effects:
         effect.modify(draft)
+    start = hooks.offsets() if effects else {}
+    for effect in effects:  # their coefficients follow from the numbers as all have changed them, whatever the order
         if effect.slots and not effect.is_off:
             _fill_slots(draft, effect, start[effect.identifier()])
     for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):

@@ -168,12 +168,23 @@ def test_effects_combine(machine, plain_drop):
         parse("off_sized_ball:end=DE,ball=7,deviation=-5 um"),
         parse("probe_gain:probe=NDE_A,gain=1.1"),
         parse("quadratic_windage:share=0.3"),
+        parse("loose_support:end=NDE,play=20 um"),
     ]
     drop, other = simulate(machine, SHORT, some), simulate(machine, SHORT, some[::-1])
     np.testing.assert_array_equal(drop["NDE_A"].values, other["NDE_A"].values)
     oversize = build_model(machine, some).arrays.ball_oversize[1]
     assert oversize[[2, 6]] == pytest.approx([5e-6, -5e-6])
-    assert drop.attrs["effects"].count(";") == 5
+    assert drop.attrs["effects"].count(";") == 6
+
+
+def test_play_counts_from_the_stiffness_of_an_uneven_support_in_either_order(machine):
+    """Play given before the anisotropy took its missing stiffness from the even support."""
+    pair = [parse("loose_support:end=NDE,play=20 um"), parse("support_anisotropy:end=NDE,ratio=0.4")]
+    found, other = build_model(machine, pair), build_model(machine, pair[::-1])
+    np.testing.assert_array_equal(found.arrays.effect, other.arrays.effect)
+    missing = found.arrays.effect[0, hooks.offsets()["loose_support"] + 1]
+    stiffness = machine.touchdown_bearings[0].support_stiffness.nominal
+    assert missing == pytest.approx(0.9 * (1 + 0.4) / 2 * stiffness)
 
 
 def test_parse_reads_what_a_person_writes():
