@@ -178,7 +178,7 @@ class Effect:
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
-    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it
+    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it, or not add to it
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late

@@ -253,10 +253,12 @@ def test_effects_that_do_not_fit_the_machine(machine, text, says):
     [
         ("foundation_mode:where=both,stiffness=3e7 N/m", "foundation_mode:end=DE,stiffness=6e7 N/m"),
         ("probe_crosstalk:end=NDE,factor=0.1", "probe_crosstalk:end=NDE,factor=0.2"),
+        ("support_anisotropy:end=DE,ratio=0.5", "support_anisotropy:end=DE,ratio=0.4,direction=40 deg"),
+        ("support_anisotropy:where=both,ratio=0.5", "support_anisotropy:end=DE,ratio=0.4"),
     ],
 )
 def test_what_a_second_one_would_undo_acts_once(machine, first, second):
-    """The last foundation or leak was taken without a word."""
+    """The last foundation or leak was taken without a word; a second anisotropy counted from the first one's stiffness."""
     with pytest.raises(InputError, match="is given twice for .* acts once at a place: give it once"):
         all_effects(machine, [parse(first), parse(second)])
 
