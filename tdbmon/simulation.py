@@ -60,7 +60,6 @@ def simulate_drop(
         sampling=rate,
         sensors=SensorChain(probe=probe, speed_noise_hz=0.05),
         seed=seed,
-        bending=_BENDING,
     )
     wanted = tuple(parse(text) for text in effects)
     for effect in wanted:
@@ -71,7 +70,7 @@ def simulate_drop(
                 f" give it a size, e.g. {first.name}={first.text(first.typical)}"
             )
     progress("simulating (the first run compiles the model)")
-    return simulate(machine, plan, wanted)
+    return simulate(machine, plan, wanted, bending=_BENDING)
 
 
 def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate]]:

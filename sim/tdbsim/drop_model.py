@@ -155,11 +155,19 @@ def build_model(
     Raises
     ------
     InputError
-        If an effect does not fit the machine or the values of the machine are not possible ones.
+        If an effect does not fit the machine, the values of the machine are not possible ones, or the rotor has not so many
+        modes.
     """
+    check_count("bending", bending, "bending modes")
     applied = all_effects(machine, effects)
     modes = _modes(machine, bending, attachment)
     return _with(machine, modes, _arrays(machine, modes), applied)
+
+
+def check_count(name: str, value: object, what: str) -> None:
+    """Raise InputError where an argument is no whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
+        raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
 
 
 def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:

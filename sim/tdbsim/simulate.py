@@ -12,7 +12,7 @@ import numpy as np
 
 from tdbsim import state_layout
 from tdbsim.channel_names import check_channel_names
-from tdbsim.drop_model import Array, DropModel, build_model
+from tdbsim.drop_model import Array, DropModel, build_model, check_count
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.integration import Integration
@@ -58,10 +58,6 @@ class DropPlan:
         Noise, hum, quantisation of the sensors; as it stands, none.
     seed : int
         Of the sensors' noise.
-    bending : int
-        Bending modes a plane.
-    attachment : bool
-        Whether the local compliance at the touchdown bearings completes the modes.
     method : str
         "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
     step : float, optional
@@ -85,8 +81,6 @@ class DropPlan:
     cage_angle: Pair = (0.0, 0.0)
     sensors: SensorChain = field(default_factory=SensorChain)
     seed: int = 0
-    bending: int = 4
-    attachment: bool = True
     method: Literal["splitting", "dormand_prince"] = "splitting"
     step: float | None = None
     tolerance: float = 1e-7
@@ -112,10 +106,7 @@ class DropPlan:
             _check_numbers(name, getattr(self, name), unit, shape)
         if self.method not in ("splitting", "dormand_prince"):
             raise InputError(f"method '{self.method}' is neither 'splitting' nor 'dormand_prince'")
-        for name, what in (("bending", "bending modes"), ("seed", "as a seed")):
-            value = getattr(self, name)
-            if not _is_whole(value) or value < 0:
-                raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
+        check_count("seed", self.seed, "as a seed")
         if round(self.seconds * self.sampling) < 1:
             raise InputError(
                 f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster"
@@ -137,10 +128,6 @@ def _check_numbers(name: str, value: object, unit: str, shape: tuple[int, ...]) 
         raise InputError(f"{name} {value!r} has another form; {wanted}")
     if not np.isfinite(numbers).all():
         raise InputError(f"{name} {value!r} is not finite; {wanted}")
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +158,9 @@ class Trajectory:
     warmth: Warmth | None = None
 
 
-def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -> xr.Dataset:
+def simulate(
+    machine: Machine, plan: DropPlan, effects: Sequence[Effect] = (), bending: int = 4, attachment: bool = True
+) -> xr.Dataset:
     """Simulate a drop, and what the machine's sensors would record of it.
 
     Parameters
@@ -182,6 +171,8 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
         Speed, time, initial state, method.
     effects : sequence of Effect
         More effects, as `tdbsim.effect.parse` or the effects' classes give them.
+    bending, attachment : int, bool
+        The modes of the rotor, as `build_model` takes them.
 
     Returns
     -------
@@ -200,7 +191,7 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     check_speed(machine, plan)
     check_channel_names(machine)
     check_pulses(machine, plan.sensors, plan.speed, plan.sampling)
-    model = build_model(machine, effects, plan.bending, plan.attachment)
+    model = build_model(machine, effects, bending, attachment)
     check_memory(model, plan, _RECORD)
     return drop_record(run(model, plan))
 

@@ -66,9 +66,8 @@ def both_drops(world: World, plain: World, start: Start, effects: list[str], fol
         shaft_angle=float(drop.angle[k]),
         ring_angle=start.ring_angle,
         cage_angle=start.cage_angle,
-        bending=24,
     )
-    return drop, simulate(load_machine(path), plan, [parse(text) for text in effects])
+    return drop, simulate(load_machine(path), plan, [parse(text) for text in effects], bending=24)
 
 
 def both(world: World, plain: World, start: Start, effects: list[str], folder: Path) -> tuple[Array, Array]:

@@ -25,9 +25,8 @@ def record(machine, speed, seed, *effects, seconds=0.03):
         cage_angle=tuple(rng.uniform(0, 2 * np.pi / 11, 2)),
         sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
         seed=seed,
-        bending=12,
     )
-    made = simulate(machine, plan, [parse(text) for text in effects])
+    made = simulate(machine, plan, [parse(text) for text in effects], bending=12)
     made.attrs["source_file"] = f"drop_{speed:g}.nc"
     return made
 

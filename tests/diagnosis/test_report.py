@@ -60,9 +60,8 @@ def _record(speed: float, seed: int):  # type: ignore[no-untyped-def]
         cage_angle=(0.1, 0.2),
         sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
         seed=seed,
-        bending=12,
     )
-    record = simulate(machine, plan, effects=(parse(f"residual_magnetic_force:decay_time={DECAY_S} s"),))
+    record = simulate(machine, plan, effects=(parse(f"residual_magnetic_force:decay_time={DECAY_S} s"),), bending=12)
     record.attrs["source_file"] = f"drop_{speed:g}.nc"
     return record
 

@@ -43,7 +43,7 @@ def test_levitated_whirl_is_a_solution_of_the_full_rotor(machine):
     """Unbalance response in levitation against the unreduced finite element model, solved on its own."""
     from tdbsim.rotor import build_rotor
 
-    drop = simulate(machine, DropPlan(150.0, 0.001, levitated=0.06, shaft_angle=0.3, bending=10))
+    drop = simulate(machine, DropPlan(150.0, 0.001, levitated=0.06, shaft_angle=0.3), bending=10)
     rotor = build_rotor(machine)
     omega = 2 * np.pi * 150.0
     polar, mass, stiffness = rotor.plane_polar, rotor.plane_mass, rotor.plane_stiffness.astype(complex)
@@ -286,8 +286,9 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         true_machine,
         DropPlan(
             turns, 0.02, levitated=truth["release_time_s"], sampling=10e3, set_point=set_point,
-            shaft_angle=2 * math.pi * (turns * truth["release_time_s"] + first), bending=8,
+            shaft_angle=2 * math.pi * (turns * truth["release_time_s"] + first),
         ),
+        bending=8,
     )  # fmt: skip
     count = drop.sizes["time"]
     for probe in true_machine.probes:
@@ -298,6 +299,12 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         assert np.sqrt(np.mean(miss[time[:count] > 0.112] ** 2)) < 8e-6  # the cages' angles are not known
     assert float(drop["normal_force"].max()) > 1000
     assert json.dumps(drop.attrs["effects"]) == '""'
+
+
+def test_a_record_says_how_many_modes_its_model_has(machine):
+    """That of a model built with nine said four, the plan's."""
+    assert drop_record(run(build_model(machine, bending=9), DropPlan(150.0, 0.001))).attrs["bending_modes"] == 9
+    assert simulate(machine, DropPlan(150.0, 0.001), bending=2, attachment=False).attrs["bending_modes"] == 2
 
 
 def test_a_run_leaves_the_model_as_it_was(machine):
