@@ -243,7 +243,7 @@ def fit_of(machine, values):
         values={"DE.radial_gap": Estimate.from_sigma(values["DE.radial_gap"], 1e-6, "um", "made up")},
         at_bound=(AtBound("DE.radial_gap", values["DE.radial_gap"]),),
         undetermined=(Undetermined("NDE.friction", 0.9, ()),),
-        drops=(DropFit("drop_100.nc", 100.0, nothing, nothing, {}, {}, ()),),
+        drops=(DropFit("drop_100.nc", 100.0, nothing, ()),),
         horizon=0.1,
         misfit=1.25,
         remarks=(),
