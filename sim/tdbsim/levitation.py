@@ -120,15 +120,11 @@ def _steadily(asked: _Asked) -> tuple[Array, Array, Array, Array]:
     return means[..., 0].copy(), means[..., 1:].copy(), forces[..., 0].copy(), forces[..., 1:].copy()
 
 
-def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
-    """Return the whirl P (n,) of the levitated rotor at a speed in rad/s (negative: clockwise).
-
-    (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
-    """
-    return np.asarray(np.linalg.solve(_dynamic_stiffness(arrays, omega), driving(arrays, omega)))
-
-
 def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
+    """Return what times the whirl P (n,) at a speed in rad/s is what drives it.
+
+    (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b (`driving`).
+    """
     stiffness, damping = _on_magnets(arrays)
     inertia = np.eye(len(arrays.square)) - arrays.gyro
     return np.asarray(-(omega**2) * inertia + 1j * omega * damping + stiffness - 1j * arrays.circulatory)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -24,7 +25,7 @@ from tdbsim.sensors import SensorChain, check_pulses
 if TYPE_CHECKING:
     import xarray as xr
 
-    from tdbsim.heat_coupling import Warmth
+    from tdbsim.heat_coupling import WarmIntegration, Warmth
 
 Pair = tuple[float, float]
 
@@ -202,23 +203,53 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
     """
     check_memory(model, plan)
+    time = instants(plan)
+    return next(pieces(model, plan, time, len(time)))
+
+
+def pieces(model: DropModel, plan: DropPlan, time: Array, longest: int) -> Iterator[Trajectory]:
+    """Integrate a drop piece by piece, where all its states would take too much room (raises as `run` does).
+
+    Parameters
+    ----------
+    model, plan : DropModel, DropPlan
+        As `run` takes them.
+    time : (k,) array
+        Instants of the record, s, from the first sample: rising, as far as is wanted.
+    longest : int
+        Samples a piece at most, those before the release in pieces of their own; where it holds all, there is one piece.
+        Exchanges with the temperatures of bearings count from the beginning of each.
+
+    Yields
+    ------
+    Trajectory
+        At the next instants; greatest forces are those until then, and the last one has what heat did in all.
+    """
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _begin(model, plan)
-    time = instants(plan)
     levitated, since = before_release(plan, time), time - plan.levitated
-    state, peak = np.empty((len(time), len(start))), np.zeros(2)
-    fill_levitated(whirl[None], since[:levitated], start[None], state[None])
-    warmth = None
+    peak = np.zeros(2)
+    drop: Integration | WarmIntegration
     if model.machine.has_heat:
         from tdbsim.heat_coupling import WarmIntegration
 
-        warm = WarmIntegration(model, plan, start, peak)
-        warm.through(since[levitated:], state[levitated:])
-        warmth = warm.warmth(levitated)
+        drop = WarmIntegration(model, plan, start, peak)
     else:
-        Integration(model, plan, start, peak).through(since[levitated:], state[levitated:])
-    return Trajectory(model, plan, time, state, peak, whirl, warmth)
+        drop = Integration(model, plan, start, peak)
+    for first, last in _cuts(levitated, len(time), longest):
+        state, held = np.empty((last - first, len(start))), min(max(levitated - first, 0), last - first)
+        fill_levitated(whirl[None], since[first : first + held], start[None], state[None])
+        drop.through(since[first + held : last], state[held:])
+        warmth = None if isinstance(drop, Integration) or last < len(time) else drop.warmth(levitated)
+        yield Trajectory(model, plan, time[first:last], state, peak.copy(), whirl, warmth)
+
+
+def _cuts(levitated: int, count: int, longest: int) -> Iterator[tuple[int, int]]:
+    """Yield where pieces of so many samples at most begin and end; only one that holds all goes on over the release."""
+    if count <= longest:
+        return iter([(0, count)])
+    return pairwise([*range(0, levitated, longest), *range(levitated, count, longest), count])
 
 
 def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:

@@ -13,8 +13,9 @@ from scipy.optimize import brentq
 from tdbsim import state_layout
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.simulate import DropPlan, pieces, run, simulate
 from tdbsim.state_layout import LEDGER
+from warm_machine import with_heat
 
 DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
 
@@ -299,6 +300,32 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         assert np.sqrt(np.mean(miss[time[:count] > 0.112] ** 2)) < 8e-6  # the cages' angles are not known
     assert float(drop["normal_force"].max()) > 1000
     assert json.dumps(drop.attrs["effects"]) == '""'
+
+
+def test_pieces_are_the_whole_drop(machine):
+    model, plan = build_model(machine), DropPlan(150.0, 0.02, levitated=0.01)
+    whole = run(model, plan)
+    parts = list(pieces(model, plan, whole.time, 80))
+    assert [len(part.time) for part in parts] == [80, 80, 40, 80, 80, 80, 80, 80, 1]  # the release begins one anew
+    np.testing.assert_array_equal(np.concatenate([part.time for part in parts]), whole.time)
+    state, held = np.concatenate([part.state for part in parts]), whole.time < plan.levitated - 1e-9
+    np.testing.assert_array_equal(state[held], whole.state[held])
+    assert np.abs(state - whole.state)[:, : state_layout.shaft_angle(model.n)].max() < 1e-9
+    assert whole.peak_normal.max() > 1000
+    np.testing.assert_allclose(parts[-1].peak_normal, whole.peak_normal, rtol=1e-3)
+    assert all(part.warmth is None for part in parts)
+
+
+def test_the_last_piece_tells_what_heat_did(machine):
+    """Exchanges of heat count from the beginning of a piece, so the fall is one here."""
+    model, plan = build_model(with_heat(machine)), DropPlan(150.0, 0.02, levitated=0.01)
+    whole = run(model, plan)
+    held, fallen = pieces(model, plan, whole.time, 401)
+    assert len(held.time) == 200 and held.warmth is None
+    np.testing.assert_array_equal(np.concatenate([held.state, fallen.state]), whole.state)
+    np.testing.assert_array_equal(fallen.warmth.course, whole.warmth.course)
+    np.testing.assert_array_equal(fallen.warmth.sample, whole.warmth.sample)
+    assert whole.warmth.rise.max() > 0
 
 
 def test_a_record_says_how_many_modes_its_model_has(machine):
