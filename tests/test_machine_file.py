@@ -8,9 +8,10 @@ import tomllib
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from tdbsim.effect import all_effects, catalogue, places
+from tdbsim.effect import catalogue, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting, Tolerant, load_machine, parse_machine
+from tdbsim.stated_effects import all_effects
 
 from tdbmon.cli import main
 from tdbmon.estimate import Estimate

@@ -55,12 +55,13 @@ from tdbsim.columns import (
     SUPPORT_YY,
     WAVES_REACH,
 )
-from tdbsim.effect import Effect, all_effects, declaration
+from tdbsim.effect import Effect, declaration
 from tdbsim.errors import InputError
 from tdbsim.machine import STANDARD_GRAVITY, Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.power_law import scaled_stiffness
 from tdbsim.rotor import build_rotor
+from tdbsim.stated_effects import all_effects
 
 Array = NDArray[np.float64]
 

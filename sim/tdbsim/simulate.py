@@ -171,7 +171,7 @@ def simulate(
     plan : DropPlan
         Speed, time, initial state, method.
     effects : sequence of Effect
-        More effects, as `tdbsim.effect.parse` or the effects' classes give them.
+        More effects, as `tdbsim.stated_effects.parse` or the effects' classes give them.
     bending, attachment : int, bool
         The modes of the rotor, as `build_model` takes them.
 

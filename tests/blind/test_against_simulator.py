@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tdbsim.effect import parse
 from tdbsim.machine import load_machine
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tests.blind.case import draw_case
 from tests.blind.effects import apply

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from tdbsim.effect import parse
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.identify.drop import measured_drop

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tdbsim import state_layout
-from tdbsim.effect import catalogue, parse
+from tdbsim.effect import catalogue
 from tdbsim.rotor import build_rotor
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.contender import without_cause
 from tdbmon.diagnosis.contest import contest

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from tdbsim import hooks, state_layout
 from tdbsim.drop_model import build_model, with_effects
-from tdbsim.effect import Place, all_effects, catalogue, declaration, parse, places
+from tdbsim.effect import Place, catalogue, declaration, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting
 from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.stated_effects import all_effects, parse
 from tdbsim.units import scale
 
 PLAN = DropPlan(150.0, 0.35, levitated=0.1)
