@@ -87,7 +87,7 @@ def levitation(arrays: Arrays, omega: float) -> Levitation:
 @lru_cache(maxsize=_KEPT)
 def _levitation(asked: _Asked) -> Levitation:
     arrays, omega = asked.arrays, asked.omega
-    check_stable(arrays, omega)
+    _check_stable(arrays, omega)
     stiffness = arrays.magnet[:, MAGNET_STIFFNESS]
     parts = arrays.square, arrays.circulatory, arrays.at_end, arrays.at_magnet, arrays.weight, stiffness
     held = _steadily(_Asked(arrays, 0.0, b"".join(part.tobytes() for part in parts)))
@@ -143,7 +143,7 @@ def driving(arrays: Arrays, omega: float | Array) -> Whirl:
     return np.asarray(np.square(omega)[..., None] * unbalance + arrays.square * bow)
 
 
-def check_stable(arrays: Arrays, omega: float) -> None:
+def _check_stable(arrays: Arrays, omega: float) -> None:
     """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
     springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     if not arrays.circulatory.any() and springs.min(initial=0.0) >= 0.0 and arrays.damping.min() >= 0.0:

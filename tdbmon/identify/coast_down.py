@@ -29,7 +29,7 @@ from tdbmon.identify.runout import with_runout
 
 Array = NDArray[np.float64]
 
-LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
+_LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
 _LONGER = 2.0  # times the usual step: paths have parted long before its error shows
 _CHUNK = 10_000  # samples whose states are held at a time
 
@@ -75,7 +75,7 @@ def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> C
         If the simulation does not converge.
     """
     fitted = calibration.problem.drops[drop]
-    if fitted.time[-1] - fitted.release < LEAST_S or measured.planes is None:
+    if fitted.time[-1] - fitted.release < _LEAST_S or measured.planes is None:
         return None
     machine = calibration.machine
     record, took = simulated_record(calibration, drop, _speed_noise(measured))
