@@ -21,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.estimate import Z95
+
 Array = NDArray[np.float64]
 
 _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
@@ -171,7 +173,7 @@ class ReleaseFit:
             return misscaled
         errors = [np.hypot(self._sigma(best, end), _MODEL_S) for end in range(len(alone))]
         scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
-        half = 1.96 * float(np.hypot(self._sigma(best), self._model) * np.sqrt(max(1.0, scatter)))
+        half = Z95 * float(np.hypot(self._sigma(best), self._model) * np.sqrt(max(1.0, scatter)))
         low, high = best - half, best + half
         if self.cost(best) - within > _MISREAD:
             low, high = min(low, scaled - half), max(high, scaled + half)
@@ -196,7 +198,7 @@ class ReleaseFit:
 
     def _either(self, sudden: float, soft: FittedRelease) -> FittedRelease:
         """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
-        half = 1.96 * float(np.hypot(self._sigma(sudden), self._model))
+        half = Z95 * float(np.hypot(self._sigma(sudden), self._model))
         decay = None
         if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
             decay = (soft.decay[0], 0.0, soft.decay[2])
@@ -277,7 +279,7 @@ class ReleaseFit:
             return None
         about = found + np.arange(-1e-3, 1e-3, _STEP_S / 10)
         also = about[[self._on_any_scale(instant, _ANY_SCALE)[0] - left <= _WITHIN for instant in about]]
-        model = 1.96 * _ALONE_S
+        model = Z95 * _ALONE_S
         return FittedRelease(
             found, float(also.min()) - model, float(also.max()) + model, None, scales=tuple(scales.tolist())
         )
@@ -335,9 +337,9 @@ class ReleaseFit:
         costs, instants = np.array([f.fun for f in found]), np.array([f.x for f in found])
         near = costs - costs.min() <= _WITHIN
         value, best = float(instants[int(np.argmin(costs))]), float(decays[int(np.argmin(costs))])
-        reach = max(value - instants[near].min(), instants[near].max() - value) + 1.96 * self._sigma(t0)
-        half = float(np.hypot(reach, 1.96 * np.hypot(_SOFT_S, _SOFT_MODEL * best)))
-        wider = 1.96 * float(np.hypot(_SOFT_S, _SOFT_MODEL * best))
+        reach = max(value - instants[near].min(), instants[near].max() - value) + Z95 * self._sigma(t0)
+        half = float(np.hypot(reach, Z95 * np.hypot(_SOFT_S, _SOFT_MODEL * best)))
+        wider = Z95 * float(np.hypot(_SOFT_S, _SOFT_MODEL * best))
         low, high = best - np.hypot(best - decays[near].min(), wider), best + np.hypot(decays[near].max() - best, wider)
         return FittedRelease(value, value - half, value + half, (best, max(0.0, float(low)), float(high)))
 
