@@ -7,7 +7,7 @@ import math
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
-from tdbmon.analysis.release_fit import PROBE_SCALE
+from tdbmon.analysis.release_search import PROBE_SCALE
 from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
