@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+Z95 = 1.96  # standard deviations that a 95 % interval reaches to either side
+
 # unit outside: (name in JSON and reports, factor from SI)
 OUTSIDE = {
     "um": 1e6, "mm": 1e3, "m": 1.0, "s": 1.0, "ms": 1e3, "Hz": 1.0, "N": 1.0, "N/m": 1.0, "N s/m": 1.0, "kg": 1.0,
@@ -68,7 +70,7 @@ class Estimate:
         unit: str,
         method: str,
         kind: str = "",
-        quantile: float = 1.96,
+        quantile: float = Z95,
         least: float = -math.inf,
     ) -> Estimate:
         """A value with the interval ``value ± quantile * sigma`` (SI), cut at the least that the quantity can be."""
@@ -114,14 +116,14 @@ class Estimate:
         if self.value is None or self.low is None or self.high is None:
             return None
         half = self.high - self.value if self.low == 0.0 else (self.high - self.low) / 2
-        return half / 1.96
+        return half / Z95
 
     @property
     def log_sigma(self) -> float | None:
         """Standard deviation of the logarithm that the interval implies; None where not all of it is above nought."""
         if self.value is None or self.low is None or self.high is None or self.low <= 0:
             return None
-        return math.log(self.high / self.low) / 2 / 1.96
+        return math.log(self.high / self.low) / 2 / Z95
 
     @property
     def outside(self) -> tuple[float | None, float | None, float | None]:

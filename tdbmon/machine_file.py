@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 from tdbsim.bearing_heat import BearingHeat, HeatMaterial
-from tdbsim.effect import Effect, Parameter, all_effects
+from tdbsim.effect import Effect, Parameter
 from tdbsim.errors import InputError
 from tdbsim.machine import (
     Balls,
@@ -34,6 +34,7 @@ from tdbsim.machine import (
     Unbalance,
     parse_machine,
 )
+from tdbsim.stated_effects import all_effects
 from tdbsim.units import scale, to_si
 
 from tdbmon.atomic import write_text

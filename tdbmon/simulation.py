@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
@@ -60,7 +60,6 @@ def simulate_drop(
         sampling=rate,
         sensors=SensorChain(probe=probe, speed_noise_hz=0.05),
         seed=seed,
-        bending=_BENDING,
     )
     wanted = tuple(parse(text) for text in effects)
     for effect in wanted:
@@ -71,7 +70,7 @@ def simulate_drop(
                 f" give it a size, e.g. {first.name}={first.text(first.typical)}"
             )
     progress("simulating (the first run compiles the model)")
-    return simulate(machine, plan, wanted)
+    return simulate(machine, plan, wanted, bending=_BENDING)
 
 
 def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate]]:

@@ -8,9 +8,10 @@ import tomllib
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from tdbsim.effect import all_effects, catalogue, places
+from tdbsim.effect import catalogue, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting, Tolerant, load_machine, parse_machine
+from tdbsim.stated_effects import all_effects
 
 from tdbmon.cli import main
 from tdbmon.estimate import Estimate
@@ -243,7 +244,7 @@ def fit_of(machine, values):
         values={"DE.radial_gap": Estimate.from_sigma(values["DE.radial_gap"], 1e-6, "um", "made up")},
         at_bound=(AtBound("DE.radial_gap", values["DE.radial_gap"]),),
         undetermined=(Undetermined("NDE.friction", 0.9, ()),),
-        drops=(DropFit("drop_100.nc", 100.0, nothing, nothing, {}, {}, ()),),
+        drops=(DropFit("drop_100.nc", 100.0, nothing, ()),),
         horizon=0.1,
         misfit=1.25,
         remarks=(),

@@ -26,7 +26,7 @@ def expander():
 def test_peak_forces_on_a_light_rotor_are_those_of_many_modes(expander):
     """With four bending modes the first blow on E is 12 % harder."""
     drop = simulate_drop(expander, "40000 rpm", "0.02", (), 0, silent)
-    exact = simulate(expander, DropPlan(2000 / 3, 0.02, levitated=0.1, bending=24))
+    exact = simulate(expander, DropPlan(2000 / 3, 0.02, levitated=0.1), bending=24)
     assert drop.peak_normal_force.values == pytest.approx(exact.peak_normal_force.values, rel=0.02)
 
 

@@ -24,8 +24,6 @@ class BallMotion:
         Of the cage, and of the inner ring relative to the cage.
     roll : float
         Of a ball about its own axis relative to the cage.
-    pitch : float
-        Angle between the ball's axis and the shaft, rad.
     spin_inner, spin_outer : float
         Of a ball against each race about the normal of the contact.
     """
@@ -33,7 +31,6 @@ class BallMotion:
     cage: float
     ring: float
     roll: float
-    pitch: float
     spin_inner: float
     spin_outer: float
 
@@ -56,7 +53,6 @@ def ball_motion(geometry: BearingGeometry) -> BallMotion:
         cage=cage,
         ring=ring,
         roll=roll,
-        pitch=pitch,
         spin_inner=spun + ring * math.sin(angle),
         spin_outer=spun - cage * math.sin(angle),
     )

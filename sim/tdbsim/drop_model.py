@@ -55,12 +55,13 @@ from tdbsim.columns import (
     SUPPORT_YY,
     WAVES_REACH,
 )
-from tdbsim.effect import Effect, all_effects, declaration
+from tdbsim.effect import Effect, declaration
 from tdbsim.errors import InputError
 from tdbsim.machine import STANDARD_GRAVITY, Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.power_law import scaled_stiffness
 from tdbsim.rotor import build_rotor
+from tdbsim.stated_effects import all_effects
 
 Array = NDArray[np.float64]
 
@@ -155,11 +156,19 @@ def build_model(
     Raises
     ------
     InputError
-        If an effect does not fit the machine or the values of the machine are not possible ones.
+        If an effect does not fit the machine, the values of the machine are not possible ones, or the rotor has not so many
+        modes.
     """
+    check_count("bending", bending, "bending modes")
     applied = all_effects(machine, effects)
     modes = _modes(machine, bending, attachment)
     return _with(machine, modes, _arrays(machine, modes), applied)
+
+
+def check_count(name: str, value: object, what: str) -> None:
+    """Raise InputError where an argument is no whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
+        raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
 
 
 def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
@@ -178,9 +187,10 @@ def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
 
 def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect, ...]) -> DropModel:
     draft = Draft(machine, modes, arrays)
-    start = hooks.offsets() if effects else {}
     for effect in effects:
         effect.modify(draft)
+    start = hooks.offsets() if effects else {}
+    for effect in effects:  # their coefficients follow from the numbers as all have changed them, whatever the order
         if effect.slots and not effect.is_off:
             _fill_slots(draft, effect, start[effect.identifier()])
     for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):

@@ -96,7 +96,7 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
         "release_time_s": plan.levitated,
         "speed_hz": plan.speed,
         "seed": plan.seed,
-        "bending_modes": plan.bending,
+        "bending_modes": model.modes.bending,
         "method": plan.method,
         "effects": "; ".join(str(effect) for effect in model.effects),
     }

@@ -1,4 +1,4 @@
-"""What a model of a dropdown may lack: the form of an effect, the catalogue, and how settings are read.
+"""What a model of a dropdown may lack: the form of an effect, and the catalogue of all.
 
 An effect is one file in the folder ``effects``; the file's name is its identifier.  It holds one frozen dataclass
 derived from `Effect`, whose fields are its parameters, each with unit, off value, bounds and meaning (`parameter`).
@@ -17,18 +17,15 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from tdbsim.columns import ROTOR_ROW
 from tdbsim.errors import InputError, did_you_mean
-from tdbsim.machine import EffectSetting, Machine
+from tdbsim.machine import Machine
 from tdbsim.units import is_bare, scale, to_si
 
 if TYPE_CHECKING:
@@ -178,7 +175,7 @@ class Effect:
     signature: ClassVar[str]
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
-    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it
+    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it, or not add to it
     fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
     slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
     builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
@@ -300,26 +297,44 @@ class EffectDeclaration:
 
     Attributes
     ----------
-    identifier, title, what, signature : str
-        Its name everywhere; a heading; what happens; what it leaves in a record.
-    place : Place
-        Where it acts.
-    parameters : tuple of Parameter
-        The first one switches it off.
     kind : type
         The class of its settings: ``kind(where, amplitude=2e-5)``.
     module : module
         Its file.
     """
 
-    identifier: str
-    title: str
-    what: str
-    signature: str
-    place: Place
-    parameters: tuple[Parameter, ...]
     kind: type[Effect]
     module: ModuleType
+
+    @property
+    def identifier(self) -> str:
+        """Its name everywhere."""
+        return self.kind.identifier()
+
+    @property
+    def title(self) -> str:
+        """A heading."""
+        return self.kind.title
+
+    @property
+    def what(self) -> str:
+        """What happens."""
+        return self.kind.what
+
+    @property
+    def signature(self) -> str:
+        """What it leaves in a record."""
+        return self.kind.signature
+
+    @property
+    def place(self) -> Place:
+        """Where it acts."""
+        return self.kind.place
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All that it declares; the first one switches it off."""
+        return self.kind.parameters()
 
     def __reduce__(self) -> tuple[object, tuple[str]]:
         """Return how a copy is found in another process: by its name."""
@@ -364,12 +379,7 @@ def catalogue() -> tuple[EffectDeclaration, ...]:
         ]
         if len(kinds) != 1:
             raise InputError(f"effects/{info.name}.py holds {len(kinds)} effects; one file holds one")
-        kind = kinds[0]
-        found.append(
-            EffectDeclaration(
-                kind.identifier(), kind.title, kind.what, kind.signature, kind.place, kind.parameters(), kind, module
-            )
-        )
+        found.append(EffectDeclaration(kinds[0], module))
     return tuple(found)
 
 
@@ -381,108 +391,12 @@ def declaration(identifier: str) -> EffectDeclaration:
     InputError
         If there is none of that name; it offers the nearest.
     """
-    for each in catalogue():
-        if each.identifier == identifier:
-            return each
-    known = [each.identifier for each in catalogue()]
-    raise InputError(f"'{identifier}' is no effect{did_you_mean(identifier, known)}")
+    known = _by_identifier()
+    if identifier not in known:
+        raise InputError(f"'{identifier}' is no effect{did_you_mean(identifier, list(known))}")
+    return known[identifier]
 
 
-def parse(text: str) -> Effect:
-    """Read an effect as the command line writes it: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
-
-    The place is given as ``where=`` or ``end=`` (or by its kind: ``plane=``, ``probe=``); effects of the whole rotor
-    need none.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, or names or values are wrong.
-    """
-    identifier, _, rest = text.partition(":")
-    found = declaration(identifier.strip())
-    values: dict[str, str] = {}
-    where = None
-    for part in filter(None, (piece.strip() for piece in rest.split(","))):
-        name, equals, value = (piece.strip() for piece in part.partition("="))
-        if not equals or not name or not value:
-            raise InputError(f"{identifier}: '{part}' is not of the form name=value, e.g. \"amplitude=20 um\"")
-        if name in ("where", "end", "plane", "probe"):
-            if where is not None:
-                raise InputError(f"{identifier}: the place is given twice")
-            where = value
-        elif name in values:
-            raise InputError(f"{identifier}: {name} is given twice")
-        else:
-            values[name] = value
-    return _placed(found, where, values)
-
-
-def from_setting(setting: EffectSetting) -> Effect:
-    """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
-    with _stated(setting):
-        return _placed(declaration(setting.name), setting.where, setting.parameters)
-
-
-@contextmanager
-def _stated(setting: EffectSetting) -> Iterator[None]:
-    """Say in what is wrong that it stands in the machine file."""
-    try:
-        yield
-    except InputError as wrong:
-        raise InputError(f"[[effect]] at '{setting.where}': {wrong}") from None
-
-
-def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
-    if where is None:
-        if found.place is not Place.ROTOR:
-            raise InputError(f'{found.identifier}: no place given; write where=... ({found.place}), e.g. "where=NDE"')
-        where = "rotor"
-    return found.at(where, values)
-
-
-def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, ...]:
-    """Return the machine's own effects and some more, checked against the machine and against each other.
-
-    Raises
-    ------
-    InputError
-        If a place does not exist, or an effect stands at one place more often than it can.
-    """
-    own = tuple(from_setting(setting) for setting in machine.effects)
-    for setting, effect in zip(machine.effects, own, strict=True):
-        with _stated(setting):
-            effect.check_place(machine)
-    further = tuple(more)
-    for each in further:
-        each.check_place(machine)
-    _check_how_often(machine, own, further)
-    return (*own, *further)
-
-
-def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Effect]) -> None:
-    standing: Counter[tuple[object, ...]] = Counter()
-    stated = {key for each in own for key in _standings(machine, each)}
-    for count, each in enumerate((*own, *more)):
-        name = each.identifier()
-        for key in _standings(machine, each):
-            standing[key] += 1
-            if standing[key] <= each.most:
-                continue
-            if each.most > 1:
-                raise InputError(f"{name} is given more than {each.most} times for '{each.where}'; join some of them")
-            cure = (
-                "the machine file has it already: change or leave it out there"
-                if count >= len(own) and key in stated
-                else "give it once"
-            )
-            raise InputError(f"{name} is given twice for '{each.where}'; it acts once at a place: {cure}")
-
-
-def _standings(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
-    """Return what an effect takes up of a machine, of which each holds `most`; nothing where its like add up."""
-    if not (effect.slots or effect.once):
-        return []
-    # words tell apart what acts beside each other (crosstalk into either probe), but not what shares compiled slots
-    words = () if effect.slots else tuple(getattr(effect, each.name) for each in effect.parameters() if each.choices)
-    return [(effect.identifier(), end, *words) for end in effect.ends(machine) or (ROTOR_ROW,)]
+@cache
+def _by_identifier() -> dict[str, EffectDeclaration]:
+    return {each.identifier: each for each in catalogue()}

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
@@ -13,6 +14,7 @@ from tdbsim.side_by_side import MOST, run_side_by_side, shared
 from tdbsim.simulate import DropPlan, Trajectory, run
 
 Case = tuple[DropModel, DropPlan]
+T = TypeVar("T")
 
 _FEWEST = 3  # drops that are quicker side by side than one by one
 
@@ -40,26 +42,54 @@ def run_many(cases: Sequence[Case], threads: int | None = None) -> list[Trajecto
     InputError
         As `run`, of the first case that fails.
     """
-    batches = _batches(cases)
-    count = min(threads or usable_cores(), len(batches))
-    if count < 2:
-        done = [_run_batch([cases[k] for k in batch]) for batch in batches]
-    else:
-        with ThreadPoolExecutor(count) as pool:
-            done = list(pool.map(lambda batch: _run_batch([cases[k] for k in batch]), batches))
-    found = {
-        k: each for batch, several in zip(batches, done, strict=True) for k, each in zip(batch, several, strict=True)
-    }
     trajectories = []
-    for k in range(len(cases)):
-        each = found[k]
+    for each in run_each(cases, lambda found: found, _FEWEST, threads):
         if isinstance(each, InputError):
             raise each
         trajectories.append(each)
     return trajectories
 
 
-def _batches(cases: Sequence[Case]) -> list[list[int]]:
+def run_each(
+    cases: Sequence[Case],
+    seen: Callable[[Trajectory], T],
+    fewest: int = 2,
+    threads: int | None = 1,
+) -> list[T | InputError]:
+    """Return what is seen of many drops, integrated as `run_many` does, or why one cannot be.
+
+    Parameters
+    ----------
+    cases : sequence of (DropModel, DropPlan)
+    seen : callable
+        Makes of a trajectory what is kept: states take much room, and only those of one batch a
+        thread are there at a time.
+    fewest : int
+        As many that have all in common go side by side; fewer go one by one.
+    threads : int, optional
+        As many as there are processors where it is None.
+    """
+
+    def done(batch: Sequence[int]) -> list[T | InputError]:
+        found = _run_batch([cases[k] for k in batch])
+        return [each if isinstance(each, InputError) else seen(each) for each in found]
+
+    batches = _batches(cases, fewest)
+    count = min(threads or usable_cores(), len(batches))
+    if count < 2:
+        all_done = [done(batch) for batch in batches]
+    else:
+        with ThreadPoolExecutor(count) as pool:
+            all_done = list(pool.map(done, batches))
+    kept = {
+        k: each
+        for batch, several in zip(batches, all_done, strict=True)
+        for k, each in zip(batch, several, strict=True)
+    }
+    return [kept[k] for k in range(len(cases))]
+
+
+def _batches(cases: Sequence[Case], fewest: int) -> list[list[int]]:
     """Return which cases go together."""
     alike: dict[object, list[int]] = {}
     for k, case in enumerate(cases):
@@ -69,7 +99,7 @@ def _batches(cases: Sequence[Case]) -> list[list[int]]:
     for several in alike.values():
         for first in range(0, len(several), MOST):
             batch = several[first : first + MOST]
-            batches += [batch] if len(batch) >= _FEWEST else [[k] for k in batch]
+            batches += [batch] if len(batch) >= fewest else [[k] for k in batch]
     return batches
 
 

@@ -56,7 +56,7 @@ class WarmBearings(NamedTuple):
 
 
 @inlined
-def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
+def _pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
     """Return the resultant of the balls' loads, N, the sum of their squared presses, m^2, and their elastic energy, J."""
     row = m.end[end]
     n = len(m.square)
@@ -78,7 +78,7 @@ def pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
+def _elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
     """Return the energy in the contacts of rotor, ring and balls, J."""
     row = m.end[end]
     n = len(m.square)
@@ -89,7 +89,7 @@ def elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
         z += m.at_end[end, k] * y[n + k]
     heat = y[state_layout.work(n) + HEAT + end]
     _, _, depth, _ = touching(m.end, m.effect, end, x - y[i], z - y[i + 1], ring, heat)
-    _, _, balls = pressed_balls(m, end, y)
+    _, _, balls = _pressed_balls(m, end, y)
     if depth <= 0.0:
         return balls
     return balls + elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER]) * depth / (row[CONTACT_POWER] + 2.0)
@@ -127,10 +127,10 @@ def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-
         if step > 0.0:
             network = bearings.network
             network = Network(network.capacity[k], network.chain[k], network.to_air[k])
-            give_heat(m, end, network, bearings.torque[k, 6], before, states[len(states) - 1], step, drags, course)
-        find_torques(m, end, bearings.torque[k], states, course)
+            _give_heat(m, end, network, bearings.torque[k, 6], before, states[len(states) - 1], step, drags, course)
+        _find_torques(m, end, bearings.torque[k], states, course)
         row = m.end[end]
-        stored = elastic_energy(m, end, y)
+        stored = _elastic_energy(m, end, y)
         gap, half_clearance = cold[0], cold[1]
         for part in range(COURSE_COLUMNS - GROWN):
             grown = 0.0
@@ -141,14 +141,14 @@ def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-
             half_clearance += bearings.closing[k, 1, part] * grown
         row[GAP], row[HALF_CLEARANCE] = gap, half_clearance
         row[RING_DRAG] = cold[2] + course[LOAD_TORQUE] + course[SPEED_TORQUE] + course[SPIN_INNER] + course[SPIN_OUTER]
-        y[state_layout.work(len(m.square)) + EXTERNAL] += elastic_energy(m, end, y) - stored
+        y[state_layout.work(len(m.square)) + EXTERNAL] += _elastic_energy(m, end, y) - stored
         if not gap > 0.0:
             closed = end
     return closed
 
 
 @inlined
-def give_heat(m, end, network, across, before, after, step, drags, course):  # type: ignore[no-untyped-def]
+def _give_heat(m, end, network, across, before, after, step, drags, course):  # type: ignore[no-untyped-def]
     """Advance the temperatures in `course` by the work of friction and drag between two states."""
     n = len(m.square)
     ledger = state_layout.work(n)
@@ -170,13 +170,13 @@ def give_heat(m, end, network, across, before, after, step, drags, course):  # t
 
 
 @inlined
-def find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
+def _find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
     """Fill the torques of `course` with those of states' mean load and speed; `law` as in `WarmBearings`."""
     n = len(m.square)
     turning = state_layout.ring_speed(n, end)
     loads, speeds, squares = 0.0, 0.0, 0.0
     for k in range(len(states)):
-        load, pressed, _ = pressed_balls(m, end, states[k])
+        load, pressed, _ = _pressed_balls(m, end, states[k])
         loads += load
         squares += pressed
         speeds += states[k, turning]

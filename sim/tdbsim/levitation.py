@@ -87,7 +87,7 @@ def levitation(arrays: Arrays, omega: float) -> Levitation:
 @lru_cache(maxsize=_KEPT)
 def _levitation(asked: _Asked) -> Levitation:
     arrays, omega = asked.arrays, asked.omega
-    check_stable(arrays, omega)
+    _check_stable(arrays, omega)
     stiffness = arrays.magnet[:, MAGNET_STIFFNESS]
     parts = arrays.square, arrays.circulatory, arrays.at_end, arrays.at_magnet, arrays.weight, stiffness
     held = _steadily(_Asked(arrays, 0.0, b"".join(part.tobytes() for part in parts)))
@@ -120,15 +120,11 @@ def _steadily(asked: _Asked) -> tuple[Array, Array, Array, Array]:
     return means[..., 0].copy(), means[..., 1:].copy(), forces[..., 0].copy(), forces[..., 1:].copy()
 
 
-def synchronous_response(arrays: Arrays, omega: float) -> Whirl:
-    """Return the whirl P (n,) of the levitated rotor at a speed in rad/s (negative: clockwise).
-
-    (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b.
-    """
-    return np.asarray(np.linalg.solve(_dynamic_stiffness(arrays, omega), driving(arrays, omega)))
-
-
 def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
+    """Return what times the whirl P (n,) at a speed in rad/s is what drives it.
+
+    (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b (`driving`).
+    """
     stiffness, damping = _on_magnets(arrays)
     inertia = np.eye(len(arrays.square)) - arrays.gyro
     return np.asarray(-(omega**2) * inertia + 1j * omega * damping + stiffness - 1j * arrays.circulatory)
@@ -147,7 +143,7 @@ def driving(arrays: Arrays, omega: float | Array) -> Whirl:
     return np.asarray(np.square(omega)[..., None] * unbalance + arrays.square * bow)
 
 
-def check_stable(arrays: Arrays, omega: float) -> None:
+def _check_stable(arrays: Arrays, omega: float) -> None:
     """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
     springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     if not arrays.circulatory.any() and springs.min(initial=0.0) >= 0.0 and arrays.damping.min() >= 0.0:

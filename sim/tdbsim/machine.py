@@ -430,7 +430,7 @@ def load_machine(path: str | Path) -> Machine:
 
 def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
     """Validate a machine given as the dictionary that its TOML file holds (see `load_machine`)."""
-    from tdbsim.effect import all_effects  # which are declared in terms of the machine
+    from tdbsim.stated_effects import all_effects  # which are declared in terms of the machine
 
     try:
         machine = Machine.model_validate(data)

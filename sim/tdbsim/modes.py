@@ -80,11 +80,6 @@ class Modes:
         values = self.model.plane_rows(position) @ self.vectors
         return values if np.ndim(position) else values[0]
 
-    def compliance(self, positions: ArrayLike) -> Array:
-        """Return the elastic static compliance (k, k) between positions that these modes hold, m/N."""
-        shapes = self.at(np.atleast_1d(positions))[:, _RIGID:]
-        return (shapes / (2 * math.pi * self.frequencies[_RIGID:]) ** 2) @ shapes.T
-
 
 def free_free(model: RotorModel, bending_per_plane: int, attach: Sequence[float] = ()) -> Modes:
     """Return the rigid and the first bending modes of the free rotor, with attachment modes where asked for.

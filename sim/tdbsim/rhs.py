@@ -108,7 +108,7 @@ def contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, ring_speed):  
 
 
 @inlined
-def ring_drag_torque(row, ring_speed):  # type: ignore[no-untyped-def]
+def _ring_drag_torque(row, ring_speed):  # type: ignore[no-untyped-def]
     """Return the drag on an inner ring, against its speed, N m."""
     return -row[RING_DRAG] * ring_speed / math.sqrt(ring_speed * ring_speed + REGULAR_SPIN * REGULAR_SPIN)
 
@@ -168,7 +168,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
         nx, ny, depth, swing = touching(m.end, m.effect, end, x - y[i], yy - y[i + 1], y[j], y[ledger + HEAT + end])
         fx = 0.0
         fy = 0.0
-        ring_torque = ring_drag_torque(row, ring_speed)
+        ring_torque = _ring_drag_torque(row, ring_speed)
         dy[ledger + DRAGGED] -= ring_torque * ring_speed
         if depth > 0.0:
             elastic = elastic_force(depth, row[CONTACT_STIFFNESS], row[CONTACT_POWER])
@@ -249,12 +249,12 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
     if m.spin[HAS_HOLDING] > 0.0:
         share = hooks.holding(t, m.effect[ROTOR_ROW])
         if share != 0.0:
-            external += add_magnets(m, share, y, dy)
+            external += _add_magnets(m, share, y, dy)
     dy[ledger + EXTERNAL] = external
 
 
 @inlined
-def add_magnets(m, share, y, dy):  # type: ignore[no-untyped-def]
+def _add_magnets(m, share, y, dy):  # type: ignore[no-untyped-def]
     """Add a share of the force at the release of the magnetic bearings to the rates `dy`; return its power, W."""
     n = len(m.square)
     nq = state_layout.positions(n)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from tdbsim import state_layout
 from tdbsim.channel_names import check_channel_names
-from tdbsim.drop_model import Array, DropModel, build_model
+from tdbsim.drop_model import Array, DropModel, build_model, check_count
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.integration import Integration
@@ -24,7 +25,7 @@ from tdbsim.sensors import SensorChain, check_pulses
 if TYPE_CHECKING:
     import xarray as xr
 
-    from tdbsim.heat_coupling import Warmth
+    from tdbsim.heat_coupling import WarmIntegration, Warmth
 
 Pair = tuple[float, float]
 
@@ -58,10 +59,6 @@ class DropPlan:
         Noise, hum, quantisation of the sensors; as it stands, none.
     seed : int
         Of the sensors' noise.
-    bending : int
-        Bending modes a plane.
-    attachment : bool
-        Whether the local compliance at the touchdown bearings completes the modes.
     method : str
         "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
     step : float, optional
@@ -85,8 +82,6 @@ class DropPlan:
     cage_angle: Pair = (0.0, 0.0)
     sensors: SensorChain = field(default_factory=SensorChain)
     seed: int = 0
-    bending: int = 4
-    attachment: bool = True
     method: Literal["splitting", "dormand_prince"] = "splitting"
     step: float | None = None
     tolerance: float = 1e-7
@@ -112,10 +107,7 @@ class DropPlan:
             _check_numbers(name, getattr(self, name), unit, shape)
         if self.method not in ("splitting", "dormand_prince"):
             raise InputError(f"method '{self.method}' is neither 'splitting' nor 'dormand_prince'")
-        for name, what in (("bending", "bending modes"), ("seed", "as a seed")):
-            value = getattr(self, name)
-            if not _is_whole(value) or value < 0:
-                raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
+        check_count("seed", self.seed, "as a seed")
         if round(self.seconds * self.sampling) < 1:
             raise InputError(
                 f"{self.seconds:g} s at {self.sampling:g} Hz holds no sample; simulate longer or sample faster"
@@ -137,10 +129,6 @@ def _check_numbers(name: str, value: object, unit: str, shape: tuple[int, ...]) 
         raise InputError(f"{name} {value!r} has another form; {wanted}")
     if not np.isfinite(numbers).all():
         raise InputError(f"{name} {value!r} is not finite; {wanted}")
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +159,9 @@ class Trajectory:
     warmth: Warmth | None = None
 
 
-def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -> xr.Dataset:
+def simulate(
+    machine: Machine, plan: DropPlan, effects: Sequence[Effect] = (), bending: int = 4, attachment: bool = True
+) -> xr.Dataset:
     """Simulate a drop, and what the machine's sensors would record of it.
 
     Parameters
@@ -181,7 +171,9 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     plan : DropPlan
         Speed, time, initial state, method.
     effects : sequence of Effect
-        More effects, as `tdbsim.effect.parse` or the effects' classes give them.
+        More effects, as `tdbsim.stated_effects.parse` or the effects' classes give them.
+    bending, attachment : int, bool
+        The modes of the rotor, as `build_model` takes them.
 
     Returns
     -------
@@ -200,7 +192,7 @@ def simulate(machine: Machine, plan: DropPlan, effects: Sequence[Effect] = ()) -
     check_speed(machine, plan)
     check_channel_names(machine)
     check_pulses(machine, plan.sensors, plan.speed, plan.sampling)
-    model = build_model(machine, effects, plan.bending, plan.attachment)
+    model = build_model(machine, effects, bending, attachment)
     check_memory(model, plan, _RECORD)
     return drop_record(run(model, plan))
 
@@ -211,23 +203,53 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
     The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
     """
     check_memory(model, plan)
+    time = instants(plan)
+    return next(pieces(model, plan, time, len(time)))
+
+
+def pieces(model: DropModel, plan: DropPlan, time: Array, longest: int) -> Iterator[Trajectory]:
+    """Integrate a drop piece by piece, where all its states would take too much room (raises as `run` does).
+
+    Parameters
+    ----------
+    model, plan : DropModel, DropPlan
+        As `run` takes them.
+    time : (k,) array
+        Instants of the record, s, from the first sample: rising, as far as is wanted.
+    longest : int
+        Samples a piece at most, those before the release in pieces of their own; where it holds all, there is one piece.
+        Exchanges with the temperatures of bearings count from the beginning of each.
+
+    Yields
+    ------
+    Trajectory
+        At the next instants; greatest forces are those until then, and the last one has what heat did in all.
+    """
     arrays = model.arrays  # but for angles and magnets, no run changes them
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _begin(model, plan)
-    time = instants(plan)
     levitated, since = before_release(plan, time), time - plan.levitated
-    state, peak = np.empty((len(time), len(start))), np.zeros(2)
-    fill_levitated(whirl[None], since[:levitated], start[None], state[None])
-    warmth = None
+    peak = np.zeros(2)
+    drop: Integration | WarmIntegration
     if model.machine.has_heat:
         from tdbsim.heat_coupling import WarmIntegration
 
-        warm = WarmIntegration(model, plan, start, peak)
-        warm.through(since[levitated:], state[levitated:])
-        warmth = warm.warmth(levitated)
+        drop = WarmIntegration(model, plan, start, peak)
     else:
-        Integration(model, plan, start, peak).through(since[levitated:], state[levitated:])
-    return Trajectory(model, plan, time, state, peak, whirl, warmth)
+        drop = Integration(model, plan, start, peak)
+    for first, last in _cuts(levitated, len(time), longest):
+        state, held = np.empty((last - first, len(start))), min(max(levitated - first, 0), last - first)
+        fill_levitated(whirl[None], since[first : first + held], start[None], state[None])
+        drop.through(since[first + held : last], state[held:])
+        warmth = None if isinstance(drop, Integration) or last < len(time) else drop.warmth(levitated)
+        yield Trajectory(model, plan, time[first:last], state, peak.copy(), whirl, warmth)
+
+
+def _cuts(levitated: int, count: int, longest: int) -> Iterator[tuple[int, int]]:
+    """Yield where pieces of so many samples at most begin and end; only one that holds all goes on over the release."""
+    if count <= longest:
+        return iter([(0, count)])
+    return pairwise([*range(0, levitated, longest), *range(levitated, count, longest), count])
 
 
 def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:

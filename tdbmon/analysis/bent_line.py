@@ -76,12 +76,12 @@ def levitated_misses(
 ) -> dict[str, LevitatedMiss]:
     """Return by how much the line may miss the levitated shaft at each end, that turns on orbits `once` at the ends, m."""
     sags = line_beyond(planes, machine, rotor, levitated(machine, rotor))
-    shares = bent_once(planes, machine, rotor, speed_hz or 0.0)
+    shares = _bent_once(planes, machine, rotor, speed_hz or 0.0)
     orbit = float(np.linalg.norm(once)) if len(once) else 0.0
     return {end: LevitatedMiss(DRAWN * abs(sags[end]), shares[end] * orbit) for end in machine.ends}
 
 
-def bent_once(planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz: float) -> dict[str, float]:
+def _bent_once(planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz: float) -> dict[str, float]:
     """Return by how much the line may miss the orbit once per revolution at each end, over the orbits of both ends.
 
     Those count as the root of the sum of both ends' and axes' squared amplitudes.  Nought of an end not taken along the line.

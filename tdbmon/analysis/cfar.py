@@ -58,7 +58,7 @@ def multiplier(cells: int, rate: float) -> float:
     return float(threshold)
 
 
-def noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Medians of the power to the left and to the right of each cell.
 
     Parameters
@@ -102,7 +102,7 @@ def detect(power: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     found, floor = np.zeros(power.shape, dtype=bool), np.full(power.shape, np.nan)
     if power.shape[1] <= FIRST + LAST + 1:
         return found, floor
-    left, right = noise_floor(power)
+    left, right = _noise_floor(power)
     looked = slice(FIRST, power.shape[1] - LAST)
     here = power[:, looked]
     counts = np.minimum(REFERENCE, np.arange(FIRST, power.shape[1] - LAST) - GUARD - 1)

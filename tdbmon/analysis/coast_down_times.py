@@ -17,7 +17,7 @@ from tdbmon.analysis.autoregression import noise_of
 from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
 from tdbmon.analysis.observed_speed import Observed
 from tdbmon.analysis.standstill import FARTHEST
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 
 HALF, TENTH = 0.5, 0.1
@@ -120,7 +120,7 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
     noise = noise_of(speed - design @ found, 3).slow
     row = np.array([crossing**2, crossing, 1.0])
     own = noise * float(np.sqrt(row @ np.linalg.pinv(design.T @ design) @ row))
-    half = float(np.hypot(stdtrit(len(speed) - 3, 0.975) * own, 1.96 * sigma)) / -slope * scale
+    half = float(np.hypot(stdtrit(len(speed) - 3, 0.975) * own, Z95 * sigma)) / -slope * scale
     when = middle + crossing * scale
     return Estimate(when, when - half, when + half, "s", f"{_MEASURED}: parabola through the speed about it")
 

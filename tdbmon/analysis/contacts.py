@@ -16,7 +16,7 @@ from tdbmon.analysis.first_contact import FirstContact, first_contact
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.missing_stretches import MissingStretches
 from tdbmon.analysis.rest import RestTravel
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 # Fitted to an arc at the bottom, radius and height of the centre err alike (correlation 0.99 on the shipped records).  Along a
 # contact most of it cancels: of both errors added as independent ones 0.2 are left at the bottom, 0.6 a quarter turn from it.
@@ -114,7 +114,7 @@ def find_contacts(
     events = tuple(
         replace(c, seen=not (lost.at(c.start) or lost.at(c.end) or lost.within(c.start, c.end))) for c in events
     )
-    counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-1.96, 1.96)]
+    counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-Z95, Z95)]
     low, high = min(*counts, len(events)), max(*counts, len(events))
     hidden = lost.within(release_s, t[-1])
     if late:

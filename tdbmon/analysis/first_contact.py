@@ -8,7 +8,7 @@ import numpy as np
 
 from tdbmon.analysis.contact_events import NOISE_S, Contact, contact_events, crossing
 from tdbmon.analysis.missing_stretches import MissingStretches, said
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.record.timebase import usual_interval
 
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
@@ -144,7 +144,7 @@ def _tried(t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level:
     Where the shaft hardly leaves the ring, a small shift of the level joins the contact to the next one.
     """
     out = []
-    for shift in (0.0, *np.linspace(-1.96, 1.96, _LEVELS)):
+    for shift in (0.0, *np.linspace(-Z95, Z95, _LEVELS)):
         at = level + shift * sigma
         later = [each for each in contact_events(t, d, r, at) if each.end > contact.start]
         if later and later[0].start <= contact.end:
@@ -167,7 +167,7 @@ def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarra
     rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
     apart = float(np.sqrt(np.mean((np.array(ratios) - told[0]) ** 2)))
     also = "what 1 to 2 ms and all touching radii within the interval tell"
-    return Estimate.from_sigma(*told, "1", rule, least=0.0).widened(1.96 * apart, also, least=0.0)
+    return Estimate.from_sigma(*told, "1", rule, least=0.0).widened(Z95 * apart, also, least=0.0)
 
 
 def _ratio(
@@ -192,7 +192,7 @@ def _duration_and_rebound(
         flight = (t >= at.contact.end) & (t <= at.following)
         lasted.append(at.contact.end - at.contact.start)
         risen.append(max(at.level - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
-    half = float(1.96 * np.sqrt(2) * step / 4)
+    half = float(Z95 * np.sqrt(2) * step / 4)
     among = "for all touching radii within the interval"
     return (
         Estimate(

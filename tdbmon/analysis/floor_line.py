@@ -9,6 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tdbmon.analysis.left_by_lines import left_by
+
 _CYCLES = 2.0  # in the levitated stretch at least: less is drift
 _MOST_HZ = 200.0
 _STEPS = 4  # a cell of the spectrum
@@ -35,7 +37,7 @@ def floor_line(t: np.ndarray, data: np.ndarray, fitted_hz: Sequence[float]) -> f
     cell = 1 / float(t[-1] - t[0])
 
     def left(lines: Sequence[float]) -> float:
-        return left_by(t, data, lines)
+        return left_by(t - t[0], data, lines)
 
     grid = np.arange(_CYCLES * cell, _MOST_HZ, cell / _STEPS)
     grid = grid[[all(abs(hz - other) > _APART * cell for other in fitted_hz) for hz in grid]]
@@ -46,11 +48,3 @@ def floor_line(t: np.ndarray, data: np.ndarray, fitted_hz: Sequence[float]) -> f
         return None
     span = (rough - cell / _STEPS, rough + cell / _STEPS)
     return float(minimize_scalar(lambda hz: left([*fitted_hz, hz]), bounds=span, method="bounded").x)
-
-
-def left_by(t: np.ndarray, data: np.ndarray, lines: Sequence[float]) -> float:
-    """Return the sum of squares that a constant and lines of some frequencies, Hz, leave of displacements (n, k), m^2."""
-    waves = [wave(2 * np.pi * hz * (t - t[0])) for hz in lines for wave in (np.cos, np.sin)]
-    design = np.column_stack([np.ones_like(t), *waves])
-    coefficients, *_ = np.linalg.lstsq(design, data.T, rcond=None)
-    return float(np.sum((data.T - design @ coefficients) ** 2))

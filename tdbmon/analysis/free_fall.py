@@ -7,8 +7,8 @@ import math
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.release import Release
-from tdbmon.analysis.release_fit import PROBE_SCALE
-from tdbmon.estimate import Estimate
+from tdbmon.analysis.release_search import PROBE_SCALE
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
 
@@ -18,7 +18,7 @@ _TELLING = 0.3  # of gravity
 # of the other end's orbit: a rotor let go turns about its own axis of inertia, and that moves both ends
 _ACROSS = 1 / 3
 _APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), rarely both and apart
-_SURE = 1.96  # standard deviations of it: the interval excludes that both read alike
+_SURE = Z95  # standard deviations of it: the interval excludes that both read alike
 _ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
 _UPRIGHT = 0.15  # of gravity: less is no fall
 _SCALE = 2.0  # times gravity, or a half of it, at every end: times or lengths are on a wrong scale
@@ -145,7 +145,7 @@ def _log_ratio(one: Estimate, other: Estimate) -> tuple[float, float]:
 
 def _times(apart: float, sigma: float) -> tuple[float, float, float]:
     """Return a ratio and the ends of its 95 % interval, of its logarithm and the standard deviation of that."""
-    half = 1.96 * sigma
+    half = Z95 * sigma
     return math.exp(apart), math.exp(apart - half), math.exp(apart + half)
 
 

@@ -27,7 +27,7 @@ from tdbmon.analysis.bent_line import BENDS, DRAWN
 from tdbmon.analysis.jackknife import jackknife
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.unbroken import pieces
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 _LOWPASS_HZ = 300.0  # only accelerations are smoothed; the arc itself needs the swing's harmonics
 _BESIDE = 0.9  # of an end's samples, at which the other end must be seen too to tell of its load
@@ -419,7 +419,7 @@ def _oval(cells: _Cells, p: np.ndarray) -> Estimate:
     harmonic, variance = _second_harmonic(cells.arc(), p)
     sigma = np.sqrt(np.maximum(variance, jackknife(np.array([_second_harmonic(part, p)[0] for part in parts]))))
     amplitude = float(np.hypot(*harmonic))
-    width = 1.96 * float(np.sqrt(np.mean(sigma**2)))
+    width = Z95 * float(np.sqrt(np.mean(sigma**2)))
     rule = "second harmonic of the settled radius over the angle"
     return Estimate(amplitude, max(0.0, amplitude - width), amplitude + width, "um", rule, kind="0-pk")
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
+from tdbmon.estimate import Z95
+
 
 def jackknife(left_out: np.ndarray) -> np.ndarray:
     """Return the variance of each value (n, values) found without one part of n.
@@ -16,5 +18,5 @@ def jackknife(left_out: np.ndarray) -> np.ndarray:
     Few parts: widened to Student's quantile, so that 1.96 standard deviations are a 95 % interval.
     """
     n = len(left_out)
-    quantile = float(stdtrit(n - 1, 0.975)) / 1.96
+    quantile = float(stdtrit(n - 1, 0.975)) / Z95
     return np.asarray(quantile**2 * (n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))

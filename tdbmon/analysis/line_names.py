@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Trace
@@ -159,7 +159,7 @@ def _combination(trace: Trace, traces: Sequence[Trace], parents: dict[str, int],
             continue
         for sign in (1, -1):
             gap = trace.place_at(common) - sign * sum(n * parent.place_at(common) for n, parent in used)
-            spread = 1.96 * np.std(gap, ddof=1) / np.sqrt(common.size)
+            spread = Z95 * np.std(gap, ddof=1) / np.sqrt(common.size)
             if abs(np.mean(gap)) < _CELLS * resolution + min(spread, _CELLS * resolution):
                 return _sum_name([(sign * n, name) for n, name in ((a, names[0]), (b, names[-1])) if n])
     return ""

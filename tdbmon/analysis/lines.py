@@ -23,7 +23,7 @@ from tdbmon.analysis.line_names import Band, name_constants, order_name
 from tdbmon.analysis.order import PER_TURN, resample
 from tdbmon.analysis.ridge import WINDOW, Ridge, Spectra, find_ridges
 from tdbmon.analysis.spectrum import forward_backward, mean_over, short_time_spectra, window_gain, window_starts
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 Kind = Literal["order", "constant", "mains"]
 Direction = Literal["forward", "backward", "both"]
@@ -270,7 +270,7 @@ def _trace(
     end = int(np.argmax(np.median(major, axis=1)))
     height, third = major[end], max(1, len(window) // 3)
     steady = bool(np.median(height[-third:]) > _STEADY * np.median(height[:third]))
-    peak = int(np.argmax(height - 1.96 * sigma[end]))
+    peak = int(np.argmax(height - Z95 * sigma[end]))
     speed = float(spectra.speed[window[peak]]) if spectra.law else 1.0
     whole = seen[end].all(axis=0)  # both axes show it: only there is a direction seen
     used = whole if whole.any() else np.ones_like(whole)

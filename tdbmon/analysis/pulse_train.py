@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tdbmon.analysis.drag_law import Coast
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 _COMPARED = 60  # pulses: few carry all that the comparison needs
 _FEWEST = 24  # block means
@@ -58,6 +58,6 @@ def compare_with_pulses(
     solution, *_ = np.linalg.lstsq(weight @ columns, weight @ np.interp(times, at, covered), rcond=None)
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
     method = "revolutions of the speed signal over pulses counted"
-    value, half = float(solution[0]), 1.96 * float(sigma[0]) + step / float(since[-1])
+    value, half = float(solution[0]), Z95 * float(sigma[0]) + step / float(since[-1])
     ratio = Estimate(value, value - half, value + half, "1", method)
     return ratio, (float(solution[2]), float(sigma[2])) if with_zero else None

@@ -4,7 +4,7 @@ Before it the shaft stands in its levitated orbit: a constant and once per revol
 that stand out, and the mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.
 After it the rotor falls freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the
 magnetic bearings springs back in the lowest bending modes.  Position and velocity do not jump.
-`tdbmon.analysis.release_fit` joins the two.
+`tdbmon.analysis.release_fit` joins the two, and `tdbmon.analysis.release_search` finds the instant.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
 from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
-from tdbmon.analysis.release_fit import PROBE_SCALE, WIDE, FittedRelease, ReleaseFit
+from tdbmon.analysis.release_fit import WIDE, ReleaseFit
+from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, search_release
 from tdbmon.analysis.surface_orders import surface_orders
 from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
@@ -180,7 +181,7 @@ def find_release(
         falls = _falls(fit, time[start], at_first, ends)
         if why := _no_fall(falls, machine.gravity):
             return not_told(why, falls)
-    best = fit.search(time[start] - _CLEAR_S, time[start] + _LATEST_S)
+    best = search_release(fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
     if best.time < t[0]:
         return None
     falls = _falls(fit, best.time, wide, ends)

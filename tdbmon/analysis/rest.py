@@ -58,6 +58,16 @@ def rest_travel(bearing: TouchdownBearing, load: float) -> RestTravel:
     return RestTravel(contact, balls, support, float(np.hypot(clearance_sigma, support_sigma)), per_load)
 
 
+def path_radius(bearing: TouchdownBearing, travel: float) -> float:
+    """Return how far the shaft centre rests from the middle, m: on what circle it rolls; `travel` is beyond the air gap."""
+    return bearing.radial_gap.nominal + travel
+
+
+def rolling_mass(bearing: TouchdownBearing) -> float:
+    """Return the mass, kg, that the inner ring adds sideways by turning along with a shaft that rolls on it."""
+    return bearing.inner_ring_inertia / bearing.journal_radius**2
+
+
 def total_travel(bearing: TouchdownBearing, load: float) -> float:
     """Return the sum of the parts of `rest_travel` alone, m."""
     contact, balls, support = _parts(bearing, load)

@@ -21,7 +21,7 @@ from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
-from tdbmon.analysis.rest import ball_travel, rest_travel
+from tdbmon.analysis.rest import ball_travel, path_radius, rest_travel, rolling_mass
 
 Array = NDArray[np.float64]
 
@@ -102,8 +102,8 @@ def resting_ends(machine: Machine, rotor: RotorModel) -> tuple[RestingEnd, ...]:
                 support=bearing.support_stiffness.nominal,
                 ring_mass=bearing.inner_ring_mass,
                 support_mass=bearing.support_mass,
-                pendulum=load / (bearing.radial_gap.nominal + travel.total),
-                rolling_mass=bearing.inner_ring_inertia / bearing.journal_radius**2,
+                pendulum=load / path_radius(bearing, travel.total),
+                rolling_mass=rolling_mass(bearing),
             )
         )
     return tuple(ends)

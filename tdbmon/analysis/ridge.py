@@ -122,7 +122,7 @@ def find_ridges(spectra: Spectra) -> tuple[list[list[list[Ridge]]], np.ndarray]:
             power = np.nan_to_num(np.abs(coefficients) ** 2)
             found, floor[e, a] = cfar.detect(power, rate)
             ridges = _ridges(power, found, floor[e, a], spectra.resolution)
-            out[-1].append([r for r in ridges if obeys(r, spectra)])
+            out[-1].append([r for r in ridges if _obeys(r, spectra)])
     return out, floor
 
 
@@ -172,7 +172,7 @@ def peak_place(
     return peak + offset, sigma, height
 
 
-def obeys(ridge: Ridge, spectra: Spectra) -> bool:
+def _obeys(ridge: Ridge, spectra: Spectra) -> bool:
     """Whether the ridge follows the law of its spectra: exponent 0 or 1 of the speed, and surely not the other.
 
     The exponent is asked for twice: over the whole ridge, and within its stretches alone, since two lines that sweep

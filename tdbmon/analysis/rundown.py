@@ -26,7 +26,7 @@ from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
 from tdbmon.analysis.speed_model import SpeedModel, speed_model, term_of
 from tdbmon.analysis.standstill import stop_time
 from tdbmon.analysis.unbroken import without_holes
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.keyphasor import Pulses
 
@@ -259,7 +259,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
     if chosen is None or plain.law.linear < _FALLING * plain.sigma("linear"):
-        why = f"the speed does not fall after the contacts: it changes by {slope:.3g} ± {1.96 * error:.2g} Hz/s"
+        why = f"the speed does not fall after the contacts: it changes by {slope:.3g} ± {Z95 * error:.2g} Hz/s"
         return without(why, level=plain if plain.law.speed > _TURNS_HZ else None)
     fit = chosen.fit
     models = tuple(speed_model(c, c is chosen) for c in candidates)
@@ -267,7 +267,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     slip = _slip(stretch, fit, levitated) if levitated else ""
     if slip:
         return without(slip, tuple(replace(m, chosen=False) for m in models))
-    initial = speed_at_release(before, release, source, 1.96, _unsure(observed, before))
+    initial = speed_at_release(before, release, source, Z95, _unsure(observed, before))
     decay = _decay_time(chosen, levitated, stretch)
     # what no law may be carried on by
     hidden = "" if reached else "the fitted law does not hold down to the slowest measured speed"
@@ -330,7 +330,7 @@ def _turned(
     if decay.value is None or not decay.low or not decay.high:
         return lost
     arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value
-    own = 1.96 * fit.sigma("linear")
+    own = Z95 * fit.sigma("linear")
     down, up = (
         arm * float(np.sqrt(max(turned**2 - own**2, 0.0)))
         for turned in (1 / decay.low - 1 / decay.value, 1 / decay.value - 1 / decay.high)
@@ -355,7 +355,7 @@ def _slip(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
     """Say why a short stretch cannot be trusted: the rotor slows faster than in levitation, as slipping rings make it."""
     middle = float(fit.law.speed_at(0.5 * (stretch.begin[0] + stretch.end[-1])))
     now, then = float(fit.law.deceleration(middle)) / middle, levitated.law.linear
-    if now - then < _SLIPPING * then + 1.96 * levitated.sigma("linear"):
+    if now - then < _SLIPPING * then + Z95 * levitated.sigma("linear"):
         return ""
     return (
         f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed a second,"
@@ -370,7 +370,7 @@ def _decay_time(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> 
     tau = term_of(chosen, "linear", lambda b: 1 / b, "s")
     if levitated is None or tau.low is None or tau.high is None:
         return tau
-    spread = 1.96 * levitated.sigma("linear")
+    spread = Z95 * levitated.sigma("linear")
     low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
     method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
     return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
@@ -395,7 +395,7 @@ def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, st
         method = f"{decay.method}, and by slip below {percent(_SLIPPING)} of the deceleration"
         return replace(decay, high=decay.high / (1 - _SLIPPING), method=method)
     law, richer = chosen.fit.law, _richer(candidates, chosen)
-    least = min([1 / decay.high, *(fit.law.linear - 1.96 * fit.sigma("linear") for fit in richer)])
+    least = min([1 / decay.high, *(fit.law.linear - Z95 * fit.sigma("linear") for fit in richer)])
     unsteady = _STEADY * law.constant / law.speed
     down, up = np.hypot(1 / decay.low - law.linear, unsteady), np.hypot(law.linear - least, unsteady)
     return replace(

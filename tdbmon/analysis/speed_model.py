@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tdbmon.analysis.law_choice import Candidate
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,6 @@ def term_of(candidate: Candidate, term: str, of: Callable[[float], float], unit:
     value = float(getattr(candidate.fit.law, term))
     if value <= 0:
         return Estimate.missing(unit, candidate.refused)
-    factor = float(np.exp(min(1.96 * candidate.fit.sigma(term) / value, 50.0)))
+    factor = float(np.exp(min(Z95 * candidate.fit.sigma(term) / value, 50.0)))
     low, high = sorted((of(value / factor), of(value * factor)))
     return Estimate(of(value), low, high, unit, f"{candidate.name} law, least squares on whitened residuals")

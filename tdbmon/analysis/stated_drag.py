@@ -6,10 +6,10 @@ other losses of the rotor that do not change with the speed are in that too.
 
 from __future__ import annotations
 
-from tdbsim.effect import all_effects
 from tdbsim.effects.ring_drag import RingDrag
 from tdbsim.machine import Machine
 from tdbsim.quantity import Tolerant
+from tdbsim.stated_effects import all_effects
 
 from tdbmon.estimate import Estimate
 

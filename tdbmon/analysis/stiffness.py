@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from tdbmon.analysis.first_contact import FirstContact
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 _MODEL = (0.40, 1.05)  # single-mass value over peak force by travel, 2.5 % and 97.5 % quantile (see above)
 
@@ -38,8 +38,8 @@ def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     sigma = t1.sigma + t2.sigma
     return Estimate(
         float(stiffness),
-        float(mass * (np.pi / (half + 1.96 * sigma)) ** 2) / _MODEL[1],
-        float(mass * (np.pi / max(half - 1.96 * sigma, 0.1 * half)) ** 2) / _MODEL[0],
+        float(mass * (np.pi / (half + Z95 * sigma)) ** 2) / _MODEL[1],
+        float(mass * (np.pi / max(half - Z95 * sigma, 0.1 * half)) ** 2) / _MODEL[0],
         "N/m",
         "half a period about the position at rest, single mass; interval: bearing and support in series",
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tdbmon.analysis.floor_line import left_by
+from tdbmon.analysis.left_by_lines import left_by
 
 _ORDERS, _HARMONICS = range(3, 11), range(2, 7)  # of the speed, and of the mains
 _TURNS = 3.0  # of the shaft in the levitated stretch at least: in fewer its orders are not told from drift
@@ -40,11 +40,12 @@ def surface_orders(
     apart = _APART / float(t[-1] - t[0])
     found: list[float] = []
     fitted = [turning, 2 * turning, *([mains] if mains else [])]
-    left = left_by(t, data, fitted)
+    since = t - t[0]
+    left = left_by(since, data, fitted)
     for hz in [k * turning for k in _ORDERS] + [k * mains for k in _HARMONICS if mains]:
         if hz > fastest or any(abs(hz - other) <= apart for other in (*fitted, *found)):
             continue
-        rest = left_by(t, data, [*fitted, *found, hz])
+        rest = left_by(since, data, [*fitted, *found, hz])
         if rest > 0 and data.size * np.log(left / rest) > _STANDS_OUT:
             found.append(hz)
             left = rest

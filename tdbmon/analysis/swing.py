@@ -24,7 +24,7 @@ from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.jackknife import jackknife
-from tdbmon.analysis.rest import rest_travel
+from tdbmon.analysis.rest import path_radius, rolling_mass, total_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
@@ -35,6 +35,8 @@ _BEATS = 3.0  # of both swings in it, where they are near each other: in fewer t
 _BENDING = 6  # free-free bending modes in the receptance
 _MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
 _THERE = 0.9  # of a window's samples, that must be there
+_NEAR = 0.2  # of a prediction, that a swing may be off: as a path whose radius is 40 % off makes it
+_STANDS_OUT = 30.0  # times the median power there, from which on a line is no noise
 _WIDEST = 0.5  # amplitude over radius, beyond which the second-order term is not enough
 
 
@@ -79,8 +81,8 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     loads = np.array([static_loads(machine, rotor)[end] for end in ends])
     mass = _end_mass_matrix(machine, rotor)
     basis = free_free(rotor, _BENDING)
-    nominal = [_path_radius(machine, end, load) for end, load in zip(ends, loads, strict=True)]
-    predicted, _ = _modes(mass, loads, np.array(nominal))
+    nominal = _path_radii(machine, loads)
+    predicted, _ = _modes(mass, loads, nominal)
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     inside = time >= settled_s
     x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
@@ -91,7 +93,7 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     whole = [x[:, piece] for piece in pieces(time[inside])]
     if sum(each.shape[1] // window for each in whole) < 5:
         return None
-    table = _track(whole, rate, window, predicted, np.array(nominal))
+    table = _track(whole, rate, window, predicted, nominal)
     if table is None:
         return None
     frequencies, phi, radii = [], [], []
@@ -120,14 +122,13 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
 def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
     """Return both swing frequencies of the drawing, Hz."""
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
-    radii = np.array([_path_radius(machine, end, load) for end, load in zip(machine.ends, loads, strict=True)])
-    frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, radii)
+    frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
     return float(frequencies[0]), float(frequencies[1])
 
 
-def _path_radius(machine: Machine, end: str, load: float) -> float:
-    bearing = machine.bearing(end)
-    return bearing.radial_gap.nominal + rest_travel(bearing, float(load)).total
+def _path_radii(machine: Machine, loads: np.ndarray) -> np.ndarray:
+    bearings = zip(machine.touchdown_bearings, loads.tolist(), strict=True)
+    return np.array([path_radius(bearing, total_travel(bearing, load)) for bearing, load in bearings])
 
 
 def carried_shares(machine: Machine, rotor: RotorModel) -> dict[str, dict[str, float]]:
@@ -150,17 +151,14 @@ def _rigid_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
 def _end_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
     """Rigid mass matrix in the coordinates of the ends, with the rings that roll along."""
     mass = _rigid_mass_matrix(machine, rotor)
-    for i, end in enumerate(machine.ends):
-        bearing = machine.bearing(end)
-        mass[i, i] += bearing.inner_ring_inertia / bearing.journal_radius**2
-    return mass
+    return mass + np.diag([rolling_mass(bearing) for bearing in machine.touchdown_bearings])
 
 
 def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarray:
     """Force at the ends, towards the middle, under which the free rotor and the rings that roll along move as `phi`."""
     shapes = basis.at([machine.bearing(end).position for end in machine.ends])
     receptance = shapes / ((2 * np.pi * basis.frequencies) ** 2 - w**2) @ shapes.T
-    rings = [b.inner_ring_inertia / b.journal_radius**2 for b in machine.touchdown_bearings]
+    rings = [rolling_mass(bearing) for bearing in machine.touchdown_bearings]
     return np.asarray(-np.linalg.solve(receptance, phi) + w**2 * np.array(rings) * phi)
 
 
@@ -274,17 +272,17 @@ def _fit_window(
 
 
 def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: float = np.inf) -> float | None:
-    """Frequency of the highest line within 20 % of a prediction, between two limits, that stands out of its surroundings."""
+    """Frequency of the highest line near a prediction, between two limits, that stands out of its surroundings."""
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
     n = next_fast_len(4 * part.shape[1], real=True)
     power = np.sum(np.abs(rfft(part, n, axis=1)) ** 2, axis=0)
     frequency = rfftfreq(n, 1 / rate)
-    band = np.flatnonzero((np.abs(frequency / near - 1) < 0.2) & (frequency > low) & (frequency < high))
+    band = np.flatnonzero((np.abs(frequency / near - 1) < _NEAR) & (frequency > low) & (frequency < high))
     if band.size < 3:  # sampled too slowly, or too short
         return None
     top = band[int(np.argmax(power[band]))]
-    if top in (band[0], band[-1]) or power[top] < 30 * np.median(power[band]):
+    if top in (band[0], band[-1]) or power[top] < _STANDS_OUT * np.median(power[band]):
         return None
     return float(frequency[top])
 

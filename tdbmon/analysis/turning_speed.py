@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tdbmon.analysis.left_by_lines import left_by
+
 _TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
 _TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
 _FASTEST_HZ = 500.0
@@ -39,10 +41,7 @@ def turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains
         return speed_hz
 
     def left(hz: float) -> float:
-        waves = [np.exp(2j * np.pi * f * t) for f in (hz, 2 * hz, mains_hz) if f]
-        design = np.column_stack([np.ones_like(t), *(part for wave in waves for part in (wave.real, wave.imag))])
-        coefficients = np.linalg.lstsq(design, data.T, rcond=None)[0]
-        return float(np.sum((data.T - design @ coefficients) ** 2))
+        return left_by(t, data, [line for line in (hz, 2 * hz, mains_hz) if line])
 
     span = float(t[-1] - t[0])
     if speed_hz:

@@ -203,9 +203,8 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
         shaft_angle=float(rng.uniform(0, 2 * np.pi)),
         sensors=SensorChain(probe=ProbeChain(noise=noise), speed_noise_hz=0.05),
         seed=number,
-        bending=BENDING,
     )
-    record = sensed(run(build_model(machine, (), plan.bending, plan.attachment), plan))
+    record = sensed(run(build_model(machine, bending=BENDING), plan))
     record.attrs["source_file"] = f"nominal drop {number + 1} from {speed:g} Hz"
     return measured_drop(record, machine)
 

@@ -25,8 +25,8 @@ from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
-SECONDS = 0.2  # shown after the release, as far as the record goes
-HORIZONS = (0.012, 0.025, 0.06, 0.1, 0.2)  # s after the release, for which what is left is stated
+_SECONDS = 0.2  # shown after the release, as far as the record goes
+_HORIZONS = (0.012, 0.025, 0.06, 0.1, 0.2)  # s after the release, for which what is left is stated
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Agreement:
     residuals: tuple[Residual, ...]
 
 
-def agreement(calibration: Calibration, drop: int = 0, seconds: float = SECONDS) -> Agreement:
+def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS) -> Agreement:
     """Simulate a calibrated drop on from its fitted state, and hold the record against it.
 
     Parameters
@@ -203,5 +203,5 @@ def _force_within(spans: Sequence[tuple[float, float]], contact: Contact) -> tup
 
 def _residuals(since: Array, left: Array, drop: MeasuredDrop, seconds: float) -> tuple[Residual, ...]:
     last = min(seconds, float(since[-1])) + 1.5 * drop.interval
-    found = (Residual.of(left, since, drop, horizon) for horizon in HORIZONS if horizon <= last)
+    found = (Residual.of(left, since, drop, horizon) for horizon in _HORIZONS if horizon <= last)
     return tuple(each for each in found if each.rms)

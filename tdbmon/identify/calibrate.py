@@ -17,7 +17,6 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from tdbsim import state_layout
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
@@ -138,40 +137,15 @@ def fit_drops(
 
 
 def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, horizons: Sequence[float]) -> DropFit:
-    measured, machine = problem.drops[drop], problem.model.machine
-    _, own = problem.values(point, drop)
-    where = dict(zip((p.name for p in problem.own[drop]), problem.columns(drop)[len(problem.shared) :], strict=True))
-    scale = {p.name: p.scale for p in problem.own[drop]}
-
-    def sigma(name: str) -> float:
-        return scale[name] * math.sqrt(covariance[where[name], where[name]])
-
+    measured, (_, own) = problem.drops[drop], problem.values(point, drop)
+    at = [p.name for p in problem.own[drop]].index("release")
+    column = problem.columns(drop)[len(problem.shared) + at]
+    sigma = problem.own[drop][at].scale * math.sqrt(covariance[column, column])
     found = problem.simulated(point, drop, horizons[-1])
-    prediction = found.prediction
-    n = problem.model.n
-    at = int(np.searchsorted(prediction.motion.time, prediction.motion.plan.levitated - 1e-12))
-    state, rule = prediction.motion.state[at], "simulation fitted to the drop"
-    late = float(prediction.motion.time[at] - prediction.motion.plan.levitated)
-    position, velocity = {}, {}
-    for end, name in enumerate(machine.ends):
-        shape = prediction.motion.model.arrays.at_end[end]
-        rate = [float(shape @ state[of(n)]) for of in (state_layout.mode_rates_x, state_layout.mode_rates_y)]
-        place = [float(shape @ state[of(n)]) for of in (state_layout.modes_x, state_layout.modes_y)]
-        place = [place[axis] - late * rate[axis] for axis in range(2)]
-        rate[1] += late * machine.gravity
-        position[name] = tuple(
-            Estimate.from_sigma(place[k], sigma(f"set_point_{'xy'[k]}_{end}"), "um", rule) for k in range(2)
-        )
-        velocity[name] = tuple(
-            Estimate.from_sigma(rate[k], sigma(f"velocity_{'xy'[k]}_{end}"), "mm/s", rule) for k in range(2)
-        )
     return DropFit(
         name=measured.name,
         speed=measured.speed,
-        release=Estimate.from_sigma(measured.release + own["release"], sigma("release"), "s", rule),
-        shaft_angle=Estimate.from_sigma(own["shaft_angle"], sigma("shaft_angle"), "deg", rule),
-        position={name: (p[0], p[1]) for name, p in position.items()},
-        velocity={name: (v[0], v[1]) for name, v in velocity.items()},
+        release=Estimate.from_sigma(measured.release + own["release"], sigma, "s", "simulation fitted to the drop"),
         residuals=tuple(Residual.of(found.left, found.since, measured, horizon) for horizon in horizons),
     )
 

@@ -70,10 +70,6 @@ class DropFit:
         At the release, Hz.
     release : Estimate
         Instant, s from the record's first sample.
-    shaft_angle : Estimate
-        At the release, rad.
-    position, velocity : dict
-        (x, y) at the release an end, whirl included, from the bearing's centre; m and m/s.
     residuals : tuple of Residual
         To growing horizons.
     """
@@ -81,9 +77,6 @@ class DropFit:
     name: str
     speed: float
     release: Estimate
-    shaft_angle: Estimate
-    position: dict[str, tuple[Estimate, Estimate]]
-    velocity: dict[str, tuple[Estimate, Estimate]]
     residuals: tuple[Residual, ...]
 
     def residual_to(self, horizon: float) -> Residual:

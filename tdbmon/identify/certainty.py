@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.estimate import Z95
 from tdbmon.identify.clearances import beside
 from tdbmon.identify.follow import Passed
 from tdbmon.identify.least_squares import information
@@ -26,7 +27,6 @@ from tdbmon.identify.stated_values import with_stated_values
 Array = NDArray[np.float64]
 
 _SETTLED_S = 0.018  # s after the release; fits to longer horizons are compared
-_Z = 1.96  # standard deviations of a 95 % interval
 
 
 def drift(passed: Sequence[Passed]) -> Array:
@@ -88,7 +88,7 @@ def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
     for drop, r in enumerate(passed.fit.residuals):
         measured, (_, own) = problem.drops[drop], problem.values(point, drop)
         touched = touched_rows(measured, passed.horizon, measured.release + own["release"] + fall, len(r))
-        weights.append(huber(r, 1.0) / np.where(touched, 1 + beyond / _Z**2, 1.0))
+        weights.append(huber(r, 1.0) / np.where(touched, 1 + beyond / Z95**2, 1.0))
     return np.asarray(np.linalg.inv(information(problem, passed.fit, weights)))
 
 
@@ -99,11 +99,11 @@ def _valley(problem: Problem, passed: Passed, beyond: float) -> Array:
     it.  Fits begun beside the clearances do: one that ends further off by d and leaves D more makes points up to
     d sqrt(E/D) as likely as this one, E what it leaves beyond noise and what chance may add.
     """
-    found, chance = passed.fit, _Z**2
+    found, chance = passed.fit, Z95**2
     total = np.zeros((len(found.point), len(found.point)))
     for each in beside(problem, found, passed.horizon):
         more = max(each.misfit - found.misfit, 0.0)
         away = each.point - found.point
         # two a clearance, on either side of it
-        total += np.outer(away, away) / 2 / _Z**2 * min(1.0, (beyond + chance) / max(more, chance))
+        total += np.outer(away, away) / 2 / Z95**2 * min(1.0, (beyond + chance) / max(more, chance))
     return total

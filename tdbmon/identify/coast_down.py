@@ -17,10 +17,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
-from tdbsim.integration import Integration
-from tdbsim.levitation import synchronous_response
 from tdbsim.sensors import Motion, ProbeChain, SensorChain, measure
-from tdbsim.simulate import DropPlan, initial_state
+from tdbsim.simulate import DropPlan, pieces
 from tdbsim.usual_step import usual_step
 
 from tdbmon.analysis.analyse import analyse
@@ -31,7 +29,7 @@ from tdbmon.identify.runout import with_runout
 
 Array = NDArray[np.float64]
 
-LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
+_LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
 _LONGER = 2.0  # times the usual step: paths have parted long before its error shows
 _CHUNK = 10_000  # samples whose states are held at a time
 
@@ -77,7 +75,7 @@ def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> C
         If the simulation does not converge.
     """
     fitted = calibration.problem.drops[drop]
-    if fitted.time[-1] - fitted.release < LEAST_S or measured.planes is None:
+    if fitted.time[-1] - fitted.release < _LEAST_S or measured.planes is None:
         return None
     machine = calibration.machine
     record, took = simulated_record(calibration, drop, _speed_noise(measured))
@@ -109,9 +107,9 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     shared, own = problem.values(calibration.point, drop)
     model, effects = problem.setting(shared, own, drop)
     since = measured.interval * np.arange(round((measured.time[-1] - measured.time[0]) / measured.interval) + 1)
-    plan = drop_plan(measured, own, 0, len(since))
+    plan = replace(drop_plan(measured, own, 0, len(since)), step=_LONGER * usual_step(machine))
     began = clock.thread_time()
-    places, angle, omega = _simulate(model.copy(), plan, _LONGER * usual_step(machine), since)
+    places, angle, omega = _simulate(model, plan, since)
     took = clock.thread_time() - began
     offset = centre(machine, shared, [probe.position for probe in machine.probes])
     noise = {probe.name: each.sigma for probe, each in zip(measured.probes, measured.noise, strict=True)}
@@ -145,34 +143,16 @@ def _with_zeros(chain: SensorChain, zeros: Mapping[str, float]) -> SensorChain:
     return replace(chain, probes=links)
 
 
-def _simulate(model: DropModel, plan: DropPlan, step: float, time: Array) -> tuple[Array, Array, Array]:
+def _simulate(model: DropModel, plan: DropPlan, time: Array) -> tuple[Array, Array, Array]:
     """Return place in the probes' planes (2 axes, probes, k), shaft angle and speed (k,) of a levitated and dropped rotor."""
-    n, machine = model.n, model.machine
-    state = initial_state(model, plan)
-    shapes = model.modes.at([probe.position for probe in machine.probes])
-    since = time - plan.levitated
-    held = int(np.searchsorted(since, 0.0))
+    n, shapes = model.n, model.modes.at([probe.position for probe in model.machine.probes])
     places, angle, omega = np.empty((2, len(shapes), len(time))), np.empty(len(time)), np.empty(len(time))
-    # levitated: the steady whirl that leads to the state at the release
-    spin, at_release = state[state_layout.omega(n)], state[state_layout.shaft_angle(n)]
-    whirl = shapes @ synchronous_response(model.arrays, spin) * np.exp(1j * at_release)
-    turned = whirl[:, None] * (np.exp(1j * spin * since[:held]) - 1)
-    places[0, :, :held] = (shapes @ state[state_layout.modes_x(n)])[:, None] + turned.real
-    places[1, :, :held] = (shapes @ state[state_layout.modes_y(n)])[:, None] + turned.imag
-    angle[:held], omega[:held] = at_release + spin * since[:held], spin
-    way, peak = replace(plan, step=step), np.zeros(2)
-    if machine.has_heat:
-        from tdbsim.heat_coupling import WarmIntegration
-
-        drop: Integration | WarmIntegration = WarmIntegration(model, way, state, peak)
-    else:
-        drop = Integration(model, way, state, peak)
-    for start in range(held, len(time), _CHUNK):
-        instants = since[start : start + _CHUNK]
-        out = np.empty((len(instants), len(state)))
-        drop.through(instants, out)
-        here = slice(start, start + len(instants))
-        places[0, :, here] = shapes @ out[:, state_layout.modes_x(n)].T
-        places[1, :, here] = shapes @ out[:, state_layout.modes_y(n)].T
-        angle[here], omega[here] = out[:, state_layout.shaft_angle(n)], out[:, state_layout.omega(n)]
+    done = 0
+    for piece in pieces(model, plan, time, _CHUNK):
+        here = slice(done, done + len(piece.time))
+        places[0, :, here] = shapes @ piece.state[:, state_layout.modes_x(n)].T
+        places[1, :, here] = shapes @ piece.state[:, state_layout.modes_y(n)].T
+        angle[here] = piece.state[:, state_layout.shaft_angle(n)]
+        omega[here] = piece.state[:, state_layout.omega(n)]
+        done = here.stop
     return places, angle, omega

@@ -17,7 +17,7 @@ from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 
 Array = NDArray[np.float64]
 
-WINDOW_S = 1.0
+_WINDOW_S = 1.0
 SPEED_APART = 0.01  # of the measured speed
 MOTION_APART = 1.5  # times, or one over it
 _THERE = 0.5  # of a window's samples, that must be there
@@ -182,9 +182,9 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
     release = analysis.release.time.value if analysis.release is not None else None
     begin = float(time[np.searchsorted(time, time[0] if release is None else release)])
     step = 1 / float(planes.attrs["sampling_hz"])
-    count = int((time[-1] + 1.5 * step - begin) / WINDOW_S)
-    edges = begin + WINDOW_S * np.arange(count + 1)
-    middle = WINDOW_S * (np.arange(count) + 0.5)
+    count = int((time[-1] + 1.5 * step - begin) / _WINDOW_S)
+    edges = begin + _WINDOW_S * np.arange(count + 1)
+    middle = _WINDOW_S * (np.arange(count) + 0.5)
     samples = list(itertools.pairwise(np.searchsorted(time, edges - step / 2)))
     rms: dict[str, Array] = {}
     for end in planes.end.values:
@@ -192,7 +192,7 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
         if np.isfinite(xy).any():
             rms[str(end)] = np.full((2, count), np.nan)
             for k, (low, high) in enumerate(samples):
-                if (high - low) * step > _THERE * WINDOW_S:  # or a hole in the time axis took most of the window
+                if (high - low) * step > _THERE * _WINDOW_S:  # or a hole in the time axis took most of the window
                     rms[str(end)][:, k] = xy[:, low:high].std(axis=1)
     inside = np.searchsorted(analysis.speed_time, edges)
     speed = [
@@ -205,7 +205,7 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
 def _first(time: Array, apart: NDArray[np.bool_]) -> float | None:
     """Return the begin of the first window that is apart."""
     at = np.flatnonzero(apart)
-    return float(time[at[0]] - WINDOW_S / 2) if at.size else None
+    return float(time[at[0]] - _WINDOW_S / 2) if at.size else None
 
 
 def _at_release(analysis: Analysis) -> float:

@@ -43,7 +43,7 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
             "damping_n_s_per_m": damping.to_json(),
         },
         "peak_force_n": forces.peak.to_json(),
-        "stress_mpa": stress_json(forces.stress),
+        "stress_mpa": _stress_json(forces.stress),
         "ring_at_speed_s": forces.ring_at_speed.to_json(),
         "contact_forces": [
             {
@@ -187,7 +187,7 @@ def _span(contact: Contact | None) -> list[float] | None:
     return None if contact is None else [contact.start, contact.end]
 
 
-def stress_json(stress: Stress) -> dict[str, Any]:
+def _stress_json(stress: Stress) -> dict[str, Any]:
     """Return the box of a stress in MPa."""
     factor = OUTSIDE["MPa"]
     return {

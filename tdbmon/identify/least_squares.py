@@ -23,8 +23,8 @@ from tdbmon.identify.robust import huber, spread, squares
 
 Array = NDArray[np.float64]
 
-LINEARISATIONS = 8  # at most
-ENOUGH = 2e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
+_LINEARISATIONS = 8  # at most
+_ENOUGH = 2e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
 _CHORDS = 2  # steps at most with the same slopes; with more, fits end in wrong minima
 _STALE_TRIES, _FRESH_TRIES = 3, 8  # dampings tried with old and with new slopes
 _BLOCK_S = 0.01  # s; what is left follows itself in time about as long as a bounce lasts
@@ -58,8 +58,8 @@ def fit(
     problem: Problem,
     point: Array,
     horizon: float,
-    linearisations: int = LINEARISATIONS,
-    enough: float = ENOUGH,
+    linearisations: int = _LINEARISATIONS,
+    enough: float = _ENOUGH,
     slopes: Sequence[Array] | None = None,
 ) -> Fit:
     """Return the minimum of a problem to a horizon, from a point.
@@ -109,7 +109,7 @@ def fit(
         residuals, current, known = list(fresh.residuals), list(fresh.slopes), False
 
 
-def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int = LINEARISATIONS) -> Fit | None:
+def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: int = _LINEARISATIONS) -> Fit | None:
     """Return `fit`; None where the point cannot be simulated."""
     try:
         return fit(problem, point, horizon, linearisations)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.fatigue import EXPONENT
 
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 
 # of a force, standard deviation: modes and steps leave 0.3 %, the rest is left to the law of the contact
 FORCE = 0.01
@@ -31,6 +31,6 @@ def of_members(values: NDArray[np.float64], share: float, unit: str, rule: str) 
         As in `Estimate`.
     """
     low, middle, high = (float(q) for q in np.quantile(values, (BAND[0], 0.5, BAND[1])))
-    model = 1.96 * share * middle
+    model = Z95 * share * middle
     least, most = max(middle - math.hypot(middle - low, model), 0.0), middle + math.hypot(high - middle, model)
     return Estimate(middle, least, most, unit, rule, "", "0-pk")

@@ -24,7 +24,7 @@ from tdbmon.identify.parameters import calibrated_machine
 
 Array = NDArray[np.float64]
 
-MODES = 6
+_MODES = 6
 ORDERS = (1.0, 2.0)  # of rotation, that excite
 _FACTORS = np.geomspace(1e-2, 1e2, 81)  # of the fitted support stiffness
 _SPEEDS = 41
@@ -96,10 +96,10 @@ def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
     machine = calibration.calibrated
     rotor = build_rotor(machine)
     basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
-    drawn = [resting_modes(basis, resting_ends(each, rotor), n=2 * MODES) for each in _machines(calibration)]
+    drawn = [resting_modes(basis, resting_ends(each, rotor), n=2 * _MODES) for each in _machines(calibration)]
     speed = max(fit.speed for fit in calibration.drops)
     speeds = np.linspace(0.0, _BEYOND * speed, _SPEEDS)
-    against_speed = resting_modes(basis, ends, speeds, MODES)
+    against_speed = resting_modes(basis, ends, speeds, _MODES)
     return NaturalFrequencies(
         ends=ends,
         modes=_named(basis, ends, drawn, speeds, against_speed, speed),
@@ -134,7 +134,7 @@ def _machines(calibration: Calibration) -> Iterator[Machine]:
 
 def _map(basis: Modes, ends: tuple[RestingEnd, ...], speed: float) -> RestingModes:
     found = [
-        resting_modes(basis, tuple(replace(end, support=factor * end.support) for end in ends), speed, MODES)
+        resting_modes(basis, tuple(replace(end, support=factor * end.support) for end in ends), speed, _MODES)
         for factor in _FACTORS
     ]
     return RestingModes(
@@ -151,7 +151,7 @@ def _named(
     speed: float,
 ) -> tuple[RestingMode, ...]:
     still, sideways = against_speed.frequencies[0], against_speed.sideways[0]
-    bare = resting_modes(basis, tuple(replace(end, ring_mass=0.0, support_mass=0.0) for end in ends), n=2 * MODES)
+    bare = resting_modes(basis, tuple(replace(end, ring_mass=0.0, support_mass=0.0) for end in ends), n=2 * _MODES)
     rule = f"rotor at rest on the calibrated bearings; {len(drawn)} draws from the calibration"
     modes = []
     for k, (frequency, share) in enumerate(zip(still, sideways, strict=True)):

@@ -39,7 +39,7 @@ def lost_drops(problem: Problem, found: Fit, horizon: float) -> list[int]:
     return lost
 
 
-def with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Sequence[int]) -> Array:
+def _with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Sequence[int]) -> Array:
     """Return a point with the own values of some drops as they suit its shared values best.
 
     Parameters
@@ -65,7 +65,7 @@ def with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Seq
 def begun_at(problem: Problem, point: Array, horizon: float) -> Fit | None:
     """Return a fit begun at a point, the drops' paths sought there first; None where it cannot be simulated."""
     try:
-        return fit(problem, with_paths_sought(problem, point, horizon, range(len(problem.drops))), horizon)
+        return fit(problem, _with_paths_sought(problem, point, horizon, range(len(problem.drops))), horizon)
     except InputError:
         return None
 
@@ -73,7 +73,7 @@ def begun_at(problem: Problem, point: Array, horizon: float) -> Fit | None:
 def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[int]) -> Fit:
     """Return a fit begun with the paths of some drops sought anew, or the one that is there where that is no better."""
     try:
-        sought = fit(problem, with_paths_sought(problem, found.point, horizon, drops), horizon)
+        sought = fit(problem, _with_paths_sought(problem, found.point, horizon, drops), horizon)
     except InputError:
         return found
     return min(found, sought, key=lambda each: each.misfit)

@@ -47,14 +47,14 @@ from tdbmon.estimate import OUTSIDE
 
 Array = NDArray[np.float64]
 
-CENTRE_SIGMA = 10e-6  # m; how well the zero of the probes is known to be the bearing's centre
+_CENTRE_SIGMA = 10e-6  # m; how well the zero of the probes is known to be the bearing's centre
 ZERO_SIGMA = 1e-6  # m; how far a probe's zero drifts from drop to drop
 # m, each part of what a good surface at an end runs out once and twice a revolution; API 670 (5th ed., 6.1.2) allows a
 # probe track 6 um pk-pk, and what goes beyond is no longer a value to calibrate but an effect
-RUNOUT_SIGMA = (1.5e-6, 0.75e-6)
-RUNOUT_LIMIT = 3e-6
-VELOCITY_SIGMA = 0.5e-3  # m/s, of the release velocity beside the levitated whirl
-RELEASE_SIGMA = 2e-3  # s, of the first guess of the instant
+_RUNOUT_SIGMA = (1.5e-6, 0.75e-6)
+_RUNOUT_LIMIT = 3e-6
+_VELOCITY_SIGMA = 0.5e-3  # m/s, of the release velocity beside the levitated whirl
+_RELEASE_SIGMA = 2e-3  # s, of the first guess of the instant
 
 # field of a touchdown bearing: columns of the model that hold it, factor to them, unit outside
 _END = {
@@ -191,9 +191,9 @@ def entries(machine: Machine) -> tuple[Parameter, ...]:
 
 def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
-    reach = 5 * CENTRE_SIGMA
+    reach = 5 * _CENTRE_SIGMA
     return tuple(
-        Parameter(f"{end}.centre_{axis}", "um", nominal=0.0, low=-reach, high=reach, sigma=CENTRE_SIGMA, moves=False)
+        Parameter(f"{end}.centre_{axis}", "um", nominal=0.0, low=-reach, high=reach, sigma=_CENTRE_SIGMA, moves=False)
         for end in machine.ends
         for axis in "xy"
     )
@@ -216,7 +216,7 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
         for axis, start in zip("xy", set_point[end], strict=True):
             name, first = f"set_point_{axis}_{end}", float(start)
             found.append(Parameter(name, "um", nominal=first, low=-reach, high=reach, sigma=math.inf, nudge=0.00025))
-    fastest = 10 * VELOCITY_SIGMA
+    fastest = 10 * _VELOCITY_SIGMA
     for end in range(2):
         for axis in "xy":
             found.append(
@@ -226,12 +226,12 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
                     nominal=0.0,
                     low=-fastest,
                     high=fastest,
-                    sigma=VELOCITY_SIGMA,
+                    sigma=_VELOCITY_SIGMA,
                     nudge=0.008,
                 )
             )
-    late = 3 * RELEASE_SIGMA
-    found.append(Parameter("release", "s", nominal=0.0, low=-late, high=late, sigma=RELEASE_SIGMA, nudge=0.0002))
+    late = 3 * _RELEASE_SIGMA
+    found.append(Parameter("release", "s", nominal=0.0, low=-late, high=late, sigma=_RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
     found.append(
         Parameter("shaft_angle", "deg", nominal=angle, low=angle - width, high=angle + width, sigma=angle_sigma)
@@ -248,13 +248,13 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
             f"{end}.runout_{part}_{k}",
             "um",
             nominal=0.0,
-            low=-RUNOUT_LIMIT,
-            high=RUNOUT_LIMIT,
+            low=-_RUNOUT_LIMIT,
+            high=_RUNOUT_LIMIT,
             sigma=sigma,
             moves=False,
         )
         for end in machine.ends
-        for k, sigma in enumerate(RUNOUT_SIGMA, start=1)
+        for k, sigma in enumerate(_RUNOUT_SIGMA, start=1)
         for part in ("cosine", "sine")
     ]
     farthest = 10 * ZERO_SIGMA
@@ -274,9 +274,9 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
     for bearing in machine.touchdown_bearings:
         new = {f: values[f"{bearing.name}.{f}"] for f in _END if f"{bearing.name}.{f}" in values}
         clearance = new.pop("diametral_clearance", None)
-        update: dict[str, Any] = {f: moved(getattr(bearing, f), value) for f, value in new.items()}
+        update: dict[str, Any] = {f: _moved(getattr(bearing, f), value) for f, value in new.items()}
         if clearance is not None:
-            wider = moved(bearing.balls.diametral_clearance, clearance)
+            wider = _moved(bearing.balls.diametral_clearance, clearance)
             update["balls"] = bearing.balls.model_copy(update={"diametral_clearance": wider})
         stated = {f: values[f"{bearing.name}.{f}"] for f in _AS_STATED if f"{bearing.name}.{f}" in values}
         if (stiffness := stated.pop("ball_stiffness", None)) is not None:
@@ -286,10 +286,10 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
     magnets = []
     for magnet in machine.magnetic_bearings:
         held = {f: values[f"magnet {magnet.name}.{f}"] for f in _MAGNET if f"magnet {magnet.name}.{f}" in values}
-        magnets.append(magnet.model_copy(update={f: moved(getattr(magnet, f), v) for f, v in held.items()}))
+        magnets.append(magnet.model_copy(update={f: _moved(getattr(magnet, f), v) for f, v in held.items()}))
     rotor: dict[str, Any] = {"unbalance": tuple(_with_vector(plane, values) for plane in machine.rotor.unbalance)}
     if machine.rotor.speed_decay_time is not None and "rotor.speed_decay_time" in values:
-        rotor["speed_decay_time"] = moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
+        rotor["speed_decay_time"] = _moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
     if "rotor.elastic_modulus" in values:
         rotor["elastic_modulus"] = values["rotor.elastic_modulus"]
     return machine.model_copy(
@@ -344,7 +344,7 @@ def polar(plane: Unbalance, along: float, across: float) -> tuple[float, float]:
     return math.hypot(along, across), plane.phase.nominal + math.atan2(across, along)
 
 
-def moved(value: Tolerant, nominal: float) -> Tolerant:
+def _moved(value: Tolerant, nominal: float) -> Tolerant:
     """Return a value with its tolerance at another nominal, which may lie at their edge."""
     return Tolerant(nominal=nominal, low=min(value.low, nominal), high=max(value.high, nominal))
 
@@ -403,4 +403,4 @@ def _with_vector(plane: Unbalance, values: Mapping[str, float]) -> Unbalance:
         return plane
     along = values.get(f"{plane.name}.along", plane.amount.nominal)
     amount, phase = polar(plane, along, values.get(f"{plane.name}.across", 0.0))
-    return plane.model_copy(update={"amount": moved(plane.amount, amount), "phase": moved(plane.phase, phase)})
+    return plane.model_copy(update={"amount": _moved(plane.amount, amount), "phase": _moved(plane.phase, phase)})

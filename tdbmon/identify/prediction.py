@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim import hooks, state_layout
-from tdbsim.columns import DECAY_RATE, HAS_WINDAGE, ROTOR_ROW
+from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.machine import Machine
 from tdbsim.modes import Modes
+from tdbsim.rhs import windage_acceleration
 from tdbsim.sensors import SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
@@ -26,10 +26,12 @@ from tdbmon.identify.runout import ORDERS, runout_at, runout_phasors
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
+DECELERATION = -1  # of a drop's `residuals`: the one that the deceleration before the release leaves
 _MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
 _DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
 _COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
 _LEVITATED_ROWS = 5  # residuals a probe: mean, and both parts of 1X and 2X
+_COASTING_ROWS = 1  # the deceleration
 _LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
 
 
@@ -185,11 +187,7 @@ def side_by_side(paths: Sequence[Path], sensors: Sequence[Sensors]) -> tuple[Pat
 
 def coasting(model: DropModel, omega: float) -> float:
     """Return the angular acceleration of the rotor that nothing drives, nothing touches, rad/s^2."""
-    spin = model.arrays.spin
-    rate = -float(spin[DECAY_RATE]) * omega
-    if spin[HAS_WINDAGE]:
-        rate += float(hooks.windage(omega, model.arrays.effect[ROTOR_ROW]))
-    return rate
+    return float(windage_acceleration.py_func(model.arrays.spin, model.arrays.effect, omega))
 
 
 @lru_cache(maxsize=64)
@@ -249,7 +247,8 @@ def residuals(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors
     """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
 
     In this order, along the last axis: readings (a probe after the other, without missing samples), pulses of the
-    keyphasor, levitated means and whirl, coasting.
+    keyphasor, levitated means and whirl, and as the only one of its kind the deceleration before the release
+    (`DECELERATION`).
     """
     k = path.x.shape[-1]
     span = slice(path.first, path.first + k)
@@ -355,7 +354,7 @@ def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) ->
     """Return which of a drop's `residuals`, so many rows, contacts take part in: readings after a touch, and pulses."""
     first, count = window(drop, horizon)
     late = on_reading_rows(drop, horizon, drop.time[first : first + count] > touch)
-    before = _LEVITATED_ROWS * len(drop.probes) + 1  # with the deceleration
+    before = _LEVITATED_ROWS * len(drop.probes) + _COASTING_ROWS
     return np.concatenate([late, np.ones(rows - len(late) - before, dtype=bool), np.zeros(before, dtype=bool)])
 
 

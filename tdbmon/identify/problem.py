@@ -11,10 +11,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.drop_model import DropModel, build_model, with_effects
-from tdbsim.effect import Effect, all_effects
+from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain
+from tdbsim.stated_effects import all_effects
 
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, straight_shaft

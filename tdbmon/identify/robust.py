@@ -7,6 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.identify.prediction import DECELERATION
+
 Array = NDArray[np.float64]
 
 _FROM = 3.0  # times the spread: from there on linearly
@@ -20,10 +22,10 @@ def spread(residual: Array) -> float:
 def huber(residual: Array, scale: float) -> Array:
     """Return the weights of a drop's residuals: 1/scale^2, less for those beyond three times it.
 
-    The last, which the deceleration before the release leaves, is no sample among many: it counts by its square always.
+    The one that the deceleration before the release leaves is no sample among many: it counts by its square always.
     """
     away = np.abs(residual) / scale
-    away[-1] = 0.0
+    away[DECELERATION] = 0.0
     return np.minimum(1.0, _FROM / np.maximum(away, 1e-12)) / scale**2
 
 

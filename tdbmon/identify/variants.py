@@ -6,16 +6,17 @@ steps that it would take alone.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.drop_model import DropModel
+from tdbsim.ensemble import run_each
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
-from tdbsim.side_by_side import MOST, run_side_by_side, shared
-from tdbsim.simulate import DropPlan, Trajectory, run
+from tdbsim.side_by_side import MOST
+from tdbsim.simulate import DropPlan
 
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import Path, Sensors, path_of, residuals, side_by_side
@@ -42,16 +43,7 @@ def paths(measured: MeasuredDrop, variants: Sequence[Variant], horizon: float) -
     horizon : float
         s after the release, for which their plans were made.
     """
-    found: dict[int, Path | InputError] = {}
-    alike: dict[Hashable, list[int]] = {}
-    for at, each in enumerate(variants):
-        alike.setdefault(shared(each.model, each.plan) or at, []).append(at)
-    for places in alike.values():
-        for first in range(0, len(places), MOST):
-            batch = places[first : first + MOST]
-            for at, moved in zip(batch, _run([variants[at] for at in batch]), strict=True):
-                found[at] = moved if isinstance(moved, InputError) else path_of(measured, moved, horizon)
-    return [found[at] for at in range(len(variants))]
+    return run_each([(each.model, each.plan) for each in variants], lambda moved: path_of(measured, moved, horizon))
 
 
 def changes(
@@ -78,15 +70,6 @@ def changes(
     left = left_by(measured, machine, found, [variants[at].sensors for at in order])
     changed = {at: None if each is None else each - unmoved for at, each in zip(order, left, strict=True)}
     return unmoved, [changed[at] for at in range(len(variants))]
-
-
-def _run(batch: Sequence[Variant]) -> list[Trajectory | InputError]:
-    if len(batch) > 1:
-        return run_side_by_side([(each.model, each.plan) for each in batch])
-    try:
-        return [run(batch[0].model, batch[0].plan)]
-    except InputError as error:
-        return [error]
 
 
 def left_by(

@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from tdbsim.effect import from_setting
 from tdbsim.machine import Machine
 from tdbsim.sensors import SensorChain, delayed
+from tdbsim.stated_effects import from_setting
 
 from tdbmon.record.finding import Check
 from tdbmon.record.slow_roll import without_slow_roll

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
-from tdbsim.effect import Effect, parse
+from tdbsim.effect import Effect
 from tdbsim.machine import Machine, Tolerant, load_machine
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.runs import runs_of
 from tdbmon.shipped import shipped

@@ -10,12 +10,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from tdbsim.bearing_heat import BearingHeat
-from tdbsim.effect import Effect, parse
+from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.heat_network import INNER_RING
 from tdbsim.hertz import BearingGeometry
 from tdbsim.machine import Machine, TouchdownBearing, load_machine
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.shipped import shipped
 from tdbmon.validation.comparison import Comparison, grid, table

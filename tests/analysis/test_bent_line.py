@@ -33,8 +33,8 @@ def with_probes_at(machine, *positions):
 
 def drop(machine, seconds=0.6, speed=100.0, **others):
     sensors = SensorChain(probe=ProbeChain(noise=0.25e-6, hum=0.1e-6), speed_noise_hz=0.05)
-    plan = {"levitated": 0.1, "sampling": 10e3, "bending": 8} | others
-    return simulate(machine, DropPlan(speed, seconds, sensors=sensors, **plan))
+    plan = {"levitated": 0.1, "sampling": 10e3} | others
+    return simulate(machine, DropPlan(speed, seconds, sensors=sensors, **plan), bending=8)
 
 
 def holds(estimate, true):

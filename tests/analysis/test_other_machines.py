@@ -28,8 +28,8 @@ SENSORS = SensorChain(probe=ProbeChain(noise=0.25e-6, hum=0.1e-6), speed_noise_h
 
 
 def drop(machine, speed, seconds, seed=0):
-    plan = DropPlan(speed, seconds, levitated=RELEASE, sensors=SENSORS, seed=seed, bending=16)
-    return simulate(machine, plan)
+    plan = DropPlan(speed, seconds, levitated=RELEASE, sensors=SENSORS, seed=seed)
+    return simulate(machine, plan, bending=16)
 
 
 @pytest.fixture(scope="module")
@@ -117,8 +117,8 @@ def test_a_shaft_that_stands_upright_dates_no_release(expander):
     """Nothing pulls it to the bottom: with a push it whirls, and no force that decays in seconds is made of that."""
     upright = expander.model_copy(update={"gravity": 0.0})
     push = ((0.01, 0.005), (0.008, -0.004))
-    plan = DropPlan(333.0, 0.3, levitated=RELEASE, sensors=SENSORS, bending=16, velocity=push)
-    record = simulate(upright, plan)
+    plan = DropPlan(333.0, 0.3, levitated=RELEASE, sensors=SENSORS, velocity=push)
+    record = simulate(upright, plan, bending=16)
     found = analyse(record, expander)
     assert not found.release.time.known and not found.release.force_decay.known
     assert "stands upright does not fall" in found.release.time.why

@@ -11,11 +11,11 @@ from scipy.integrate import cumulative_trapezoid
 from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
+from tdbmon.analysis import release
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.leaving_orbit import falls_between
 from tdbmon.analysis.release import find_release, release_of
-from tdbmon.analysis.release_fit import ReleaseFit
 from tdbmon.record.assign import assign
 from tdbmon.shipped import shipped
 from tests.analysis.planes import G, planes_of
@@ -190,7 +190,7 @@ def test_lobes_of_the_surface_and_harmonics_of_the_hum_do_not_shift_the_release(
 @pytest.mark.parametrize("lasts", [0.05, 0.2, 0.5, 2.0])
 def test_a_shaft_that_is_lowered_dates_no_release(machine, lasts, monkeypatch):
     """Magnetic bearings set it down without a fall, which no force that decays for a minute explains; nor is one searched for."""
-    monkeypatch.setattr(ReleaseFit, "search", lambda *_: pytest.fail("searched"))
+    monkeypatch.setattr(release, "search_release", lambda *_: pytest.fail("searched"))
     time = np.arange(50000) / 20e3
     down = np.clip((time - 0.2) / lasts, 0.0, 1.0)
     path = np.stack(

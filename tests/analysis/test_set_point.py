@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 import pytest
-from tdbsim.effect import parse
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json

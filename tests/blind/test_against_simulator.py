@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tdbsim.effect import parse
 from tdbsim.machine import load_machine
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tests.blind.case import draw_case
 from tests.blind.effects import apply
@@ -66,9 +66,8 @@ def both_drops(world: World, plain: World, start: Start, effects: list[str], fol
         shaft_angle=float(drop.angle[k]),
         ring_angle=start.ring_angle,
         cage_angle=start.cage_angle,
-        bending=24,
     )
-    return drop, simulate(load_machine(path), plan, [parse(text) for text in effects])
+    return drop, simulate(load_machine(path), plan, [parse(text) for text in effects], bending=24)
 
 
 def both(world: World, plain: World, start: Start, effects: list[str], folder: Path) -> tuple[Array, Array]:

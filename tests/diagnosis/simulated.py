@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from tdbsim.effect import parse
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.contender import Contender, settled
 from tdbmon.identify.drop import measured_drop
@@ -25,9 +25,8 @@ def record(machine, speed, seed, *effects, seconds=0.03):
         cage_angle=tuple(rng.uniform(0, 2 * np.pi / 11, 2)),
         sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
         seed=seed,
-        bending=12,
     )
-    made = simulate(machine, plan, [parse(text) for text in effects])
+    made = simulate(machine, plan, [parse(text) for text in effects], bending=12)
     made.attrs["source_file"] = f"drop_{speed:g}.nc"
     return made
 

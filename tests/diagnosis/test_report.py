@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tdbsim import state_layout
-from tdbsim.effect import catalogue, parse
+from tdbsim.effect import catalogue
 from tdbsim.rotor import build_rotor
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.contender import without_cause
 from tdbmon.diagnosis.contest import contest
@@ -60,9 +61,8 @@ def _record(speed: float, seed: int):  # type: ignore[no-untyped-def]
         cage_angle=(0.1, 0.2),
         sensors=SensorChain(probe=ProbeChain(noise=drops.NOISE), speed_noise_hz=0.03),
         seed=seed,
-        bending=12,
     )
-    record = simulate(machine, plan, effects=(parse(f"residual_magnetic_force:decay_time={DECAY_S} s"),))
+    record = simulate(machine, plan, effects=(parse(f"residual_magnetic_force:decay_time={DECAY_S} s"),), bending=12)
     record.attrs["source_file"] = f"drop_{speed:g}.nc"
     return record
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from tdbsim.effect import catalogue, parse
+from tdbsim.effect import catalogue
 from tdbsim.machine import load_machine
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.shipped import shipped

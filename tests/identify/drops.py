@@ -58,9 +58,8 @@ def drop(values=TRUTH, speed=97.0, seed=1, seconds=0.07, levitated=0.08, bending
         cage_angle=tuple(rng.uniform(0, 2 * np.pi / 11, 2)),
         sensors=SensorChain(probe=ProbeChain(noise=NOISE), speed_noise_hz=0.03),
         seed=seed,
-        bending=bending,
     )
-    record = simulate(calibrated_machine(machine(), values), plan)
+    record = simulate(calibrated_machine(machine(), values), plan, bending=bending)
     record.attrs["source_file"] = f"drop_{speed:g}.nc"
     return record
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from tdbsim import state_layout
 from tdbsim.errors import InputError
 from tdbsim.machine import Tolerant, load_machine
 
@@ -36,14 +37,16 @@ def test_what_is_left_is_noise(calibration):
 
 def test_release_state_comes_back(calibration, same_model):
     _, records = same_model
-    for fit, record in zip(calibration.drops, records, strict=True):
+    for k, (fit, record) in enumerate(zip(calibration.drops, records, strict=True)):
         true = record.attrs["release_time_s"]
         assert fit.release.value == pytest.approx(true, abs=1e-4)
         # what counts is where it is at one instant: release and velocity make up for each other
         at = int(np.searchsorted(record.time, true))
-        for end in ("NDE", "DE"):
-            assert fit.position[end][0].value == pytest.approx(float(record.rotor_x.sel(end=end)[at]), abs=1e-6)
-            assert fit.position[end][1].value == pytest.approx(float(record.rotor_y.sel(end=end)[at]), abs=1e-6)
+        found = calibration.problem.simulated(calibration.point, k, calibration.horizon).prediction
+        motion, n = found.motion, found.motion.model.n
+        state, shapes = motion.state[at - found.path.first], motion.model.arrays.at_end
+        assert shapes @ state[state_layout.modes_x(n)] == pytest.approx(record.rotor_x.to_numpy()[:, at], abs=1e-6)
+        assert shapes @ state[state_layout.modes_y(n)] == pytest.approx(record.rotor_y.to_numpy()[:, at], abs=1e-6)
 
 
 def test_calibrated_machine_holds_the_values(calibration):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.text import Text
-from tdbsim.effect import from_setting
 from tdbsim.machine import EffectSetting, SlowRoll
+from tdbsim.stated_effects import from_setting
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line

@@ -57,3 +57,33 @@ def test_what_only_cages_turned_one_by_one_find_goes_along(monkeypatch):
         problem = build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
         followed(problem, HORIZONS[:4], lambda _: None, may_widen=False)
     assert begun == [HORIZONS[3]]
+
+
+@pytest.mark.parametrize("horizons", [HORIZONS[:6], (0.006, 0.01, 0.0145, 0.02, 0.023, 0.03)])
+def test_clearances_and_paths_are_sought_whichever_horizons_are_asked_for(horizons, monkeypatch):
+    """Without one of exactly 14 ms neither other clearances were tried nor, without 22 and 27 ms, the paths of all drops."""
+    machine = load_machine(shipped("short/machine.toml"))
+    turned, begun, sought = list[float](), set[float](), list[float]()
+
+    def better_clearances(problem, found, horizon):
+        turned.append(horizon)
+        return found
+
+    def better_paths(problem, found, horizon, lost):
+        assert list(lost) == [0]
+        sought.append(horizon)
+        return found
+
+    monkeypatch.setattr(follow, "fit_or_none", lambda problem, point, horizon: fit(problem, point, horizon, 1))
+    monkeypatch.setattr(follow, "better_clearances", better_clearances)
+    monkeypatch.setattr(follow, "begun_at", lambda problem, corner, horizon: begun.add(horizon))
+    monkeypatch.setattr(follow, "better_paths", better_paths)
+    monkeypatch.setattr(follow, "lost_drops", lambda problem, found, horizon: [])
+    monkeypatch.setattr(follow, "stray_drop", lambda found, limit: None)
+    monkeypatch.setattr(follow, "FAILING", np.inf)
+    with Crew() as crew:
+        problem = build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.04), machine),), crew)
+        followed(problem, horizons, lambda _: None)
+    assert turned == [horizons[2]]
+    assert begun == {horizons[2]}
+    assert sorted(set(sought)) == [horizons[4], horizons[5]]

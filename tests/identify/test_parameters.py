@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tdbsim.drop_model import build_model, with_effects
-from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
+from tdbsim.stated_effects import parse
 
 from tdbmon.identify.parameters import (
     calibrated_machine,

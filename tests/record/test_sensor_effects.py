@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from tdbsim.effect import from_setting
 from tdbsim.machine import EffectSetting, Machine, load_machine
 from tdbsim.sensors import SensorChain, clean_readings
+from tdbsim.stated_effects import from_setting
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes

@@ -25,7 +25,10 @@ def test_balls_roll_without_sliding_on_both_races(angle, ratio):
     motion = ball_motion(geometry)
     alpha = geometry.contact_angle
     normal = np.array([math.cos(alpha), 0, math.sin(alpha)])
-    ball = motion.roll * np.array([math.sin(motion.pitch), 0, -math.cos(motion.pitch)])
+    pitch = math.atan2(
+        math.sin(alpha), math.cos(alpha) + ratio
+    )  # of the ball's axis, with which it spins on one race only
+    ball = motion.roll * np.array([math.sin(pitch), 0, -math.cos(pitch)])
     centre = np.array([0.05, 0, 0])
     for side, race, spin in ((1, -motion.cage, motion.spin_outer), (-1, motion.ring, motion.spin_inner)):
         arm = side * ratio * 0.05 * normal

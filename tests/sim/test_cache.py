@@ -20,7 +20,8 @@ start = time.perf_counter()
 import numpy as np
 import tdbsim
 from tdbsim.drop_model import build_model
-from tdbsim.effect import catalogue, parse
+from tdbsim.effect import catalogue
+from tdbsim.stated_effects import parse
 from tdbsim.machine import load_machine
 from tdbsim.rhs import derivative
 from tdbsim.state_layout import mode_rates_x, modes_x, modes_y, size

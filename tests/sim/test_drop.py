@@ -13,8 +13,9 @@ from scipy.optimize import brentq
 from tdbsim import state_layout
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.simulate import DropPlan, pieces, run, simulate
 from tdbsim.state_layout import LEDGER
+from warm_machine import with_heat
 
 DISSIPATED = [kind for kind in LEDGER if not kind.startswith("heat") and kind != "external"]
 
@@ -43,7 +44,7 @@ def test_levitated_whirl_is_a_solution_of_the_full_rotor(machine):
     """Unbalance response in levitation against the unreduced finite element model, solved on its own."""
     from tdbsim.rotor import build_rotor
 
-    drop = simulate(machine, DropPlan(150.0, 0.001, levitated=0.06, shaft_angle=0.3, bending=10))
+    drop = simulate(machine, DropPlan(150.0, 0.001, levitated=0.06, shaft_angle=0.3), bending=10)
     rotor = build_rotor(machine)
     omega = 2 * np.pi * 150.0
     polar, mass, stiffness = rotor.plane_polar, rotor.plane_mass, rotor.plane_stiffness.astype(complex)
@@ -286,8 +287,9 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         true_machine,
         DropPlan(
             turns, 0.02, levitated=truth["release_time_s"], sampling=10e3, set_point=set_point,
-            shaft_angle=2 * math.pi * (turns * truth["release_time_s"] + first), bending=8,
+            shaft_angle=2 * math.pi * (turns * truth["release_time_s"] + first),
         ),
+        bending=8,
     )  # fmt: skip
     count = drop.sizes["time"]
     for probe in true_machine.probes:
@@ -298,6 +300,38 @@ def test_first_contacts_of_the_independent_rig(coastdown_answer):
         assert np.sqrt(np.mean(miss[time[:count] > 0.112] ** 2)) < 8e-6  # the cages' angles are not known
     assert float(drop["normal_force"].max()) > 1000
     assert json.dumps(drop.attrs["effects"]) == '""'
+
+
+def test_pieces_are_the_whole_drop(machine):
+    model, plan = build_model(machine), DropPlan(150.0, 0.02, levitated=0.01)
+    whole = run(model, plan)
+    parts = list(pieces(model, plan, whole.time, 80))
+    assert [len(part.time) for part in parts] == [80, 80, 40, 80, 80, 80, 80, 80, 1]  # the release begins one anew
+    np.testing.assert_array_equal(np.concatenate([part.time for part in parts]), whole.time)
+    state, held = np.concatenate([part.state for part in parts]), whole.time < plan.levitated - 1e-9
+    np.testing.assert_array_equal(state[held], whole.state[held])
+    assert np.abs(state - whole.state)[:, : state_layout.shaft_angle(model.n)].max() < 1e-9
+    assert whole.peak_normal.max() > 1000
+    np.testing.assert_allclose(parts[-1].peak_normal, whole.peak_normal, rtol=1e-3)
+    assert all(part.warmth is None for part in parts)
+
+
+def test_the_last_piece_tells_what_heat_did(machine):
+    """Exchanges of heat count from the beginning of a piece, so the fall is one here."""
+    model, plan = build_model(with_heat(machine)), DropPlan(150.0, 0.02, levitated=0.01)
+    whole = run(model, plan)
+    held, fallen = pieces(model, plan, whole.time, 401)
+    assert len(held.time) == 200 and held.warmth is None
+    np.testing.assert_array_equal(np.concatenate([held.state, fallen.state]), whole.state)
+    np.testing.assert_array_equal(fallen.warmth.course, whole.warmth.course)
+    np.testing.assert_array_equal(fallen.warmth.sample, whole.warmth.sample)
+    assert whole.warmth.rise.max() > 0
+
+
+def test_a_record_says_how_many_modes_its_model_has(machine):
+    """That of a model built with nine said four, the plan's."""
+    assert drop_record(run(build_model(machine, bending=9), DropPlan(150.0, 0.001))).attrs["bending_modes"] == 9
+    assert simulate(machine, DropPlan(150.0, 0.001), bending=2, attachment=False).attrs["bending_modes"] == 2
 
 
 def test_a_run_leaves_the_model_as_it_was(machine):

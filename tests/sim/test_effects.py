@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from tdbsim import hooks, state_layout
 from tdbsim.drop_model import build_model, with_effects
-from tdbsim.effect import Place, all_effects, catalogue, declaration, parse, places
+from tdbsim.effect import Place, catalogue, declaration, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting
 from tdbsim.simulate import DropPlan, run, simulate
+from tdbsim.stated_effects import all_effects, parse
 from tdbsim.units import scale
 
 PLAN = DropPlan(150.0, 0.35, levitated=0.1)
@@ -168,12 +169,23 @@ def test_effects_combine(machine, plain_drop):
         parse("off_sized_ball:end=DE,ball=7,deviation=-5 um"),
         parse("probe_gain:probe=NDE_A,gain=1.1"),
         parse("quadratic_windage:share=0.3"),
+        parse("loose_support:end=NDE,play=20 um"),
     ]
     drop, other = simulate(machine, SHORT, some), simulate(machine, SHORT, some[::-1])
     np.testing.assert_array_equal(drop["NDE_A"].values, other["NDE_A"].values)
     oversize = build_model(machine, some).arrays.ball_oversize[1]
     assert oversize[[2, 6]] == pytest.approx([5e-6, -5e-6])
-    assert drop.attrs["effects"].count(";") == 5
+    assert drop.attrs["effects"].count(";") == 6
+
+
+def test_play_counts_from_the_stiffness_of_an_uneven_support_in_either_order(machine):
+    """Play given before the anisotropy took its missing stiffness from the even support."""
+    pair = [parse("loose_support:end=NDE,play=20 um"), parse("support_anisotropy:end=NDE,ratio=0.4")]
+    found, other = build_model(machine, pair), build_model(machine, pair[::-1])
+    np.testing.assert_array_equal(found.arrays.effect, other.arrays.effect)
+    missing = found.arrays.effect[0, hooks.offsets()["loose_support"] + 1]
+    stiffness = machine.touchdown_bearings[0].support_stiffness.nominal
+    assert missing == pytest.approx(0.9 * (1 + 0.4) / 2 * stiffness)
 
 
 def test_parse_reads_what_a_person_writes():
@@ -242,10 +254,12 @@ def test_effects_that_do_not_fit_the_machine(machine, text, says):
     [
         ("foundation_mode:where=both,stiffness=3e7 N/m", "foundation_mode:end=DE,stiffness=6e7 N/m"),
         ("probe_crosstalk:end=NDE,factor=0.1", "probe_crosstalk:end=NDE,factor=0.2"),
+        ("support_anisotropy:end=DE,ratio=0.5", "support_anisotropy:end=DE,ratio=0.4,direction=40 deg"),
+        ("support_anisotropy:where=both,ratio=0.5", "support_anisotropy:end=DE,ratio=0.4"),
     ],
 )
 def test_what_a_second_one_would_undo_acts_once(machine, first, second):
-    """The last foundation or leak was taken without a word."""
+    """The last foundation or leak was taken without a word; a second anisotropy counted from the first one's stiffness."""
     with pytest.raises(InputError, match="is given twice for .* acts once at a place: give it once"):
         all_effects(machine, [parse(first), parse(second)])
 

@@ -7,7 +7,7 @@ import pytest
 from tdbsim import state_layout
 from tdbsim.columns import GAP
 from tdbsim.drop_model import build_model
-from tdbsim.ensemble import run_many
+from tdbsim.ensemble import run_each, run_many
 from tdbsim.errors import InputError
 from tdbsim.simulate import DropPlan, run
 
@@ -34,6 +34,16 @@ def test_what_cannot_run_is_said(machine):
     model = build_model(machine)
     with pytest.raises(InputError, match="reaches the gap"):
         run_many([(model, DropPlan(100.0, 0.01)), (model.copy(), DropPlan(100.0, 0.01, set_point=((1.0, 0), (0, 0))))])
+
+
+@pytest.mark.parametrize("others", [0, 1, 4])
+def test_what_cannot_run_does_no_harm_to_the_others(machine, others):
+    model = build_model(machine)
+    off = DropPlan(100.0, 0.01, set_point=((1.0, 0), (0, 0)))
+    cases = [(model, off), *[(model, DropPlan(100.0 + k, 0.01)) for k in range(others)]]
+    failed, *found = run_each(cases, lambda each: each.plan.speed)
+    assert isinstance(failed, InputError) and "reaches the gap" in str(failed)
+    assert found == [100.0 + k for k in range(others)]
 
 
 def test_cases_that_share_nothing_keep_their_order(machine):

@@ -13,7 +13,6 @@ from tdbsim import state_layout
 from tdbsim.columns import GAP, HALF_CLEARANCE, RING_DRAG
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.effect import parse
 from tdbsim.errors import InputError
 from tdbsim.heat_coupling import warm_bearings
 from tdbsim.heat_exchange import exchange
@@ -21,6 +20,7 @@ from tdbsim.integration import Integration
 from tdbsim.machine import parse_machine
 from tdbsim.simulate import DropPlan, run, simulate
 from tdbsim.state_layout import LEDGER
+from tdbsim.stated_effects import parse
 from warm_machine import HEAT, STEEL, with_heat
 
 PLAN = DropPlan(150.0, 0.1)

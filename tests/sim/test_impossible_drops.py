@@ -26,8 +26,6 @@ from tdbsim.simulate import DropPlan, run, simulate
         ({"speed": 100.0, "step": -1e-5}, "step"),
         ({"speed": 100.0, "sampling": 0.0}, "sampling"),
         ({"speed": 100.0, "levitated": -1.0}, "levitated"),
-        ({"speed": 100.0, "bending": -1}, "bending"),
-        ({"speed": 100.0, "bending": 2.5}, "2.5 bending modes cannot be; give bending as a whole number"),
         ({"speed": 100.0, "seed": -1}, "-1 as a seed cannot be; give seed as a whole number, 0 or more"),
         ({"speed": 100.0, "method": "euler"}, "euler"),
         ({"speed": 100.0, "set_point": ((math.inf, 0.0), (0.0, 0.0))}, "set_point .* is not finite"),
@@ -44,6 +42,14 @@ from tdbsim.simulate import DropPlan, run, simulate
 def test_impossible_plans(values, says):
     with pytest.raises(InputError, match=says):
         DropPlan(**values)
+
+
+@pytest.mark.parametrize("bending", [-1, 2.5, True])
+def test_impossible_numbers_of_modes(machine, bending):
+    with pytest.raises(
+        InputError, match=f"{bending} bending modes cannot be; give bending as a whole number, 0 or more"
+    ):
+        build_model(machine, bending=bending)
 
 
 def test_a_shaft_that_stands_can_be_dropped(machine):

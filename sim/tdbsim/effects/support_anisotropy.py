@@ -25,6 +25,7 @@ class SupportAnisotropy(Effect):
     title: ClassVar = "Support anisotropy"
     what: ClassVar = "The support is softer (or stiffer) in one direction."
     place: ClassVar = Place.BEARING_OR_BOTH
+    once: ClassVar = True
     signature: ClassVar = "More support motion per newton in one direction than across it."
     rise: ClassVar = 1.3
 

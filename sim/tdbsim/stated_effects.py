@@ -1,0 +1,116 @@
+"""Effects as people state them, on the command line and in a machine file; and all that act on a machine.
+
+What stands at one place more often than it can is refused (`Effect.most`, `Effect.once`).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from tdbsim.columns import ROTOR_ROW
+from tdbsim.effect import Effect, EffectDeclaration, Place, declaration
+from tdbsim.errors import InputError
+from tdbsim.machine import EffectSetting, Machine
+
+
+def parse(text: str) -> Effect:
+    """Read an effect as the command line writes it: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
+
+    The place is given as ``where=`` or ``end=`` (or by its kind: ``plane=``, ``probe=``); effects of the whole rotor
+    need none.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, or names or values are wrong.
+    """
+    identifier, _, rest = text.partition(":")
+    found = declaration(identifier.strip())
+    values: dict[str, str] = {}
+    where = None
+    for part in filter(None, (piece.strip() for piece in rest.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or not name or not value:
+            raise InputError(f"{identifier}: '{part}' is not of the form name=value, e.g. \"amplitude=20 um\"")
+        if name in ("where", "end", "plane", "probe"):
+            if where is not None:
+                raise InputError(f"{identifier}: the place is given twice")
+            where = value
+        elif name in values:
+            raise InputError(f"{identifier}: {name} is given twice")
+        else:
+            values[name] = value
+    return _placed(found, where, values)
+
+
+def from_setting(setting: EffectSetting) -> Effect:
+    """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
+    with _stated(setting):
+        return _placed(declaration(setting.name), setting.where, setting.parameters)
+
+
+@contextmanager
+def _stated(setting: EffectSetting) -> Iterator[None]:
+    """Say in what is wrong that it stands in the machine file."""
+    try:
+        yield
+    except InputError as wrong:
+        raise InputError(f"[[effect]] at '{setting.where}': {wrong}") from None
+
+
+def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
+    if where is None:
+        if found.place is not Place.ROTOR:
+            raise InputError(f'{found.identifier}: no place given; write where=... ({found.place}), e.g. "where=NDE"')
+        where = "rotor"
+    return found.at(where, values)
+
+
+def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, ...]:
+    """Return the machine's own effects and some more, checked against the machine and against each other.
+
+    Raises
+    ------
+    InputError
+        If a place does not exist, or an effect stands at one place more often than it can.
+    """
+    own = tuple(from_setting(setting) for setting in machine.effects)
+    for setting, effect in zip(machine.effects, own, strict=True):
+        with _stated(setting):
+            effect.check_place(machine)
+    further = tuple(more)
+    for each in further:
+        each.check_place(machine)
+    _check_how_often(machine, own, further)
+    return (*own, *further)
+
+
+def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Effect]) -> None:
+    standing: Counter[tuple[object, ...]] = Counter()
+    stated = {key for each in own for key in _standings(machine, each)}
+    for count, each in enumerate((*own, *more)):
+        name = each.identifier()
+        for key in _standings(machine, each):
+            standing[key] += 1
+            if standing[key] <= each.most:
+                continue
+            if each.most > 1:
+                raise InputError(f"{name} is given more than {each.most} times for '{each.where}'; join some of them")
+            cure = (
+                "the machine file has it already: change or leave it out there"
+                if count >= len(own) and key in stated
+                else "give it once"
+            )
+            raise InputError(f"{name} is given twice for '{each.where}'; it acts once at a place: {cure}")
+
+
+def _standings(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
+    """Return what an effect takes up of a machine, of which each holds `most`; nothing where its like add up."""
+    if not (effect.slots or effect.once):
+        return []
+    # words tell apart what acts beside each other (crosstalk into either probe), but not what shares compiled slots
+    words = () if effect.slots else tuple(getattr(effect, each.name) for each in effect.parameters() if each.choices)
+    return [(effect.identifier(), end, *words) for end in effect.ends(machine) or (ROTOR_ROW,)]
