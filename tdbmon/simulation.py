@@ -93,7 +93,9 @@ def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate
         elif drop["peak_normal_force"].values[i] == 0.0:
             when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
         elif caught.size:
-            when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
+            when = Estimate(
+                float(drop["time"].values[caught[0]]) - release, unit="s", method="after the release", why=_EXACT
+            )
         else:
             when = Estimate.missing("s", "the ring does not come to turn with the journal in the time simulated")
         out[str(end)] = {"peak_force_n": peak, "peak_ball_load_n": ball, "ring_at_speed_s": when}

@@ -97,7 +97,9 @@ def study_record(
         # not `with_fitted`: agreement, friction and natural frequencies would be simulated for every drop that is filed, and
         # nothing in an archive reads them
         for end, found in fitted.forces.ends.items():
-            content["ends"].setdefault(end, {}).update(end_json(fitted.calibration, found))
+            content["ends"].setdefault(end, {}).update(
+                end_json(fitted.calibration, found, fitted.calibration.drops[0].release.value)
+            )
             s = found.stress
             if s.greatest.value is not None:
                 boxes.append(StressBox(end, s.greatest.value, s.mean, s.median, s.q1, s.q3, s.outliers))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from tdbmon.analysis.contact_events import Contact
-from tdbmon.estimate import OUTSIDE
+from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import AtBound, Calibration
 from tdbmon.identify.coast_down import CoastDown
@@ -17,22 +18,26 @@ from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
 from tdbmon.quantity import plain, printed, short, why_no_interval
 
+_IMPULSE = "of the fitted drop; interval of the simulations that the peak comes from"
+
 
 def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
     """Return the JSON of an analysis with what the fitted model adds: to each end, and beside them."""
     ends = dict(content["ends"])
     for end, found in fitted.forces.ends.items():
-        ends[end] = ends.get(end, {}) | end_json(fitted.calibration, found)
+        ends[end] = ends.get(end, {}) | end_json(fitted.calibration, found, fitted.calibration.drops[0].release.value)
     return content | {"ends": ends} | fitted_json(fitted)
 
 
-def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
+def end_json(calibration: Calibration, forces: EndForces, release: float | None) -> dict[str, Any]:
     """Return ``support``, ``peak_force_n``, ``stress_mpa``, ``ring_at_speed_s``, ``contact_forces`` of one end in one drop.
+
+    Times are from the record's first sample, as all in that JSON; `release` is the instant of the release so, s.
 
     Contacts are told from the release until the ensemble's members have parted.  The rest replaces the entries of the
     same names under ``ends`` in the JSON of `tdbmon analyse`.
     """
-    end, bearing = forces.end, calibration.machine.bearing(forces.end)
+    end, bearing, begins = forces.end, calibration.machine.bearing(forces.end), release or 0.0
     mass = calibration.value(f"{end}.support_mass", bearing.support_mass, "kg")
     stiffness = calibration.value(f"{end}.support_stiffness", bearing.support_stiffness.nominal, "N/m")
     damping = calibration.value(f"{end}.support_damping", bearing.support_damping.nominal, "N s/m")
@@ -44,10 +49,10 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
         },
         "peak_force_n": forces.peak.to_json(),
         "stress_mpa": _stress_json(forces.stress),
-        "ring_at_speed_s": forces.ring_at_speed.to_json(),
+        "ring_at_speed_s": _later(forces.ring_at_speed, begins).to_json(),
         "contact_forces": [
             {
-                "start_s": contact.start,
+                "start_s": begins + contact.start,
                 "seconds": contact.seconds,
                 "peak_n": contact.peak.to_json(),
                 "impulse_n_s": {
@@ -55,12 +60,18 @@ def end_json(calibration: Calibration, forces: EndForces) -> dict[str, Any]:
                     "low": contact.impulse_low,
                     "high": contact.impulse_high,
                     "unit": "N s",
-                    "method": contact.peak.method,
+                    "method": _IMPULSE,
                 },
             }
             for contact in forces.contacts
         ],
     }
+
+
+def _later(told: Estimate, by: float) -> Estimate:
+    """Return an instant (s) told from another begin of time, which lies so much later, s."""
+    value, low, high = (None if each is None else each + by for each in (told.value, told.low, told.high))
+    return replace(told, value=value, low=low, high=high)
 
 
 def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = ()) -> dict[str, Any]:
@@ -82,7 +93,7 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
                 "speed_hz": fit.speed,
                 "release_time_s": fit.release.to_json(),
                 "residual_over_noise": [{"horizon_s": r.horizon, "ratio": r.ratio} for r in fit.residuals if r.rms],
-                "ends": {name: end_json(calibration, end) for name, end in found.items()},
+                "ends": {name: end_json(calibration, end, fit.release.value) for name, end in found.items()},
             }
             for fit, found in _with_forces(calibration, forces)
         ],

@@ -332,7 +332,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine) -
 
 def _peak(peaks: Array, sampled: bool = False) -> Estimate:
     """Return the greatest force of the members (n,), N; `sampled`: of a contact that is not the hardest of all of them."""
-    rule = f"greatest of {len(peaks)} simulations drawn from the calibration"
+    rule = f"greatest in time, median of {len(peaks)} simulations drawn from the calibration"
     beside = f"; but for the greatest of each, at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
     return of_members(peaks, FORCE, "N", rule + beside)
 
