@@ -14,6 +14,7 @@ from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import CONTACT_S, FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
+from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import squares
 from tdbmon.identify.stated_values import with_stated_values
@@ -196,7 +197,7 @@ class Contender:
     @property
     def coasts(self) -> bool:
         """True where every drop slows before its release as the model has it."""
-        return all(abs(residuals[-1]) < _COASTS for residuals in self.fit.residuals)
+        return all(abs(residuals[DECELERATION]) < _COASTS for residuals in self.fit.residuals)
 
     def hardly_better(self, plain: Contender) -> bool:
         """True where it fails and leaves nearly all that the plain model leaves to the same horizon."""

@@ -11,7 +11,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.identify.free_effect import FreeEffect, acts_on_sensors, goes_round
 from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import machine_parameters
@@ -86,7 +86,7 @@ def sizes_of(
             known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE, least=least)
             if p.name in ends - periods.keys():
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_BEYOND)
-            elif 2 * 1.96 * sigmas[p.name] > p.high - p.low:  # a ball so small that it carries nothing, say
+            elif 2 * Z95 * sigmas[p.name] > p.high - p.low:  # a ball so small that it carries nothing, say
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_UNTOLD)
             each[p.name.rpartition(".")[2]] = known
         out[free.name] = each

@@ -21,6 +21,7 @@ from scipy.linalg import cho_factor, cho_solve, expm
 from tdbsim.drop_model import DropModel
 
 from tdbmon.diagnosis.left_over import LeftOver
+from tdbmon.estimate import Z95
 from tdbmon.identify.noise import coloured
 from tdbmon.identify.prediction import shapes_at
 
@@ -31,7 +32,6 @@ STEP_S = 4e-4  # between the instants: a contact lasts some of them
 _STEPS = np.geomspace(1.0, 3e4, 19)  # N, which are tried; the least keeps the band honest where there is noise alone
 _START = 10.0  # times a step: what may act at the release already
 _STATE_SIGMA = (2e-5, 5e-3)  # m and m/s, of the rigid state at the release beyond what was fitted
-_BAND = 1.96
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def residual_force(drop: LeftOver) -> ResidualForce:
         drop=drop.name,
         time=time[instants],
         force=(force[:, 0] + 1j * force[:, 1])[:, kept],
-        band=_BAND * np.sqrt(np.maximum(variance, 0.0)).reshape(2, 2, -1)[..., kept],
+        band=Z95 * np.sqrt(np.maximum(variance, 0.0)).reshape(2, 2, -1)[..., kept],
         place=(drop.place + drop.at_ends)[:, first:][:, instants],
         simulated=drop.force[:, first:][:, instants],
         step=step,

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
+from tdbmon.estimate import Z95
 from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.style import (
     AXIS_COLOUR,
@@ -117,10 +118,10 @@ def _amplitude(ax: Axes, part: xr.Dataset) -> None:
     for axis in ("x", "y"):
         value, sigma = (part[name].sel(axis=axis).to_numpy() * UM for name in ("amplitude", "sigma"))
         ax.plot(speed, value, color=AXIS_COLOUR[axis], label=f"{AXIS_WORD[axis]}, with 95 % band")
-        ax.fill_between(speed, np.maximum(value - 1.96 * sigma, 0), value + 1.96 * sigma, color=AXIS_COLOUR[axis],
+        ax.fill_between(speed, np.maximum(value - Z95 * sigma, 0), value + Z95 * sigma, color=AXIS_COLOUR[axis],
                         alpha=0.2, linewidth=0, rasterized=True)  # fmt: skip
     ax.set_ylabel("amplitude [µm 0-pk]")
-    upper = ((part.amplitude + 1.96 * part.sigma) * UM).to_numpy()
+    upper = ((part.amplitude + Z95 * part.sigma) * UM).to_numpy()
     if np.isfinite(upper).any():
         ax.set_ylim(0, 1.05 * float(np.nanmax(upper)))
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.orbit import OrbitKind, orbit
+from tdbmon.estimate import Z95
 from tdbmon.figures.orbit_sequence import frame_orbit, time_span
 from tdbmon.figures.style import (
     BLUE,
@@ -128,7 +129,7 @@ def telling_stretch(analysis: Analysis) -> Stretch:
         return stretch
     raise InputError(
         f"over the {stretch.revolutions} revolutions after settling 1X is {float(size.max()) * UM:.2g} µm 0-pk at most, and the"
-        f" swing, which is not locked to the shaft, leaves ±{1.96 * float(sigma.max()) * UM:.3g} µm of itself in it"
+        f" swing, which is not locked to the shaft, leaves ±{Z95 * float(sigma.max()) * UM:.3g} µm of itself in it"
     )
 
 

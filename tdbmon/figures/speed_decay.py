@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.coast_down_times import HALF, TENTH
+from tdbmon.estimate import Z95
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -77,7 +78,7 @@ def _binned(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, tuple[np.n
     blocks = speed[: bins * size].reshape(bins, size)
     sigma = blocks.std(axis=1)
     mean = blocks.mean(axis=1)
-    return mean, (mean - 1.96 * sigma, mean + 1.96 * sigma), time[: bins * size].reshape(bins, size).mean(axis=1)
+    return mean, (mean - Z95 * sigma, mean + Z95 * sigma), time[: bins * size].reshape(bins, size).mean(axis=1)
 
 
 def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.ndarray) -> None:

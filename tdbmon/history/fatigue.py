@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from tdbsim.fatigue import EXPONENT, STATIC_LIMIT, DropFatigue
 
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.identify.model_share import FATIGUE
 
 
@@ -30,7 +30,7 @@ def fatigue_of(members: Sequence[DropFatigue], end: str) -> Estimate:
     sums = np.array([each.worst for each in members])
     if np.any(sums <= 0):
         return Estimate.missing("1", f"no ball at {end} is loaded and unloaded in every simulation of the drop")
-    middle, half = float(np.median(sums)), 1.96 * math.hypot(float(np.std(np.log(sums), ddof=1)), FATIGUE)
+    middle, half = float(np.median(sums)), Z95 * math.hypot(float(np.std(np.log(sums), ddof=1)), FATIGUE)
     rule = (
         f"rainflow (ASTM E1049), Palmgren-Miner with exponent {EXPONENT:g}, cycles of {members[0].reference * 1e-6:.0f} MPa,"
         f" {len(members)} simulations drawn from the calibration"

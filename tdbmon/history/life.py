@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 from tdbsim.fatigue import EXPONENT, STATIC_LIMIT
 
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.history import settings as settings_of
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.drop import Drop
@@ -136,7 +136,7 @@ def _worst(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> Estimate:
             continue
         # the first counts 1 by definition; its error is in all the others
         own = math.hypot(*(share * each.error for share, each in zip(shares, later, strict=True))) / (more or 1.0)
-        factor = math.exp(1.96 * math.hypot(own, first.error))
+        factor = math.exp(Z95 * math.hypot(own, first.error))
         worst = Estimate(total, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
     return worst
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.unbroken import pieces
-from tdbmon.estimate import Estimate
+from tdbmon.estimate import Z95, Estimate
 from tdbmon.history.speed_class import STANDSTILL_HZ
 
 WINDOW_S = 0.2  # after the release: what any record of a drop holds, and where the blows are
@@ -36,7 +36,6 @@ _LEAST_BINS = 5  # of a spectrum there: noise from fewer is a guess
 _RINGING_S = 0.01  # by then the low-pass has forgotten an impulse
 _GUARD_S = 1e-3  # before the release: its instant is not exact
 _RIVALS = 4.0  # standard deviations of the noise below the greatest velocity: any sample within may be the true peak
-_SIGMAS = 1.96  # of a 95 % interval
 _RULE = f"|velocity| / (2 pi f0 c) within {WINDOW_S:g} s of the release, below {_LOWPASS_HZ:g} Hz (own definition)"
 _UNSEEN = "the levitated stretch is too short to tell the noise, and with it how sure this is"
 
@@ -155,7 +154,7 @@ def _noise(levitated: NDArray[np.float64], sampling: float) -> _Noise | None:
     impulse[0, impulse.shape[1] // 2] = 1.0
     gain = float(np.linalg.norm(centre_velocity(impulse, sampling)))
     sigma = gain * math.sqrt(float(np.median(bins)) / math.log(2) * sampling / 2)
-    return _Noise(sigma, sigma * (1 + _SIGMAS / math.sqrt(bins.size)))
+    return _Noise(sigma, sigma * (1 + Z95 / math.sqrt(bins.size)))
 
 
 def _peak(size: NDArray[np.float64], noise: _Noise, sampling: float) -> tuple[float, float, float]:
@@ -169,8 +168,8 @@ def _peak(size: NDArray[np.float64], noise: _Noise, sampling: float) -> tuple[fl
     greatest = float(size.max())
     crossings = min(_LOWPASS_HZ, sampling / 2) * np.count_nonzero(size > greatest - _RIVALS * noise.sigma) / sampling
     usual, most = (math.sqrt(2 * math.log(max(crossings / -math.log(level), 1.0))) for level in (0.5, 0.975))
-    value, low = greatest - usual * noise.sigma, greatest - max(most, _SIGMAS) * noise.most
-    return max(value, 0.0), max(low, 0.0), greatest + _SIGMAS * noise.most
+    value, low = greatest - usual * noise.sigma, greatest - max(most, Z95) * noise.most
+    return max(value, 0.0), max(low, 0.0), greatest + Z95 * noise.most
 
 
 def _rms(size: NDArray[np.float64], noise: _Noise, independent: float) -> tuple[float, float, float]:
@@ -180,7 +179,7 @@ def _rms(size: NDArray[np.float64], noise: _Noise, independent: float) -> tuple[
     the number of independent values.
     """
     power = float(np.mean(size**2)) - 2 * noise.sigma**2
-    scatter = _SIGMAS * 2 * noise.most * math.sqrt((max(power, 0.0) + noise.most**2) / independent)
+    scatter = Z95 * 2 * noise.most * math.sqrt((max(power, 0.0) + noise.most**2) / independent)
     half = math.hypot(scatter, 2 * (noise.most**2 - noise.sigma**2))
     value, low, high = (math.sqrt(max(each, 0.0)) for each in (power, power - half, power + half))
     return value, low, high
@@ -189,13 +188,13 @@ def _rms(size: NDArray[np.float64], noise: _Noise, independent: float) -> tuple[
 def _relative(estimate: Estimate) -> float:
     if estimate.value is None or estimate.low is None or estimate.high is None:
         return 0.0
-    return (estimate.high - estimate.low) / 2 / _SIGMAS / abs(estimate.value)
+    return (estimate.high - estimate.low) / 2 / Z95 / abs(estimate.value)
 
 
 def _stated(found: tuple[float, float, float], unit: float, share: float) -> Estimate:
     """Return a velocity and its interval, m/s, over a unit that is known to a share (standard deviation)."""
     value, low, high = (each / unit for each in found)
-    scale = _SIGMAS * share * value
+    scale = Z95 * share * value
     return Estimate(
         value,
         max(value - math.hypot(value - low, scale), 0.0),

@@ -13,13 +13,17 @@ from tdbmon.record.finding import Check, um
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
 _STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
 _LIES = 0.7  # of it, from the probes' zero: a levitated shaft stands nearer
+_ACROSS = 0.17  # sine of the angle between two probes that span the plane: 10 degrees
+_LEAST_SAMPLES = 200
+_MOVED = (0.3, 10.0)  # gaps between levitation and rest; less is no fall, more no rotor
+_DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
 
 
 def _motion(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Return time and x + i y at the probes of an end, from two probes that span the plane; None without them."""
     there = [probe for probe in machine.probes_at(end) if probe.name in ds]
     for one, other in combinations(there, 2):
-        if ds[one.name].dims != ds[other.name].dims or abs(np.sin(one.angle - other.angle)) < 0.17:
+        if ds[one.name].dims != ds[other.name].dims or abs(np.sin(one.angle - other.angle)) < _ACROSS:
             continue
         axes = np.array([[np.cos(p.angle), np.sin(p.angle)] for p in (one, other)])
         readings = np.stack((ds[one.name].values, ds[other.name].values))
@@ -44,17 +48,18 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
         if start.size and (np.abs(start - start[0]).max() > _STANDS * gap or np.abs(start.mean()) > _LIES * gap):
             continue
         z = z[np.isfinite(z)]
-        if z.size < 200:
+        if z.size < _LEAST_SAMPLES:
             continue
         few = max(min(z.size // 50, 200), 10)
         moved = np.median(z[-z.size // 4 :].real) + 1j * np.median(z[-z.size // 4 :].imag) - z[:few].mean()
-        if not 0.3 * gap < abs(moved) < 10 * gap:
+        if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:
             continue
         off = float(np.degrees(np.angle(moved / -1j)))
         detail = f"settles {um(abs(moved))} from where it began, {abs(off):.0f} deg from straight down"
         names = ", ".join(probe.name for probe in machine.probes_at(end))
         cure = f": check sign of the sensitivity and angle of {names}, and that no two are swapped"
-        found.append(Check("fall", end, abs(off) < 60, detail + (cure if abs(off) >= 60 else "")))
+        down = abs(off) < _DOWN_DEG
+        found.append(Check("fall", end, down, detail + ("" if down else cure)))
     return found
 
 

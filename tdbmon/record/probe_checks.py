@@ -9,7 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 from tdbsim.units import si_unit_of
 
-from tdbmon.quantity import percent
+from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
@@ -176,7 +176,7 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: Runs) ->
     level = signal.values[runs.first[0]]
     return Check(
         "clipping", name, False,
-        f"{runs.total} samples stand at {um(level)} in {len(runs)} flat tops, {span(time, runs)}:"
+        f"{runs.total} samples stand at {um(level)} in {counted(len(runs), 'flat top')}, {span(time, runs)}:"
         " peaks are cut off; widen the input range or the probe's gap",
     )  # fmt: skip
 
@@ -243,6 +243,7 @@ def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check
     share = runs.total / signal.values.size
     return Check(
         "nan", name, False,
-        f"{runs.total} samples ({percent(share, 2)}) without a value in {len(runs)} runs, the longest {runs.longest} samples,"
-        f" {span(time, runs)}; runs of up to {SHORT_GAP} can be bridged, longer ones are left out",
+        f"{runs.total} samples ({percent(share, 2)}) without a value in {counted(len(runs), 'run')}, the longest"
+        f" {counted(runs.longest, 'sample')}, {span(time, runs)};"
+        f" runs of up to {SHORT_GAP} can be bridged, longer ones are left out",
     )  # fmt: skip

@@ -7,7 +7,7 @@ import xarray as xr
 from tdbsim.errors import did_you_mean
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.quantity import percent
+from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
@@ -264,7 +264,7 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     if len(gaps):
         at = time[gaps.first[0]]
         faulty.append(
-            f"{lost.size} gaps in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.5g} s:"
+            f"{counted(lost.size, 'gap')} in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.5g} s:"
             " analyse the stretches apart, or export again without gaps"
         )
     if jitter > _UNEVEN * interval:

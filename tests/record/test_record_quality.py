@@ -156,7 +156,7 @@ def test_clipping_at_a_limit_that_no_one_states(side: int, sound: xr.Dataset) ->
     values = side * sound["NDE_B"].values
     limit = np.quantile(values, 0.995)
     ds = _changed(sound, "NDE_B", side * np.minimum(values, limit))
-    assert "flat tops" in _failed(ds)["clipping", "NDE_B"]
+    assert "flat top" in _failed(ds)["clipping", "NDE_B"]
 
 
 def test_clipping_at_full_scale(sound: xr.Dataset) -> None:
@@ -347,7 +347,7 @@ def test_missing_channels_say_what_follows(sound: xr.Dataset) -> None:
 
 def test_gaps_jitter_and_a_slow_clock(sound: xr.Dataset) -> None:
     gap = sound.isel(time=np.r_[0:3000, 3100:10000])
-    assert "1 gaps in time, the longest 5.05 ms, the first at 0.14995 s" in _failed(gap)["sampling", "time"]
+    assert "1 gap in time, the longest 5.05 ms, the first at 0.14995 s" in _failed(gap)["sampling", "time"]
     uneven = sound.assign_coords(
         time=sound["time"].values + 2e-6 * np.random.default_rng(4).standard_normal(sound["time"].size)
     )

@@ -76,7 +76,9 @@ def _story(analysis: Analysis) -> str:
         count = end.contacts.count
         reach = "" if count.low == count.high else f" ({count.low:g} to {count.high:g})"
         seen = "" if count.known else " that were seen"
-        counts.append(f"{len(end.contacts.events)}{reach} contacts{seen} at {end.name}")
+        number = len(end.contacts.events)
+        noun = "contact" if number == 1 and not reach else "contacts"
+        counts.append(f"{number}{reach} {noun}{seen} at {end.name}")
     settle = analysis.settle_time
     if counts:
         after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
