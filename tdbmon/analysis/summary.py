@@ -89,9 +89,11 @@ def _whirls(analysis: Analysis) -> list[str]:
 def _levitated(analysis: Analysis, end: str) -> list[str]:
     """Return how far from the clearance centre the shaft levitated, if that is known, and the zone of ISO 14839-2."""
     found = analysis.levitation.get(end)
-    if found is None or not found.reach.known:
+    if found is None:
         return []
     name = "levitated, from centre" if analysis.falls else "levitated, from zero"
+    if not found.reach.known:
+        return [f"  {name:<24}{printed(found.reach)}"]
     beside = f", no zone of ISO 14839-2: {found.share.why}"
     if found.share.known:
         beside = f", {found.share.value:.2f} of the machine file's gap: zone {zone(found.share)} of ISO 14839-2"
