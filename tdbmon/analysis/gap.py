@@ -37,6 +37,7 @@ _WORST = 20e-6  # m, standard deviation: a radius known no better than this is n
 SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
 _FEWEST = 6  # bins of angle for a circle
 _RATE_HZ = 2500.0
+_ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
 _BIN_DEG = 3.0
 _PARTS = 12
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
@@ -221,7 +222,7 @@ class _Steady:
 
         A stretch without samples, missing ones or a hole in the time axis, parts pieces: no acceleration reaches across it.
         """
-        count = max(1, round(rate / _RATE_HZ))
+        count = max(1, int(rate / _RATE_HZ + _ROUNDING))
         rate /= count
         both = np.hstack([xy, carried])
         averaged = [_averaged(time[piece], both[piece], count) for piece in pieces(time)]
@@ -234,7 +235,7 @@ class _Steady:
             if piece.stop - piece.start >= max(3.0, rate / _LOWPASS_HZ):  # or too short for an acceleration
                 acceleration[piece] = _acceleration(carried[piece], number[piece] - number[piece.start], rate)
         kept = np.isfinite(acceleration).all(axis=1)
-        return cls(xy[kept], acceleration[kept], number[kept] // max(round(_BLOCK_S * rate), 1))
+        return cls(xy[kept], acceleration[kept], number[kept] // max(int(_BLOCK_S * rate + _ROUNDING), 1))
 
 
 def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray:

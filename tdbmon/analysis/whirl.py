@@ -35,6 +35,7 @@ _TURN, _BACK = 2 * np.pi, np.pi / 2
 _QUARTERS = 4  # in a turn
 _SLOW, _STOPS = 2.0, 4.0  # times the usual quarter turn's time: at the ends of an advance, and within it
 _RATE_HZ = 2500.0  # of the samples looked at
+_ROUNDING = 1e-6  # of a rate told from times
 _ARC = _TURN / 3  # that missing samples may hide, and the way round is not in doubt
 _PACE = 3  # samples on either side, by which the pace of the shaft is told
 _HIDDEN_S = 0.02  # hidden altogether: some turns of a whirl
@@ -190,7 +191,7 @@ def _polar(
     if not gap > 0:
         raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
-    every = max(1, round(float(planes.attrs["sampling_hz"]) / _RATE_HZ))
+    every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ + _ROUNDING))
     some = slice(int(np.searchsorted(time, start_s)), None, every)
     xy = planes.displacement.sel(end=end).transpose("axis", "time").to_numpy()[:, some]
     x, y = xy[0] - centre[0], sense * (xy[1] - centre[1])

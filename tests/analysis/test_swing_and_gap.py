@@ -157,6 +157,28 @@ def test_circle_intervals_hold_centre_and_radius(stiff):
     assert (np.mean(inside, axis=0) >= 0.9).all()
 
 
+def test_the_last_digit_of_a_clock_changes_no_interval(stiff):
+    """A rate of 19999.99998 Hz is one of 20 kHz: neighbours and blocks are counted alike."""
+    machine, rotor = stiff
+    time = np.arange(40_000) / 20e3
+    slow = swing(stiff, (300e-6, 290e-6), 2.0, (0.6, 0.5), noise=0.0, compliance=9e-6)
+    rng = np.random.default_rng(3)
+    paths = {
+        end: np.column_stack([np.interp(time, slow.time.to_numpy(), row) for row in slow.displacement.sel(end=end)])
+        + 0.3e-6 * rng.standard_normal((time.size, 2))
+        for end in machine.ends
+    }
+    shares = carried_shares(machine, rotor)["NDE"]
+    found = [
+        fit_gap(planes_of(time * clock, paths), "NDE", machine, TRAVEL, 0.0, shares=shares).radius
+        for clock in (1.0, 1 - 1e-9, 1 + 1e-9)
+    ]
+    for each in found[1:]:
+        assert (each.value, each.low, each.high) == pytest.approx(
+            (found[0].value, found[0].low, found[0].high), abs=1e-9
+        )
+
+
 @pytest.mark.parametrize(("end", "radius"), [("NDE", 300e-6), ("DE", 290e-6)])
 def test_ends_that_swing_against_each_other_tell_the_radius_all_the_same(stiff, end, radius):
     """The rotor's mass couples them: the load of an end that swings alone made the arc 14 to 17 um too small, +- 7."""
