@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse as run
 from tdbmon.analysis.contract import analysis_json
+from tdbmon.analysis.result import Analysis
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.json_file import say, write_json
 from tdbmon.machine_file import calibration_head, check_suffix, write_machine
@@ -15,6 +17,9 @@ from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
 from tdbmon.report_file import report_writers
+
+if TYPE_CHECKING:
+    from tdbmon.identify.fitted import FittedDrop
 
 
 def analyse(
@@ -51,15 +56,22 @@ def analyse(
             document = build_report(result, fitted=fitted)
             for write in writers:
                 write(document)
-    lines, content = list(summary_lines(result, fitted is not None)), analysis_json(result)
-    written = []
+    lines, written = list(summary_lines(result, fitted is not None)), []
     if fitted is not None:
-        from tdbmon.identify.contract import force_lines, with_fitted
+        from tdbmon.identify.contract import force_lines
 
         lines += force_lines(fitted.calibration, fitted.forces)
-        content = with_fitted(content, fitted)
         if calibrated is not None:
             write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
             written.append(f"machine: {calibrated}")
-    written += [*write_json(json_file, content), *(f"report: {path}" for path in report or [])]
-    say([*lines, *written])
+    if json_file is not None:
+        written += write_json(json_file, _content(result, fitted))
+    say([*lines, *written, *(f"report: {path}" for path in report or [])])
+
+
+def _content(result: Analysis, fitted: FittedDrop | None) -> dict[str, Any]:
+    if fitted is None:
+        return analysis_json(result)
+    from tdbmon.identify.contract import with_fitted
+
+    return with_fitted(analysis_json(result), fitted)

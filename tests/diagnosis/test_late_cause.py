@@ -8,7 +8,7 @@ import pytest
 
 from tdbmon.diagnosis.contender import settled, with_cause
 from tdbmon.diagnosis.held_out import Judge
-from tdbmon.diagnosis.late_cause import LateCause, Rest, Trial, departs, explains, with_late_causes
+from tdbmon.diagnosis.late_cause import LateCause, Rest, Trial, departs, explains_the_rest, with_late_causes
 from tdbmon.diagnosis.late_record import acts_later, late_records
 from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
@@ -59,8 +59,8 @@ def test_friction_that_shows_late_only_is_found_with_place_and_size(crew, monkey
     assert verdict(field, proof, 0.0).kind is Kind.NAMED
     after = [each.in_spread_of(wide) for each, wide in zip(late_records(best), late, strict=True)]
     assert acts_later(after) is None
-    assert explains(late, after)
-    assert not explains(after, late)
+    assert explains_the_rest(late, after)
+    assert not explains_the_rest(after, late)
 
 
 def test_values_and_their_spread_are_those_of_the_trials_by_how_good_they_are(unhidden):
