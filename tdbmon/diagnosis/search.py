@@ -73,7 +73,7 @@ class Search:
     rounds : int
         Times that all suspects may still be fitted.
     weak : bool
-        Whether causes are sought beside a plain model that leaves noise alone too; not where laws are known to be off.
+        Whether one more cause is sought beside a model with causes that leaves little; not where laws are known to be off.
     began : float
         Horizon at which causes were sought first, s.
     tried : Contender or None
@@ -140,7 +140,7 @@ class Search:
 
     def _may_lack_what_is_weak(self, best: Contender, horizon: float) -> bool:
         """True as far as all are followed, for a plain model: what is weak may show later only."""
-        return self.weak and horizon == self.last and not best.causes and not slows_otherwise(best)
+        return horizon == self.last and not best.causes and not slows_otherwise(best)
 
     def _fails_plainly(self, best: Contender, horizon: float) -> bool:
         """True where the search beside a model is thorough.
