@@ -11,7 +11,7 @@ from typing import Any
 def write_json(path: Path | None, content: dict[str, Any]) -> list[str]:
     """Write a command's results, where a file is named, and return what to say of it.
 
-    Written before anything is printed: whoever reads the output may close it after a line.
+    To be called before results are printed: whoever reads the output may close it after a line.
     """
     if path is None:
         return []

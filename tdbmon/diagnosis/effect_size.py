@@ -19,7 +19,7 @@ def off_when_stiff(size: Declared) -> bool:
 
 
 def sized(size: Declared, share: float) -> float:
-    """Return the value where a share of the typical effect is there; a spring yields so at a frequency, squared in stiffness."""
+    """Return the value at a share of the typical size; of a spring, where its period is that share of the typical one."""
     if off_when_stiff(size):
         return size.typical / share**2
     return off_of(size) + share * (size.typical - off_of(size))

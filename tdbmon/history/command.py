@@ -139,6 +139,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     from tdbmon.history.matching import odd_clocks
 
     entries = open_archive(folder).entries(machine)
+    written = write_json(json_file, {"drops": [entry_json(e) for e in entries]})
     if not entries:
         typer.echo(f"{folder}: no drops yet")
     of_machine: dict[str, list[Entry]] = {}
@@ -155,7 +156,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
             typer.echo(
                 f"  {entry.id}  {entry.when:<34}{entry.speed_words:<14}{entry.raw_name:<24}{', '.join(notes)}".rstrip()
             )
-    say(write_json(json_file, {"drops": [entry_json(e) for e in entries]}))
+    say(written)
 
 
 def show(folder: Path, drop: str, json_file: Path | None) -> None:
@@ -166,15 +167,6 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     archive = open_archive(folder)
     entry = archive.entry(drop)
     filing = archive.filing(entry.id)
-    typer.echo(f"{entry.id}  {entry.raw_name}  {entry.machine}")
-    typer.echo(f"raw file: {archive.folder / entry.raw}")
-    when = moment(entry.dropped) if entry.dropped else "not stated"
-    typer.echo(f"dropped: {when}; filed: {moment(entry.filed)}; tdbmon {filing.version}")
-    for feature in filing.features:
-        if feature.estimate.known:
-            typer.echo(f"  {feature.name:<28}{feature.end:<6}{printed(feature.estimate)}")
-    missing = sorted({f.name for f in filing.features if not f.estimate.known})
-    typer.echo(f"not estimated: {', '.join(missing) or 'nothing'}")
     rows = [
         {
             "name": f.name,
@@ -185,7 +177,17 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
         for f in filing.features
     ]
     content = {**entry_json(entry), "version": filing.version, "features": rows, "analysis": filing.analysis}
-    say(write_json(json_file, content))
+    written = write_json(json_file, content)
+    typer.echo(f"{entry.id}  {entry.raw_name}  {entry.machine}")
+    typer.echo(f"raw file: {archive.folder / entry.raw}")
+    when = moment(entry.dropped) if entry.dropped else "not stated"
+    typer.echo(f"dropped: {when}; filed: {moment(entry.filed)}; tdbmon {filing.version}")
+    for feature in filing.features:
+        if feature.estimate.known:
+            typer.echo(f"  {feature.name:<28}{feature.end:<6}{printed(feature.estimate)}")
+    missing = sorted({f.name for f in filing.features if not f.estimate.known})
+    typer.echo(f"not estimated: {', '.join(missing) or 'nothing'}")
+    say(written)
 
 
 def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progress) -> int:
@@ -196,13 +198,14 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progres
     archive.settings()
     faults = check.rebuild(archive, tell) if rebuild_it else []
     faults += [fault for fault in check.verify(archive, tell) if fault not in faults]
+    wrong = [fault for fault in faults if not fault.harmless]
+    rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
+    written = write_json(json_file, {"sound": not wrong, "faults": rows})
     for fault in faults:
         typer.echo(f"{'note' if fault.harmless else 'FAULT'}: {fault.file}: {fault.what}")
-    wrong = [fault for fault in faults if not fault.harmless]
     if not wrong:
         typer.echo(f"{folder}: sound, {counted(len(archive.entries()), 'drop')}")
-    rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
-    say(write_json(json_file, {"sound": not wrong, "faults": rows}))
+    say(written)
     if wrong:
         raise InputError(f"{folder}: {counted(len(wrong), 'fault')} found ({wrong[0].file}: {wrong[0].what})")
     return 0
