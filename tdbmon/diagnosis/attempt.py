@@ -15,7 +15,6 @@ from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, best_of_ea
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import turn_cages
-from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none, linearised
 from tdbmon.identify.problem import Problem
 
@@ -246,7 +245,9 @@ def at_usual_size(
         The best first, of each cause one.
     """
     begun = [(each, start) for each in suspects for start in each.usual()]
-    return best_of_each_name(roughly_from_the_fall(fallen, known, begun, [h for h in horizons if h <= TOUCHED_S]))
+    return best_of_each_name(
+        roughly_from_the_fall(fallen, known, begun, [h for h in horizons if h <= fallen.problem.stages.touched])
+    )
 
 
 def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Sequence[float]) -> Contender | None:

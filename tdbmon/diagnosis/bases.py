@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbmon.diagnosis.contender import FOLLOWED_S, HARDLY, SOUND_S, Contender
+from tdbmon.diagnosis.contender import HARDLY, Contender
 
 # of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
 RIVAL_TAKES = 0.25
@@ -13,12 +13,12 @@ _BESIDE = 1.3  # times what the best model leaves beyond noise, that one with it
 
 def only_parts(best: Contender) -> bool:
     """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
-    return not best.causes and best.horizon > FOLLOWED_S and best.ratio < HARDLY * best.floor
+    return not best.causes and best.horizon > best.problem.stages.followed and best.ratio < HARDLY * best.floor
 
 
 def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> list[Contender]:
     """Return the contenders that lack one of the best one's causes and competed to a horizon while paths have hardly parted."""
-    if horizon > SOUND_S:
+    if horizon > best.problem.stages.sound:
         return []
     return [
         each

@@ -12,17 +12,15 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.effect_size import share_of
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
-from tdbmon.identify.follow import CONTACT_S, FAILING
+from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import squares
 from tdbmon.identify.stated_values import with_stated_values
-from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
+from tdbmon.identify.stray import led_back, stray_drop
 from tdbmon.identify.widened import widened
 
-FOLLOWED_S = 0.04  # s after the release, as far as all models are followed
-SOUND_S = 0.018  # s; paths have hardly parted: a model that held so far is judged there, if it fails further on
 MOST_CAUSES = 3
 PLAIN_LEAD = 60.0  # of the plain model in the criterion: of more than a hundred suspects one always fits best
 AHEAD = 100.0  # in the criterion: who leads by so much, and leaves noise alone, has won
@@ -219,10 +217,10 @@ def settled(contender: Contender, horizon: float, slopes: int) -> Contender:
     """
     problem = contender.problem
     found = replace(contender, fit=fit(problem, contender.fit.point, horizon, slopes), horizon=horizon)
-    if horizon < CONTACT_S or not found.fails or slopes < 2:
+    if horizon < problem.stages.loaded or not found.fails or slopes < 2:
         return found
     found = replace(found, fit=better_cages(problem, found.fit, horizon, 3))
-    stray = stray_drop(found.fit, _FAILING * found.floor) if found.fails and horizon >= STRAYED_S else None
+    stray = stray_drop(found.fit, _FAILING * found.floor) if found.fails and horizon >= problem.stages.bounced else None
     return found if stray is None else replace(found, fit=led_back(problem, found.fit, stray, horizon))
 
 

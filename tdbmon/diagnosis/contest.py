@@ -20,14 +20,12 @@ from tdbmon.diagnosis.bases import only_parts
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
-    FOLLOWED_S,
     HARDLY,
     MOST_CAUSES,
     NEARLY,
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
-    SOUND_S,
     Contender,
     leader,
     plain_of,
@@ -44,25 +42,22 @@ from tdbmon.diagnosis.met_alike import (
     neighbours,
     of_any_kind,
 )
-from tdbmon.diagnosis.search import LATE_S, Search
+from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.simplified import HOPELESS, hardly_fails, simplified
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances, hardly_gained, led_along
+from tdbmon.identify.clearances import better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.own_paths import best_paths
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.stray import STRAYED_S
+from tdbmon.identify.stages import Stages
 from tdbmon.progress import Progress
 
-# s after the release; in small steps, since a fit that is right to one leads into the right minimum of the next
-HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, FOLLOWED_S, 0.047, 0.055, 0.065)
 _HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _CONTENDERS = 3  # contenders that go on to the next horizon
-_EARLIEST_S = 0.022  # s; until then both ends have touched, and mostly twice
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 # times what a cause leaves, that the plain model must leave where it is judged at an earlier horizon
@@ -90,9 +85,9 @@ def contest(
     floor = min(fallen.ratio, _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     held = _Contest(Search(plain, suspects, horizons, progress), plain)
-    over = held.met([horizon for horizon in horizons if horizon <= FOLLOWED_S])
+    over = held.met([horizon for horizon in horizons if horizon <= problem.stages.followed])
     held.simplify()
-    later = [horizon for horizon in horizons if horizon > FOLLOWED_S]
+    later = [horizon for horizon in horizons if horizon > problem.stages.followed]
     if later and not over:
         early = replace(held)
         held.met(later)
@@ -146,6 +141,11 @@ class _Contest:
     freed: bool = False
     decided: bool = False
     lost: int = 0
+
+    @property
+    def stages(self) -> Stages:
+        """Up to where models are fitted and judged."""
+        return self.search.stages
 
     @property
     def best(self) -> Contender:
@@ -215,11 +215,11 @@ class _Contest:
         self.horizon = horizon
         self._refit()
         # the first contacts tell causes apart only where they show in them
-        may_be_another = bool(self.sound) and self.search.began <= SOUND_S and horizon <= FOLLOWED_S
-        if horizon <= FOLLOWED_S or not self.best.causes:  # a cause is named by then, and paths part
+        may_be_another = bool(self.sound) and self.search.began <= self.stages.sound and horizon <= self.stages.followed
+        if horizon <= self.stages.followed or not self.best.causes:  # a cause is named by then, and paths part
             self._deepen()
             self._free_stated_values()
-            if may_be_another and horizon > SOUND_S:
+            if may_be_another and horizon > self.stages.sound:
                 self._exchange()
         rounds, came = self.search.rounds, self.best
         self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
@@ -234,7 +234,7 @@ class _Contest:
         self.others = _kept(self.others)
         if self._earlier_witness() or self._given_up(least, searched):
             return True
-        if not self.decided and horizon >= _EARLIEST_S and decided(self.plain, self.others, horizon):
+        if not self.decided and horizon >= self.stages.bounced and decided(self.plain, self.others, horizon):
             self.others = [self.best]
             self.decided = self.plain.ratio > _BEHIND * self.best.ratio
         return False
@@ -253,27 +253,27 @@ class _Contest:
     def _deepen(self) -> None:
         """Lead the best model out of a wrong minimum, if it is in one."""
         best, horizon = self.best, self.horizon
-        if horizon > SOUND_S and self._fails_with_causes(best) and best.fits_much:
+        if horizon > self.stages.sound and self._fails_with_causes(best) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self._replaced(best, self._of_any_kind(best))
         if horizon == self.search.last:
             best = self._replaced(best, self._again_from_the_fall(best))
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
-        if horizon == TOUCHED_S or (self._may_be_led(best) and _nearly_holds(best)):
+        if horizon == self.stages.touched or (self._may_be_led(best) and _nearly_holds(best)):
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        if horizon >= STRAYED_S and self._may_be_led(best) and _nearly_holds(best):  # still
+        if horizon >= self.stages.bounced and self._may_be_led(best) and _nearly_holds(best):  # still
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
                 self.tried.add(("led along the valley", best.name))
             best = self._replaced(best, replace(best, fit=led))
-        if horizon <= SOUND_S:
+        if horizon <= self.stages.sound:
             best = self._replaced(best, self._at_other_sizes(best))
         if not self._fails_with_causes(best):
             return
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         deeper = self._at_other_sizes(self._at_other_angles(deeper))
-        cause, early = deeper.much_fitting, horizon <= SOUND_S
+        cause, early = deeper.much_fitting, horizon <= self.stages.sound
         if cause is not None and deeper.fails_beside(self.plain) and ("orders", cause) not in self.tried and not early:
             near = neighbours(cause, self.search.suspects)
             self.tried |= {("orders", each) for each in (cause, *near)}
@@ -303,8 +303,8 @@ class _Contest:
 
     def _at_other_sizes(self, best: Contender) -> Contender:
         """Return a model, or the best with one of its causes that have several values begun at other sizes."""
-        early = self.horizon <= SOUND_S  # what is left there is seldom a law that is a little off
-        for cause in best.causes if self.horizon > TOUCHED_S else ():
+        early = self.horizon <= self.stages.sound  # what is left there is seldom a law that is a little off
+        for cause in best.causes if self.horizon > self.stages.touched else ():
             way = "sizes", cause.name, best.name
             fails = best.fails if early else best.fails_beside(self.plain)
             if cause.many_valued and fails and way not in self.tried:
@@ -319,7 +319,7 @@ class _Contest:
         those of the model that `came` to the horizon may only make up for its wrong order.
         """
         best = self.best
-        if not TOUCHED_S <= self.horizon <= SOUND_S:
+        if not self.stages.touched <= self.horizon <= self.stages.sound:
             return False
         if self._fails_with_causes(best):
             self._replaced(best, self._of_any_kind(best))
@@ -332,9 +332,9 @@ class _Contest:
     def _of_any_kind(self, best: Contender) -> Contender:
         """Return a model, or the best with other waves, lobes or balls of the bearing in the place of its own."""
         cause, search = best.much_fitting, self.search
-        if cause is None or search.began > SOUND_S or not self.other_kinds:
+        if cause is None or search.began > self.stages.sound or not self.other_kinds:
             return best
-        early = best.horizon <= SOUND_S
+        early = best.horizon <= self.stages.sound
         way = "kinds", cause.where, early
         if way in self.tried:
             return best
@@ -364,7 +364,7 @@ class _Contest:
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""
         in_vain = ("led along the valley", best.name) in self.tried
-        return TOUCHED_S < self.horizon <= FOLLOWED_S and not in_vain and not self.decided
+        return self.stages.touched < self.horizon <= self.stages.followed and not in_vain and not self.decided
 
     def _replaced(self, old: Contender, new: Contender) -> Contender:
         self.plain, self.others, new = replaced(self.plain, self.others, old, new)
@@ -379,7 +379,7 @@ class _Contest:
             return
         self.search.progress("fitting what the machine file states without tolerance too")
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
-        self.freed = seen or self.horizon >= LATE_S  # asked for the last time
+        self.freed = seen or self.horizon >= self.stages.late  # asked for the last time
         if found is None:
             return
         fallen, (plain, *others) = found
@@ -397,10 +397,10 @@ class _Contest:
         """
         if best.causes:
             return False
-        if self.horizon >= LATE_S:
+        if self.horizon >= self.stages.late:
             return True
         way = ("stated values",)
-        mild = self.horizon >= SOUND_S and best.ratio < _MILD * best.floor and way not in self.tried
+        mild = self.horizon >= self.stages.sound and best.ratio < _MILD * best.floor and way not in self.tried
         if mild:
             self.tried.add(way)
         return mild
@@ -412,7 +412,7 @@ class _Contest:
         """
         fine = any(not each.fails_beside(self.plain) for each in self.others)
         wavers = any(hardly_fails(each, self.plain) for each in self.others)
-        late_enough = bool(self.sound) and self.sound[0].horizon >= SOUND_S
+        late_enough = bool(self.sound) and self.sound[0].horizon >= self.stages.sound
         failed = tuple(replace(each, failed_s=each.failed_s or self.horizon) for each in self.sound)
         if late_enough and not fine and not wavers:
             earlier = settled(self.plain, self.sound[0].horizon, SLOPES)
@@ -429,13 +429,13 @@ class _Contest:
         `least` is the best ratio, `searched` says that causes were sought at this horizon.
         """
         self.lost = self.lost + 1 if least > _LOST else 0
-        if self.horizon > FOLLOWED_S:
+        if self.horizon > self.stages.followed:
             return self.lost > 0
         none_left = not self.search.may_ask(self.best)
         # once both ends have touched, a search beside the best cause is the last word, and so is none that is left
-        in_vain = self.horizon >= TOUCHED_S and (none_left or (searched and bool(self.best.causes)))
+        in_vain = self.horizon >= self.stages.touched and (none_left or (searched and bool(self.best.causes)))
         enough = 1 if in_vain else _LOST_HORIZONS
-        return self.lost >= enough or (none_left and least > _GIVEN_UP and self.horizon >= _EARLIEST_S)
+        return self.lost >= enough or (none_left and least > _GIVEN_UP and self.horizon >= self.stages.bounced)
 
 
 def _nearly_holds(best: Contender) -> bool:

@@ -11,7 +11,7 @@ import xarray as xr
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender, plain_of
-from tdbmon.diagnosis.contest import HORIZONS, contest
+from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
@@ -30,6 +30,7 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import Problem, build_problem, check_start
+from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
 from tdbmon.identify.unlike_drops import unlike_drops
 from tdbmon.progress import Progress, silent
@@ -118,7 +119,7 @@ def diagnose(
     began = time.monotonic()
     progress("reading levitation and noise")
     drops = measured_drops(records, machine)
-    horizons = [h for h in HORIZONS if h <= min(drop.seconds for drop in drops)]
+    horizons = [h for h in stages_of(machine).diagnosis if h <= min(drop.seconds for drop in drops)]
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, horizons[0])

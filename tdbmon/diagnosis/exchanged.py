@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from tdbmon.diagnosis.attempt import at_usual_size, followed_on
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.identify.clearances import TOUCHED_S
 
 _SEATED = 4  # of the best, that go on to where the cause fails
 
@@ -34,5 +33,5 @@ def exchanged(
     others = [each for each in suspects if each.name not in failing.effects]
     *stay, _ = zip(failing.causes, failing.starts(), strict=True)
     begun = at_usual_size(fallen, stay, others, horizons)
-    on = [h for h in horizons if TOUCHED_S < h <= failing.horizon]
+    on = [h for h in horizons if fallen.problem.stages.touched < h <= failing.horizon]
     return min([failing, *followed_on(begun[:_SEATED], on)], key=lambda each: each.bic)

@@ -24,7 +24,7 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 LEAST_DROPS = 2  # to hold one out
-_PROOF_S = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s; by the first of them both ends have touched, and mostly twice
+_PROOF = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s in a usual gap; by the first of them both ends have touched
 _CLEAR = 0.05  # of the plain model's misfit
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
@@ -153,7 +153,8 @@ def proof_of(plain: Contender, extended: Contender) -> HeldOut:
         If a model cannot be simulated on the other drops.
     """
     first, *further = telling_drops(plain)
-    proof = held_out(plain, extended, first, [*(h for h in _PROOF_S if h < extended.horizon), extended.horizon])
+    early = [h for h in plain.problem.stages.all_at(_PROOF) if h < extended.horizon]
+    proof = held_out(plain, extended, first, [*early, extended.horizon])
     weak = extended.in_contacts and not plain.fails
     suffices = proof.seen if to_be_seen(plain, extended) else proof.holds and not weak
     if suffices or not further:

@@ -34,10 +34,10 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.identify.problem import BENDING, Problem, build_problem, check_start
+from tdbmon.identify.stages import stages_of
 from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
-HORIZON = 0.022  # s after the release, past the first contacts of usual gaps
 DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
 ALIKE = 0.95  # similarity above which two suspects are not told apart
 CANDIDATES = (
@@ -46,18 +46,11 @@ CANDIDATES = (
     1.0,
 )  # of the greatest speed given, for one more drop; nobody says that the machine may go faster
 
-_LEVITATED_S, _AFTER_S = 0.1, 0.03
+_LEVITATED_S = 0.1
+_PAST_S = 0.008  # simulated beyond what is looked at
 _OFF_CENTRE = 0.1  # of the gap
 _ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
 _METHOD = f"linear, {DETECTABLE:g} standard deviations of the stated noise"
-
-LIMITS = (
-    "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
-    "linear: each effect is tried at one small size, and its change taken in proportion; contacts are not linear",
-    "the stated noise and the fit's own allowance for the model's error only: no hum, no drift, no unknown physics",
-    f"to {HORIZON * 1e3:g} ms after the release, from one set-point a tenth of the gap off centre a drop",
-    "one effect at a time; of an unknown angle the least favourable one, of an off-sized ball the one that shows most",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +113,22 @@ class Identifiability:
     next_drops: tuple[tuple[float, int], ...]
     seconds: float
 
+    @property
+    def horizon(self) -> float:
+        """How far the drops are looked at, s after the release: past the first contacts."""
+        return stages_of(self.machine).bounced
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What the sizes and pairs do not say."""
+        return (
+            "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
+            "linear: each effect is tried at one small size, and its change taken in proportion; contacts are not linear",
+            "the stated noise and the fit's own allowance for the model's error only: no hum, no drift, no unknown physics",
+            f"to {self.horizon * 1e3:g} ms after the release, from one set-point a tenth of the gap off centre a drop",
+            "one effect at a time; of an unknown angle the least favourable one, of an off-sized ball the one that shows most",
+        )
+
 
 def identifiability(
     machine: Machine,
@@ -166,7 +175,7 @@ def identifiability(
             continue
     with Crew() as crew:
         every = build_problem(machine, (*drops, *(drop for _, drop in further)), crew)
-        check_start(every, HORIZON)
+        check_start(every, every.stages.bounced)
         every = with_divergence(every)
         wanted = suspects(machine, drops[0].probes, every.standing) if among is None else tuple(among)
         progress(f"trying {len(wanted)} effects in {len(every.drops)} drops")
@@ -196,7 +205,7 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
     a, b = ((r * math.cos(t), r * math.sin(t)) for r, t in zip(reach, toward, strict=True))
     plan = DropPlan(
         speed=speed,
-        seconds=_AFTER_S,
+        seconds=stages_of(machine).bounced + _PAST_S,
         levitated=_LEVITATED_S,
         sampling=max(DropPlan.sampling, least_sampling(machine, speed)),
         set_point=(a, b),
@@ -228,9 +237,10 @@ class _Observed:
 
 
 def _observe(problem: Problem, drop: int, wanted: Sequence[Suspect]) -> _Observed:
-    base, slopes = problem.slopes(problem.start, drop, HORIZON)
+    horizon = problem.stages.bounced
+    base, slopes = problem.slopes(problem.start, drop, horizon)
     ones = np.ones(len(base))
-    return _Observed(slopes, changes_by(problem, problem.start, drop, HORIZON, wanted, ones, _keys))
+    return _Observed(slopes, changes_by(problem, problem.start, drop, horizon, wanted, ones, _keys))
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,7 +413,7 @@ def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, fl
     if value < limit if stiff else value > limit:
         told = about(limit, size.unit)
         why = (
-            f"not to be seen in the first {HORIZON * 1e3:g} ms of these drops {'down' if stiff else 'up'} to {told}, as far as a"
+            f"not to be seen in the first contacts of these drops {'down' if stiff else 'up'} to {told}, as far as a"
             " linear reckoning is believed"
         )
         return Estimate.missing(size.unit, why), limit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
-from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, HORIZON, LIMITS, Detectable, Identifiability, about
+from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, Identifiability, about
 from tdbmon.diagnosis.suspects import Suspect
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
@@ -17,7 +17,7 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
         "machine": found.machine.name,
         "speeds_hz": list(found.speeds),
         "noise_um": found.noise * 1e6,
-        "horizon_s": HORIZON,
+        "horizon_s": found.horizon,
         "detectable_sigmas": DETECTABLE,
         "alike_above": ALIKE,
         "effects": [
@@ -38,7 +38,7 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
         ],
         "next_drops": [{"speed_hz": speed, "pairs_left": left} for speed, left in found.next_drops],
         "next_test": _advice(found),
-        "limits": list(LIMITS),
+        "limits": list(found.limits),
         "synthetic": True,
         "seconds": found.seconds,
     }
@@ -70,10 +70,10 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     out.append(f"next drop: {_advice(found)}")
     if any(each.may_show_later for each in found.detectable):
         out.append(
-            f"so early: in the first {HORIZON * 1e3:g} ms; such an effect may show in the rest of a record of 0.6 s, in how the"
-            " rotor slows and whirls, where `diagnose` seeks it too"
+            f"so early: in the first {found.horizon * 1e3:g} ms; such an effect may show in the rest of a record of 0.6 s, in"
+            " how the rotor slows and whirls, where `diagnose` seeks it too"
         )
-    out += [f"limit: {each}" for each in LIMITS]
+    out += [f"limit: {each}" for each in found.limits]
     return out
 
 

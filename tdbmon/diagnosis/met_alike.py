@@ -17,13 +17,11 @@ from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, w
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect, met_alike
-from tdbmon.identify.clearances import TOUCHED_S
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
 Met = dict[tuple[Contender, Suspect], list[Contender]]
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
-_MET_S = 0.01  # s after the release; by then an end has met its bearing at least
 _GO_ON = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
 _BALL_SIZES = (-2.5, -1.0, 1.0, 2.5)  # of the typical size
 _SIZES = (1.0, 0.55, 0.3)  # of the usual size; of a spring the usual stiffness, three and ten times that
@@ -91,7 +89,7 @@ def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons:
     """
     sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SIZES]
     begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
-    on = [h for h in horizons if h == horizons[0] or h >= TOUCHED_S]
+    on = [h for h in horizons if h == horizons[0] or h >= fallen.problem.stages.touched]
     return _in_place_of(best.causes.index(cause), fallen, best, begun, on)
 
 
@@ -169,8 +167,9 @@ def from_the_first_contact(
     met : Met, optional
         Who came to where both ends have touched when that was asked before, with no other cause known; it is added to.
     """
-    told = [horizon for horizon in horizons if horizon <= TOUCHED_S]
-    later = [horizon for horizon in horizons if horizon > TOUCHED_S]
+    touched = fallen.problem.stages.touched
+    told = [horizon for horizon in horizons if horizon <= touched]
+    later = [horizon for horizon in horizons if horizon > touched]
     taken = any(cause.of_each_drop for cause, _ in known)
     others = [each for each in others if not (taken and each.of_each_drop)]
     before = met if met is not None and not known else {}
@@ -187,8 +186,9 @@ def _to_the_first_contacts(
     fallen: Contender, known: Sequence[tuple[Suspect, Start]], others: Sequence[Suspect], horizons: Sequence[float]
 ) -> dict[Suspect, list[Contender]]:
     """Return the best few models with known causes and each of several more, fitted to where both ends have touched."""
-    begin = [horizon for horizon in horizons if horizon <= _MET_S]
-    told = [horizon for horizon in horizons if horizon > _MET_S]
+    met = fallen.problem.stages.met
+    begin = [horizon for horizon in horizons if horizon <= met]
+    told = [horizon for horizon in horizons if horizon > met]
     if not others or not told:
         return {}
     try:

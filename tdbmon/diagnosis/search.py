@@ -17,12 +17,10 @@ from tdbmon.diagnosis.bases import RIVAL_TAKES, elsewhere, extended_by, only_par
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
-    FOLLOWED_S,
     HARDLY,
     MOST_CAUSES,
     NEARLY,
     SLOPES,
-    SOUND_S,
     Contender,
     best_of_each_name,
     leader,
@@ -37,15 +35,14 @@ from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.shortlist import SURE, WEAK, admitted, promising, siblings_first, worth_fitting
 from tdbmon.diagnosis.slows_otherwise import slows_otherwise
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.follow import followed
+from tdbmon.identify.stages import Stages
 from tdbmon.progress import Progress, silent
 
 _PROMISED = 5  # of the best scores, fitted with their own slopes too
 _SEATED = 4  # of them at most, that go on from the first search
 _SEATED_LATER = 2  # the same from a later one
 _CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-LATE_S = 0.033  # s; a plain model that holds up to there lacks no more than its laws do, more often than not
 # times the floor, that a plain model may leave where it holds as far as all are followed: more than its laws, paths part there
 _PARTING = 1.5
 _ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
@@ -96,9 +93,14 @@ class Search:
     met: Met = field(default_factory=dict)
 
     @property
+    def stages(self) -> Stages:
+        """Up to where models are fitted and judged."""
+        return self.fallen.problem.stages
+
+    @property
     def last(self) -> float:
         """Last horizon as far as all are followed, s."""
-        return max(h for h in self.horizons if h <= FOLLOWED_S)
+        return max(h for h in self.horizons if h <= self.stages.followed)
 
     def may_ask(self, best: Contender) -> bool:
         """True where rounds are left to seek a cause beside the best contender."""
@@ -135,7 +137,7 @@ class Search:
         if len(best.causes) >= MOST_CAUSES or not self.may_ask(best) or only_parts(best):
             return False
         # while paths have hardly parted, what is left is a cause more often than a law that is off
-        early = best.fails and horizon <= SOUND_S
+        early = best.fails and horizon <= self.stages.sound
         return best.fails_beside(plain) or early or self._may_lack_what_is_weak(best, horizon)
 
     def _may_lack_what_is_weak(self, best: Contender, horizon: float) -> bool:
@@ -148,7 +150,7 @@ class Search:
         A plain model that only begins to part from the drops late is in a wrong minimum more often than wrong.
         """
         parts = _PARTING if horizon >= self.last else HARDLY
-        hardly = horizon >= LATE_S and not best.causes and best.ratio < parts * best.floor
+        hardly = horizon >= self.stages.late and not best.causes and best.ratio < parts * best.floor
         return best.fails and not hardly
 
     def _deeper(self, best: Contender, found: Sequence[Contender], horizon: float) -> Contender:
@@ -205,9 +207,9 @@ class Search:
     def _shows_from_the_fall(self, best: Contender, horizon: float, found: Sequence[Contender]) -> bool:
         """True where what acts in contacts may show if it begins in the fall, beside what the best contender has outside."""
         if best.causes:
-            return horizon <= SOUND_S
+            return horizon <= self.stages.sound
         unexplained = not _explained(best, found) and all(each.fails for each in found)
-        return TOUCHED_S <= horizon <= FOLLOWED_S and unexplained
+        return self.stages.touched <= horizon <= self.stages.followed and unexplained
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender | None:
         """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
@@ -238,7 +240,7 @@ class Search:
         horizons = [h for h in self.horizons if h <= horizon]
         ranked = at_usual_size(self.fallen, known, others, horizons)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
-        return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, TOUCHED_S)]))
+        return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, self.stages.touched)]))
 
     def _waves(self, best: Contender, horizon: float, at: frozenset[str]) -> list[Contender]:
         """Return the contender with waves, lobes or a ball at some bearings, begun at their usual size where contacts begin.
@@ -246,8 +248,13 @@ class Search:
         Gap, clearance and cages make up for them by the time a model fails; a fit that begins there finds next to none.
         Where a model fails at the last horizon only, or one with causes hardly fails, paths part.
         """
-        parts = bool(best.causes) and horizon > SOUND_S and best.ratio < HARDLY * best.floor
-        if not TOUCHED_S < horizon < FOLLOWED_S or parts or best.ratio > NEARLY or best.of_each_drop:
+        parts = bool(best.causes) and horizon > self.stages.sound and best.ratio < HARDLY * best.floor
+        if (
+            not self.stages.touched < horizon < self.stages.followed
+            or parts
+            or best.ratio > NEARLY
+            or best.of_each_drop
+        ):
             return []
         known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much and each.where in at]
@@ -266,11 +273,13 @@ class Search:
         extend and their own at their start.  A score follows straight lines; these fits go beyond.
         """
         # what acts from the first contact on shows before the paths part
-        suspects = [s for s in self.suspects if horizon <= FOLLOWED_S or s.declared.kind.builds_up]
+        suspects = [s for s in self.suspects if horizon <= self.stages.followed or s.declared.kind.builds_up]
         bases = [best, *elsewhere(best, horizon, field)]
         asked = [(base, score) for base in bases for score in worth_fitting(base, horizon, suspects, field, thorough)]
         crew = best.problem.crew
-        tried = crew.apart(begun, [(base, score.suspect, score.start, horizon <= SOUND_S) for base, score in asked])
+        tried = crew.apart(
+            begun, [(base, score.suspect, score.start, horizon <= self.stages.sound) for base, score in asked]
+        )
         rough = [
             each.at_home(base, (*base.causes, score.suspect))
             for each, (base, score) in zip(tried, asked, strict=True)
@@ -283,11 +292,11 @@ class Search:
         fitted = with_own_slopes(likely, horizon)
         wavy = where_waves_look_likely(best, fitted)
         explained = any(best.misfit - each.misfit > _FURTHER_TAKES * best.excess for each in fitted)
-        if not explained and not best.causes and horizon <= SOUND_S:
+        if not explained and not best.causes and horizon <= self.stages.sound:
             fitted += with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _FURTHER_TAKES_ROUGHLY * best.excess]
-        seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= TOUCHED_S else _SEATED_LATER
+        seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= self.stages.touched else _SEATED_LATER
         ranked = siblings_first(best_of_each_name(fitted))[:seats]
         seated: list[Contender] = []
         for place in range(0, len(ranked), 2):
@@ -295,7 +304,7 @@ class Search:
             won, rest = min(seated, key=lambda each: each.bic, default=best), ranked[place + 2 :]
             if _explained(best, seated):
                 # what the first contact meets looks alike until the next one
-                if horizon > TOUCHED_S or all(each.misfit > _ALIKE * won.misfit for each in rest):
+                if horizon > self.stages.touched or all(each.misfit > _ALIKE * won.misfit for each in rest):
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break

@@ -16,7 +16,6 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import (
     EXPLAINED,
-    FOLLOWED_S,
     MOST_CAUSES,
     SIMPLER,
     SLOPES,
@@ -25,7 +24,6 @@ from tdbmon.diagnosis.contender import (
     settled,
     with_cause,
 )
-from tdbmon.diagnosis.contest import HORIZONS
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.slows_otherwise import WORTH, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
@@ -138,7 +136,8 @@ def _refitted(base: Contender, suspect: Suspect, start: Start) -> Contender:
     """
     found = with_cause(base, suspect, start)
     # a ring that is held moves the late paths a little: they are found from the earlier ones on
-    earlier = [each for each in HORIZONS if FOLLOWED_S <= each < base.horizon]
+    stages = base.problem.stages
+    earlier = [each for each in stages.diagnosis if stages.followed <= each < base.horizon]
     for horizon in (*earlier, base.horizon):
         found = settled(found, horizon, SLOPES)
     return found

@@ -14,10 +14,9 @@ from dataclasses import replace
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import followed_on
-from tdbmon.diagnosis.contender import FEW_SLOPES, NEARLY, SOUND_S, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.contender import FEW_SLOPES, NEARLY, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect
-from tdbmon.identify.follow import CONTACT_S
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
 
@@ -45,7 +44,7 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
                 found += _promising(bare, cause, others, best.horizon)
             else:
                 # the values of the ends' machines are other ones then, so it begins where paths have hardly parted
-                early = min(SOUND_S, best.horizon)
+                early = min(best.problem.stages.sound, best.horizon)
                 elsewhere = followed_on([with_cause(bare, other, best.starts()[index]) for other in others], (early,))
                 least = settled(best, early, 1).ratio
                 found += followed_on([each for each in elsewhere if each.ratio < _NEAR_EARLY * least], (best.horizon,))
@@ -133,10 +132,10 @@ def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Seq
     """
     kept = _of_each(field)
     near = [each for each in kept if each.horizon == best.horizon and each.ratio < _NEAR * best.ratio]
-    if len(near) < 2 or best.horizon < CONTACT_S:
+    if len(near) < 2 or best.horizon < best.problem.stages.loaded:
         return kept
     every = range(len(best.problem.drops))
     sought = [replace(each, fit=better_paths(each.problem, each.fit, each.horizon, every)) for each in near]
-    again = [horizon for horizon in horizons if SOUND_S <= horizon <= best.horizon]
+    again = [horizon for horizon in horizons if best.problem.stages.sound <= horizon <= best.horizon]
     led = followed_on(sought, again)
     return [*(each for each in kept if each not in near), *_of_each([*sought, *led])]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tdbmon.diagnosis.contender import EXPLAINED, FOLLOWED_S, PLAIN_LEAD, Contender, plain_of
+from tdbmon.diagnosis.contender import EXPLAINED, PLAIN_LEAD, Contender, plain_of
 from tdbmon.diagnosis.held_out import HeldOut, to_be_seen
 from tdbmon.diagnosis.probability import (
     CERTAIN,
@@ -140,7 +140,8 @@ def _too_much_is_left(case: _Case) -> Verdict | None:
         return None
     left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
     model = f"the model with {best.words}" if best.causes else "the plain model"
-    late = f", most of it later than {FOLLOWED_S * 1e3:g} ms" if best.horizon > FOLLOWED_S else ""
+    followed = best.problem.stages.followed
+    late = f", most of it later than {followed * 1e3:g} ms" if best.horizon > followed else ""
     return case.nobody(Kind.UNKNOWN, f"the best, {model}, still leaves {left}{late}")
 
 

@@ -23,7 +23,6 @@ from tdbsim.machine import Machine
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import LACKS, AtBound, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
-from tdbmon.identify.clearances import TOUCHED_S
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.follow import followed
@@ -35,16 +34,15 @@ from tdbmon.identify.parameters import (
     stated_parameters,
 )
 from tdbmon.identify.problem import Problem, build_problem, check_start
+from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
 from tdbmon.identify.unlike_drops import unlike_drops
 from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
 
-# s after the release, in small steps: a fit that is right to one leads into the right minimum of the next
-HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.09)
-_EARLY = 0.025  # s; further on the path of one drop may part, and not those of the others
-TRUSTED = 0.06  # s: further on trajectories part
+_EARLY = 0.025  # s in a usual gap; further on the path of one drop may part, and not those of the others
+TRUSTED = 0.06  # s in a usual gap: further on trajectories part
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 
@@ -52,7 +50,7 @@ _PARTNER = 0.4  # correlation from which on a value is named as partner
 def fit_drops(
     machine: Machine,
     records: Sequence[xr.Dataset],
-    horizons: Sequence[float] = HORIZONS,
+    horizons: Sequence[float] | None = None,
     progress: Progress = silent,
     workers: int = 1,
 ) -> Calibration:
@@ -64,8 +62,8 @@ def fit_drops(
         Its tolerances say which values may move and how far.
     records : sequence of Dataset
         As `tdbmon.record.read.read` gives them, of this machine in one condition.
-    horizons : sequence of float
-        s after the release, growing; those beyond the shortest record are left out.
+    horizons : sequence of float, optional
+        s after the release, growing, those of `tdbmon.identify.stages` unless given; beyond the shortest record none is fitted.
     progress : callable, optional
         Is told the name of each step as it begins.
     workers : int
@@ -84,6 +82,8 @@ def fit_drops(
     began = time.monotonic()
     progress("reading levitation and noise")
     drops = measured_drops(records, machine)
+    stages = stages_of(machine)
+    horizons = stages.calibration if horizons is None else horizons
     usable = [h for h in horizons if h <= min(drop.seconds for drop in drops)]
     if not usable:
         raise InputError(
@@ -99,16 +99,16 @@ def fit_drops(
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
         if mistaken is not None:  # fits of a wrong machine fail further on, where they take long
-            usable = [h for h in usable if h <= TOUCHED_S] or usable[:1]
+            usable = [h for h in usable if h <= stages.touched] or usable[:1]
         problem, passed = followed(problem, usable, progress)
         usable = [h for h in usable if h <= passed[-1].horizon]
         point = passed[-1].fit.point
         covariance = reach(problem, passed)
         fits = tuple(_drop_fit(problem, point, covariance, i, usable) for i in range(len(drops)))
-        trusted = max((h for h in usable if h <= TRUSTED), default=usable[0])
+        trusted = max((h for h in usable if h <= stages.at(TRUSTED)), default=usable[0])
         misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
     shared, _ = problem.values(point, 0)
-    early = [each.fit for each in passed if each.horizon <= _EARLY][-1:] or [passed[0].fit]
+    early = [each.fit for each in passed if each.horizon <= stages.at(_EARLY)][-1:] or [passed[0].fit]
     remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")

@@ -26,16 +26,14 @@ from tdbmon.identify.stated_values import with_stated_values
 
 Array = NDArray[np.float64]
 
-_SETTLED_S = 0.018  # s after the release; fits to longer horizons are compared
 
-
-def drift(passed: Sequence[Passed]) -> Array:
+def drift(passed: Sequence[Passed], settled: float) -> Array:
     """Return the mean square of how far the fits to shorter horizons lie from the last, as a covariance (n, n).
 
     Were the model right, they would differ by their noise; what the model lacks pulls them apart.
     """
     *earlier, last = passed
-    points = [each.fit.point for each in earlier if each.horizon > _SETTLED_S]
+    points = [each.fit.point for each in earlier if each.horizon > settled]
     total = np.zeros((len(last.fit.point), len(last.fit.point)))
     for each in points:
         total += np.outer(each - last.fit.point, each - last.fit.point) / len(points)
@@ -51,7 +49,7 @@ def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
     beyond = [_beyond(problem, each) for each in passed]
     lost = next((k for k, (more, usual) in enumerate(beyond) if more > usual), len(passed))
     rest, (more, _) = passed[max(lost - 1, 0)], beyond[max(lost - 1, 0)]
-    return drift(passed) + _with_stated_values(problem, rest, more) + _valley(problem, rest, more)
+    return drift(passed, problem.stages.sound) + _with_stated_values(problem, rest, more) + _valley(problem, rest, more)
 
 
 def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:

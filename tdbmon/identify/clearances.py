@@ -21,7 +21,6 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-TOUCHED_S = 0.014  # s after the release; by then both ends have met their bearings
 _CORNER = 1.2  # standard deviations from the nominal clearance
 _SLOPES = 4  # times that each takes slopes
 _GAIN = 0.1  # of what is left beyond noise

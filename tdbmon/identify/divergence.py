@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.drop import FLIGHT_S, USUAL_DIVERGENCE
+from tdbmon.identify.drop import USUAL_DIVERGENCE
 from tdbmon.identify.prediction import model_error
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_UNTIL_S, _WINDOW_S = 0.04, 0.01  # s after the release: by the end of that window paths have parted
-_FALLING_S = 0.005  # s; so far a shaft falls freely
+_WINDOW_S = 0.01  # s, as far as all are followed: by its end paths have parted
+_FALLING_S = 0.005  # s; so far a shaft falls freely in a usual gap
 _POINTS = 8  # simulated a drop: rates differ widely from path to path
 _SPREAD = 0.5  # of what is known beforehand
-_ALWAYS_S = 0.022  # s after the release; until then both ends have touched, and mostly twice
 _DECIDING = 0.02  # of the gap
 _APART = 1e-9  # m/s, by which neighbours differ at the release
 
@@ -44,7 +43,7 @@ def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
     return [
         horizon
         for horizon in horizons
-        if horizon <= max(_ALWAYS_S, horizons[0])
+        if horizon <= max(problem.stages.bounced, horizons[0])
         or all(model_error(drop, np.array(horizon)) < _DECIDING * least for drop in problem.drops)
     ]
 
@@ -72,8 +71,8 @@ def _least_gap(problem: Problem) -> float:
 def divergence(problem: Problem) -> float:
     """Return the rate, 1/s, by which neighbouring paths part beyond the free fall, the usual one at least.
 
-    The median over points drawn and over all drops, from the first contact to 40 ms; a neighbour has another velocity at
-    the release, and falls away from the path in proportion to time even where nothing touches.
+    The median over points drawn and over all drops, from the first contact to as far as all models are followed; a neighbour
+    has another velocity at the release, and falls away from the path in proportion to time even where nothing touches.
 
     Parameters
     ----------
@@ -89,7 +88,7 @@ def divergence(problem: Problem) -> float:
 
 def _rate(problem: Problem, point: Array, drop: int) -> float:
     """Return the rate about one path, nan where it cannot be simulated."""
-    horizon = min(_UNTIL_S, problem.drops[drop].seconds)
+    horizon = min(problem.stages.followed, problem.drops[drop].seconds)
     where = problem.columns(drop)[len(problem.shared) :]
     speeds = [c for c, p in zip(where, problem.own[drop], strict=True) if p.name.startswith("velocity")]
     apart: Array = np.zeros(1)
@@ -102,7 +101,8 @@ def _rate(problem: Problem, point: Array, drop: int) -> float:
     except InputError:
         return math.nan
     time = path.since
-    fall = (time > _FALLING_S / 2) & (time <= _FALLING_S)
+    falling = problem.stages.at(_FALLING_S)
+    fall = (time > falling / 2) & (time <= falling)
     late = time > horizon - _WINDOW_S
     grown = math.sqrt(np.mean(apart[late] / time[late] ** 2) / np.mean(apart[fall] / time[fall] ** 2))
-    return math.log(grown) / (horizon - _WINDOW_S / 2 - FLIGHT_S) if grown > 0 else math.nan
+    return math.log(grown) / (horizon - _WINDOW_S / 2 - problem.stages.flight) if grown > 0 else math.nan

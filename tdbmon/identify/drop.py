@@ -21,6 +21,7 @@ from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
+from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
 from tdbmon.record.lift_off import from_lift_off
@@ -35,11 +36,10 @@ from tdbmon.record.timebase import usual_interval
 Array = NDArray[np.float64]
 
 USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
-FLIGHT_S = 0.008  # of a fall through a usual gap
-_LEAST_S = 0.025  # of record needed after the release: past the first contact of both ends
+_LEAST_S = 0.025  # in a usual gap: of record needed after the release: past the first contact of both ends
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
-_COUNTED_S = 0.065  # after the release, in which a probe's samples are counted
+_COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
 _THERE = 0.6  # of them, that must be there
 _HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
 _TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
@@ -81,6 +81,8 @@ class MeasuredDrop:
         Whether slow roll that the machine file states was taken off the readings.
     divergence : float
         1/s, by which paths near its own part (`tdbmon.identify.divergence`).
+    flight : float
+        Time of the fall, s after the release: paths part from then on.
     """
 
     name: str
@@ -101,6 +103,7 @@ class MeasuredDrop:
     faults: tuple[str, ...] = ()
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
+    flight: float = Stages().flight
 
     @cached_property
     def interval(self) -> float:
@@ -174,9 +177,11 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     found = release_of(seen, upright, to_planes(seen, upright, names), Rotation.of(laid, machine).before(None), bending)
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
-    _check_unbroken(time, after_hole, release, name)
-    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release)], lost, name)
-    _check_length(time, release, name)
+    stages = stages_of(machine)
+    _check_unbroken(time, after_hole, release, stages.at(_LEAST_S), name)
+    counted = stages.at(_COUNTED_S)
+    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted)], lost, name)
+    _check_length(time, release, stages.at(_LEAST_S), name)
     _check_touch(planes, machine, release, name)
     turning = fit_turning(laid, machine, release, name)
     compensated = without_slow_roll(laid, machine)
@@ -211,6 +216,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
         compensated=compensated is not laid,
+        flight=stages.flight,
     )
 
 
@@ -296,9 +302,9 @@ def bridged(values: Array) -> Array:
     return values if there.all() else np.interp(index, index[there], values[there])
 
 
-def _tells(time: Array, after_hole: NDArray[np.bool_], values: Array, release: float) -> bool:
+def _tells(time: Array, after_hole: NDArray[np.bool_], values: Array, release: float, counted: float) -> bool:
     """True where a probe has most of its samples while the drop is followed, and enough before it in one piece."""
-    followed = (time >= release - _CLEAR_S) & (time < release + _COUNTED_S)
+    followed = (time >= release - _CLEAR_S) & (time < release + counted)
     held = time < release - _CLEAR_S
     piece = _longest_piece(values[held], after_hole[held])
     most = _longest_piece(np.zeros(held.sum()), after_hole[held])
@@ -317,23 +323,23 @@ def _longest_piece(values: Array, after_hole: NDArray[np.bool_]) -> slice:
     return slice(int(begin[longest]), int(end[longest]))
 
 
-def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, name: str) -> None:
+def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, least: float, name: str) -> None:
     """Raise InputError where the time axis has a hole while the release and the first contacts are followed."""
-    followed = after_hole & (time > release - LEAD_S) & (np.append(time[0], time[:-1]) < release + _LEAST_S)
+    followed = after_hole & (time > release - LEAD_S) & (np.append(time[0], time[:-1]) < release + least)
     if followed.any():
         at = int(np.flatnonzero(followed)[0])
         raise InputError(
             f"{name}: {said((float(time[at - 1]), float(time[at])))}, and the shaft is released at {release:.5f} s: from"
-            f" {LEAD_S * 1e3:g} ms before to {_LEAST_S * 1e3:g} ms after that every sample is needed; record without pauses"
+            f" {LEAD_S * 1e3:g} ms before to {least * 1e3:g} ms after that every sample is needed; record without pauses"
         )
 
 
-def _check_length(time: Array, release: float, name: str) -> None:
+def _check_length(time: Array, release: float, least: float, name: str) -> None:
     """Raise InputError where the record ends before the first contacts are over."""
-    if time[-1] - release < _LEAST_S:
+    if time[-1] - release < least:
         raise InputError(
             f"{name}: the record ends {(time[-1] - release) * 1e3:.3g} ms after the release, before the first contacts"
-            f" are over; give at least {_LEAST_S * 1e3:g} ms"
+            f" are over; give at least {least * 1e3:g} ms"
         )
 
 

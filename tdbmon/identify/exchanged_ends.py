@@ -14,11 +14,10 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.first_fits import FALL_S, FIRST_CONTACTS_S, few_drops, first_fits
+from tdbmon.identify.first_fits import few_drops, first_fits
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, build_problem
 
-_HORIZONS = (FALL_S, *FIRST_CONTACTS_S[:2])  # s after the release, to the last of which both are compared
 _FAILS = 3.0  # misfit a residual of a model that lacks something
 # times less is left with the ends exchanged: of 12 synthetic cases as recorded with a hidden effect or none it was never less
 _CLEARLY = 3.0
@@ -35,7 +34,8 @@ def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
         Its `first_fits`.
     """
     machine = problem.model.machine
-    as_recorded = plain.get(_HORIZONS[-1])
+    compared = problem.stages.touched
+    as_recorded = plain.get(compared)
     if as_recorded is None or as_recorded.ratio < _FAILS:
         return None
     drops = few_drops(problem).drops
@@ -43,14 +43,14 @@ def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     if len(put_back) < len(drops):
         return None
     try:
-        otherwise = first_fits(build_problem(machine, put_back, problem.crew), _HORIZONS).get(_HORIZONS[-1])
+        otherwise = first_fits(build_problem(machine, put_back, problem.crew)).get(compared)
     except InputError:
         return None
     if otherwise is None or otherwise.ratio * _CLEARLY > as_recorded.ratio:
         return None
     first, second = machine.ends
     return (
-        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {_HORIZONS[-1] * 1e3:g} ms, and"
+        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {compared * 1e3:g} ms, and"
         f" {otherwise.ratio:.2g} times with the probes of {first} taken for those of {second}: are the cables of both ends"
         " exchanged, or the positions in the machine file counted from the other end of the shaft?"
     )

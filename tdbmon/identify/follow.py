@@ -14,25 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
-from tdbmon.identify.clearances import TOUCHED_S, better_clearances, corners, hardly_gained, led_along
+from tdbmon.identify.clearances import better_clearances, corners, hardly_gained, led_along
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.own_paths import begun_at, better_paths, lost_drops
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
-from tdbmon.identify.stray import STRAYED_S, led_back, stray_drop
+from tdbmon.identify.stray import led_back, stray_drop
 from tdbmon.progress import Progress
 
 Array = NDArray[np.float64]
 
-CONTACT_S = 0.009  # s; before it the cages' angles do nothing
 FAILING = 1.1  # times what noise leaves, from which on a model fails
-_RIVALS = ((0.014, 5), (0.018, 4), (0.022, 3), (0.04, 2))  # s after the release, and how many go on from there
+_RIVALS = (0.014, 5), (0.018, 4), (0.022, 3), (0.04, 2)  # s in a usual gap, and how many go on from there
 _HOPELESS = 1.05  # times the least misfit, from which on a rival is given up
-# s; the contacts so far tell the cages' angles, and a wrong one hides within the noise still: at the first horizons beyond
-_TELLING_S = (0.022, 0.027)
-_SOUGHT_S = 0.04  # s; a path that is lost later ends where trajectories part anyway
-_LATE_S = 0.06  # s; who leaves more there than noise and the model's error is followed no further
+# s in a usual gap: at the first horizons from there on the contacts so far tell the cages' angles, and a wrong one hides within
+# the noise still
+_TELLING = (0.022, 0.027)
+_LOST = 0.06  # s in a usual gap; who leaves more there than noise and the model's error is followed no further
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +98,18 @@ class _Way:
     """
 
     def __init__(self, problem: Problem, horizons: Sequence[float]) -> None:
-        self.problem, self.horizons = problem, horizons
+        self.problem, self.horizons, self.stages = problem, horizons, problem.stages
         self.horizon, self.rivals, self.passed = 0.0, list[Fit](), list[Passed]()
         self._starts = [problem.start]
         self._noise = 0.0  # misfit that noise alone would leave
         self._fails = False
         self._leads = True  # fits begun beside the clearances gained something, as far as that was tried
-        self._touched = _first_beyond(horizons, TOUCHED_S)
-        self._telling = [_first_beyond(horizons, instant) for instant in _TELLING_S]
+        self._touched = _first_beyond(horizons, self.stages.touched)
+        self._telling = [_first_beyond(horizons, instant) for instant in self.stages.all_at(_TELLING)]
 
     @property
     def _is_sought(self) -> bool:
-        return self.horizon <= _SOUGHT_S
+        return self.horizon <= self.stages.followed  # a path that is lost later ends where trajectories part anyway
 
     def fit(self, horizon: float) -> None:
         """Fit to a horizon from where those before ended."""
@@ -120,13 +119,13 @@ class _Way:
 
     def seek_paths(self) -> None:
         """Seek the paths of drops anew, once the cages' angles do something: of all where it tells most, else of the lost."""
-        if CONTACT_S < self.horizon and self._is_sought:
+        if self.stages.loaded < self.horizon and self._is_sought:
             tried = [(self.problem, rival, self.horizon, self.horizon in self._telling) for rival in self.rivals]
             self.rivals = _deepest(self.problem.crew.apart(_led_on, tried))
 
     def lead_back(self) -> None:
         """Lead back the one drop that has strayed, once both ends have touched twice."""
-        if self.horizon < STRAYED_S:
+        if self.horizon < self.stages.bounced:
             return
         found = self.rivals[0]
         stray = stray_drop(found, FAILING * self._noise / sum(map(len, found.residuals)))
@@ -150,7 +149,7 @@ class _Way:
 
     def freed(self) -> Problem | None:
         """Return the problem with the values without tolerance free, if they take away half of what is left beyond noise."""
-        if not self._fails or not TOUCHED_S <= self.horizon <= _LATE_S:
+        if not self._fails or not self.stages.touched <= self.horizon <= self.stages.at(_LOST):
             return None
         best = self.rivals[0]
         freed = fitted_with_stated_values(self.problem, best, self.horizon)
@@ -160,28 +159,28 @@ class _Way:
 
     def try_clearances_again(self) -> None:
         """Begin at other clearances after the first contacts too, while more than noise is left."""
-        if self._fails and self._leads and self._is_sought and TOUCHED_S < self.horizon != self._touched:
+        if self._fails and self._leads and self._is_sought and self.stages.touched < self.horizon != self._touched:
             self.rivals = _deepest([better_clearances(self.problem, self.rivals[0], self.horizon), *self.rivals])
 
     def lead_along(self) -> None:
         """Begin beside the clearances with paths sought there, while more than noise is left and it gains something."""
-        if self._fails and self._leads and STRAYED_S <= self.horizon and self._is_sought:
+        if self._fails and self._leads and self.stages.bounced <= self.horizon and self._is_sought:
             led = led_along(self.problem, self.rivals[0], self.horizon)
             self._leads = not hardly_gained(self.rivals[0], led, self._noise)
             self.rivals = _deepest([led, *self.rivals[1:]])
 
     def pass_on(self) -> None:
         """Keep the best, and let it and some rivals go on from where they ended."""
-        if self.horizon >= TOUCHED_S or self.horizon == self.horizons[-1]:
+        if self.horizon >= self.stages.touched or self.horizon == self.horizons[-1]:
             self.passed.append(Passed(self.horizon, self.rivals[0]))
-        many = next((n for h, n in _RIVALS if h >= self.horizon), 1)
+        many = next((n for usual, n in _RIVALS if self.stages.at(usual) >= self.horizon), 1)
         self._starts = [each.point for each in self.rivals[:many]]
 
     @property
     def is_lost(self) -> bool:
         """Whether the best leaves so late more than noise and the model's error: it is followed no further."""
         best = self.rivals[0]
-        return self.horizon >= _LATE_S and best.misfit > FAILING * sum(map(len, best.residuals))
+        return self.horizon >= self.stages.at(_LOST) and best.misfit > FAILING * sum(map(len, best.residuals))
 
     def _apart(self, step: Callable[[Problem, Array, float], Fit | None], points: Sequence[Array]) -> list[Fit | None]:
         """Return what a step makes of points, each where the crew has room."""

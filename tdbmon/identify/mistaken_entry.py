@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.identify.first_fits import FALL_S, FIRST_CONTACTS_S, SLOPES, few_drops
+from tdbmon.identify.first_fits import SLOPES, few_drops
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
@@ -24,7 +24,6 @@ from tdbmon.identify.slowing import slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
 
-_CONFIRMED_S = 0.022  # to which the model must follow all drops
 _FACTOR = 10.0  # by which an entry may be wrong
 _STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the latter where the former find nothing
 _FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
@@ -52,7 +51,7 @@ class _Try:
     @property
     def slows_otherwise(self) -> bool:
         """True where the rotor slows otherwise over the rest of the record."""
-        known = slowings_at(self.problem, self.point, _CONFIRMED_S)
+        known = slowings_at(self.problem, self.point, self.problem.stages.bounced)
         return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
 
     def fitted(self, horizon: float) -> _Try:
@@ -74,24 +73,27 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     plain : mapping of float to Fit
         Its `first_fits`.
     """
-    if FIRST_CONTACTS_S[-1] not in plain or plain[FIRST_CONTACTS_S[-1]].ratio <= _FAILS * _FLOOR:
+    stages = problem.stages
+    last = stages.first_contacts[-1]
+    if last not in plain or plain[last].ratio <= _FAILS * _FLOOR:
         return None
-    fallen = _Try((), few_drops(problem), plain[FALL_S].point)
-    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in FIRST_CONTACTS_S}
+    fallen = _Try((), few_drops(problem), plain[stages.fall].point)
+    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in stages.first_contacts}
     for starts in _STARTS:
         tried = [_begun(fallen, kind, start) for kind in _kinds(problem) for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
         if best is not None and best.holds:
-            return _confirmed(problem, best, plain[FIRST_CONTACTS_S[-1]].ratio)
+            return _confirmed(problem, best, plain[last].ratio)
     return None
 
 
 def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
+    stages = problem.stages
     values, _ = found.problem.values(found.point, 0)
     wanted = values[found.entries[0].name] / found.entries[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(FALL_S), found.entries, wanted)
-    for horizon in (*FIRST_CONTACTS_S, _CONFIRMED_S):
+    held = _begun(_Try((), problem, problem.start).fitted(stages.fall), found.entries, wanted)
+    for horizon in (*stages.first_contacts, stages.bounced):
         held = held.fitted(horizon)
     if not held.holds or held.slows_otherwise:
         return None
@@ -101,8 +103,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     if not off:
         return None
     return (
-        f"the plain model leaves {before:.3g} times what noise would in the first {FIRST_CONTACTS_S[-1] * 1e3:g} ms, but noise"
-        f" alone up to {_CONFIRMED_S * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
+        f"the plain model leaves {before:.3g} times what noise would in the first {stages.first_contacts[-1] * 1e3:g} ms, but"
+        f" noise alone up to {stages.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
     )
 
 

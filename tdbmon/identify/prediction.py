@@ -19,7 +19,7 @@ from tdbsim.rhs import windage_acceleration
 from tdbsim.sensors import SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
-from tdbmon.identify.drop import FLIGHT_S, LEAD_S, MeasuredDrop
+from tdbmon.identify.drop import LEAD_S, MeasuredDrop
 from tdbmon.identify.noise import coloured
 from tdbmon.identify.runout import ORDERS, runout_at, runout_phasors
 
@@ -360,7 +360,7 @@ def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) ->
 
 def model_error(drop: MeasuredDrop, since: Array) -> Array:
     """Return the standard deviation of the model's error, m, at times since the first guess of the release, s."""
-    return _MODEL_ERROR * np.exp(drop.divergence * np.maximum(since - FLIGHT_S, 0.0))
+    return _MODEL_ERROR * np.exp(drop.divergence * np.maximum(since - drop.flight, 0.0))
 
 
 def _pulse_residuals(path: Path, drop: MeasuredDrop, scale: _Scale) -> Array:

@@ -30,6 +30,7 @@ from tdbmon.identify.prediction import (
     residuals,
 )
 from tdbmon.identify.slopes import Nudged, slopes
+from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.variants import Variant, left_by, paths
 
 Array = NDArray[np.float64]
@@ -100,6 +101,11 @@ class Problem:
     free: tuple[FreeEffect, ...] = ()
     standing: tuple[Effect, ...] = ()
     to_the_bottom: bool = False
+
+    @cached_property
+    def stages(self) -> Stages:
+        """Up to where models are fitted and judged, one instant after the other."""
+        return stages_of(self.model.machine)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

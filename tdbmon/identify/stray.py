@@ -19,9 +19,8 @@ from tdbmon.identify.robust import squares
 
 Array = NDArray[np.float64]
 
-STRAYED_S = 0.022  # s after the release; until then both ends have touched, and mostly twice
 _APART = 1.3  # times what each of the others leaves at most
-_STAGES = ((0.018, 12), (0.027, 4))  # s after the release, and how many angles go on from there
+_GO_ON = (0.018, 12), (0.027, 4)  # s after the release in a usual gap, and how many angles go on from there
 
 
 def stray_drop(found: Fit, sound: float) -> int | None:
@@ -78,7 +77,8 @@ def _turned(alone: Problem, own: Array, column: int, horizon: float) -> Array:
     for offset in offsets:
         points.append(own.copy())
         points[-1][column] += offset
-    for stage, kept in (*((s, k) for s, k in _STAGES if s < horizon), (horizon, 1)):
+    stages = [(alone.stages.at(usual), kept) for usual, kept in _GO_ON]
+    for stage, kept in (*((s, k) for s, k in stages if s < horizon), (horizon, 1)):
         tried = alone.crew.apart(fit_or_none, [(alone, each, stage, 2) for each in points])
         reached = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
         if not reached:

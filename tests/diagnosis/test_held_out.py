@@ -6,6 +6,7 @@ import pytest
 
 from tdbmon.diagnosis import held_out
 from tdbmon.diagnosis.held_out import HeldOut, telling_drops
+from tdbmon.identify.stages import Stages
 
 FLOOR = 0.95
 WEAK = (0.9, 0.94, 0.95, 0.92)  # a plain model that leaves noise alone
@@ -15,7 +16,11 @@ def plain(speeds, ratios):
     drops = tuple(SimpleNamespace(speed=speed) for speed in speeds)
     fails = max(ratios) > 1.1 * FLOOR
     return SimpleNamespace(
-        problem=SimpleNamespace(drops=drops), floor=FLOOR, ratio=max(ratios), ratio_of_drops=list(ratios), fails=fails
+        problem=SimpleNamespace(drops=drops, stages=Stages()),
+        floor=FLOOR,
+        ratio=max(ratios),
+        ratio_of_drops=list(ratios),
+        fails=fails,
     )
 
 

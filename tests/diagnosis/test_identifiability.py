@@ -133,7 +133,7 @@ def test_a_size_that_no_machine_has_is_not_told():
     assert only.size.value is None
     assert only.unseen is not None and 0 < only.unseen <= 5.0
     (told,) = identifiability_json(found)["effects"]
-    assert "not to be seen in the first 22 ms of these drops up to" in told["smallest_detectable"]["why"]
+    assert "not to be seen in the first contacts of these drops up to" in told["smallest_detectable"]["why"]
     assert told["may_show_later"]
     lines = "\n".join(identifiability_lines(found))
     assert f"torque not to be seen so early up to {only.unseen:g} N m" in lines

@@ -12,6 +12,7 @@ from tdbmon.diagnosis.twins import twins, with_paths_sought, with_twins
 from tdbmon.diagnosis.verdict import verdict
 from tdbmon.identify.cages import turning
 from tdbmon.identify.least_squares import fit, linearised
+from tdbmon.identify.stages import Stages
 from tests.diagnosis.made_up import contender
 from tests.diagnosis.simulated import problem_of
 
@@ -108,7 +109,7 @@ def test_a_plain_model_that_comes_near_has_its_paths_sought_too(leaking, monkeyp
 
     _, bare, leak = leaking
     sought = []
-    monkeypatch.setattr(module, "CONTACT_S", 0.0)
+    monkeypatch.setattr(Stages, "loaded", 0.0)
     monkeypatch.setattr(module, "followed_on", lambda field, horizons: list(field))
     monkeypatch.setattr(module, "better_paths", lambda problem, fit, *rest: sought.append(len(problem.free)) or fit)
     near = replace(bare, fit=replace(bare.fit, misfit=1.1 * leak.misfit))

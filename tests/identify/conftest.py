@@ -2,10 +2,11 @@
 
 import pytest
 
-from tdbmon.identify.calibrate import HORIZONS, fit_drops
+from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stages import Stages
 from tests.identify import drops
 
 
@@ -26,4 +27,4 @@ def same_model():
 @pytest.fixture(scope="session")
 def calibration(same_model):
     machine, records = same_model
-    return fit_drops(machine, records, horizons=HORIZONS[:5])  # in small steps, as it is used
+    return fit_drops(machine, records, horizons=Stages().calibration[:5])  # in small steps, as it is used

@@ -7,11 +7,12 @@ from tdbsim import state_layout
 from tdbsim.errors import InputError
 from tdbsim.machine import Tolerant, load_machine
 
-from tdbmon.identify.calibrate import HORIZONS, _at_bound, _undetermined, estimates, fit_drops
+from tdbmon.identify.calibrate import _at_bound, _undetermined, estimates, fit_drops
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stages import Stages
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -286,7 +287,7 @@ def test_friction_that_falls_with_the_load_is_found_where_the_fit_fails_without(
     records = [
         drops.drop({**drops.TRUTH, **falling}, speed=speed, seed=seed) for speed, seed in ((97.0, 1), (140.0, 2))
     ]
-    found = fit_drops(drops.machine(), records, horizons=HORIZONS[:6])
+    found = fit_drops(drops.machine(), records, horizons=Stages().calibration[:6])
     assert found.misfit < 1.15
     assert any("friction_load_exponent" in remark for remark in found.remarks)
     for end, bearing in zip(("NDE", "DE"), found.calibrated.touchdown_bearings, strict=True):

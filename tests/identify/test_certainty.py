@@ -9,6 +9,7 @@ from tdbmon.identify import certainty
 from tdbmon.identify.certainty import drift, reach
 from tdbmon.identify.follow import Passed
 from tdbmon.identify.least_squares import Fit
+from tdbmon.identify.stages import Stages
 
 SLOPE = np.zeros((100, 2))
 SLOPE[:, 0] = 0.5  # curvature 100 * 0.5^2 = 25 of the first value; the second is seen by nothing
@@ -32,6 +33,7 @@ def problem(monkeypatch):
     return SimpleNamespace(
         drops=(SimpleNamespace(release=0.1),),
         prior=np.ones(2),
+        stages=Stages(),
         shared=named("first", "second"),
         columns=lambda drop: np.arange(2),
         values=lambda point, drop: ({}, {"release": 0.0}),
@@ -69,7 +71,7 @@ def test_contacts_that_are_not_explained_prove_nothing(problem):
 
 def test_fits_that_differ_widen_it(problem):
     apart = [passed(1.0, (0.4, 0.0)), passed(1.0, (0.2, 0.0)), passed(1.0)]
-    assert drift(apart)[0, 0] == pytest.approx((0.4**2 + 0.2**2) / 2)
+    assert drift(apart, 0.018)[0, 0] == pytest.approx((0.4**2 + 0.2**2) / 2)
     assert reach(problem, apart)[0, 0] == pytest.approx(1 / 26 + 0.1)
 
 

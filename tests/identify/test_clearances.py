@@ -5,7 +5,7 @@ import pytest
 from tdbsim.machine import load_machine
 
 from tdbmon.identify.cages import circle, turning
-from tdbmon.identify.clearances import TOUCHED_S, beside, better_clearances, hardly_gained, led_along
+from tdbmon.identify.clearances import beside, better_clearances, hardly_gained, led_along
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import Fit, fit, linearised
@@ -14,7 +14,7 @@ from tdbmon.shipped import shipped
 from tests.identify import drops
 
 TRUTH = drops.TRUTH | {"NDE.diametral_clearance": 19.6e-6, "DE.diametral_clearance": 16.4e-6}
-FALL_S, LATE_S = 0.006, 0.027
+FALL_S, TOUCHED_S, LATE_S = 0.006, 0.014, 0.027
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tdbsim.machine import load_machine
 
-from tdbmon.identify.calibrate import HORIZONS
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import divergence, followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import USUAL_DIVERGENCE, measured_drop
 from tdbmon.identify.prediction import noise_alone
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stages import Stages
 from tdbmon.record.read import read
 from tests.blind.case import draw_case, simulate, write_drops
 from tests.blind.truth import LEAD, RATE, run
@@ -71,17 +71,17 @@ def test_readings_are_trusted_less_late_where_paths_part_fast(case, problem):
 
 def test_a_fit_ends_where_the_models_error_decides_what_touches_next(case, problem):
     parted = with_divergence(problem)
-    horizons = followable(parted, HORIZONS)
-    assert horizons == list(HORIZONS[: len(horizons)])
+    horizons = followable(parted, Stages().calibration)
+    assert horizons == list(Stages().calibration[: len(horizons)])
     assert followable(parted, (0.05,)) == [0.05]
-    remarks = parting_remarks(parted, HORIZONS, horizons)
+    remarks = parting_remarks(parted, Stages().calibration, horizons)
     if case.seed == GENERATOR:
-        assert len(horizons) == len(HORIZONS)
+        assert len(horizons) == len(Stages().calibration)
         assert remarks == ()
     else:
         assert f"fitted to {horizons[-1] * 1e3:g} ms after the release instead of 90 ms" in remarks[0]
         assert 0.022 <= horizons[-1] <= 0.04
-        beyond = HORIZONS[len(horizons)]
+        beyond = Stages().calibration[len(horizons)]
         error = 1e-7 * np.exp(parted.drops[0].divergence * (np.array([horizons[-1], beyond]) - 0.008))
         assert error[0] < 0.02 * min(t.gap.nominal for t in case.machine.touchdowns) <= error[1]
 

@@ -7,13 +7,13 @@ import pytest
 from tdbsim.machine import load_machine
 
 from tdbmon.identify import follow
-from tdbmon.identify.calibrate import HORIZONS
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.follow import followed
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.own_paths import lost_drops
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stages import Stages
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -25,7 +25,7 @@ def test_clearances_come_back_though_the_first_contacts_do_not_tell_them():
     records = [drops.drop(TRUTH, speed, seed) for speed, seed in ((60.0, 1), (97.0, 2), (150.0, 3))]
     with Crew() as crew:
         problem = build_problem(machine, tuple(measured_drop(each, machine) for each in records), crew)
-        _, passed = followed(problem, HORIZONS[:7], lambda _: None, may_widen=False)
+        _, passed = followed(problem, Stages().calibration[:7], lambda _: None, may_widen=False)
     found = passed[-1]
     assert lost_drops(problem, found.fit, found.horizon) == []
     values, _ = problem.values(found.fit.point, 0)
@@ -55,11 +55,11 @@ def test_what_only_cages_turned_one_by_one_find_goes_along(monkeypatch):
     monkeypatch.setattr(follow, "fit_or_none", fit_or_none)
     with Crew() as crew:
         problem = build_problem(machine, (measured_drop(drops.drop(TRUTH, seconds=0.03), machine),), crew)
-        followed(problem, HORIZONS[:4], lambda _: None, may_widen=False)
-    assert begun == [HORIZONS[3]]
+        followed(problem, Stages().calibration[:4], lambda _: None, may_widen=False)
+    assert begun == [Stages().calibration[3]]
 
 
-@pytest.mark.parametrize("horizons", [HORIZONS[:6], (0.006, 0.01, 0.0145, 0.02, 0.023, 0.03)])
+@pytest.mark.parametrize("horizons", [Stages().calibration[:6], (0.006, 0.01, 0.0145, 0.02, 0.023, 0.03)])
 def test_clearances_and_paths_are_sought_whichever_horizons_are_asked_for(horizons, monkeypatch):
     """Without one of exactly 14 ms neither other clearances were tried nor, without 22 and 27 ms, the paths of all drops."""
     machine = load_machine(shipped("short/machine.toml"))

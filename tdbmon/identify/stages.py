@@ -1,0 +1,120 @@
+"""How far a drop has come: instants, s after the release, up to which models are fitted and judged one after the other.
+
+They were chosen on machines with gaps of 150 to 400 um, whose shafts fall for 5.5 to 9 ms.  Narrower and wider gaps stretch
+them as they stretch the time of the fall, sqrt(2 gap / g): by 18 ms a shaft in a gap of 600 um has met its bearings but
+once, and what differs there says little of why.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tdbsim.machine import STANDARD_GRAVITY, Machine
+
+_USUAL_GAP = 250e-6  # m
+_ALIKE = 150e-6, 400e-6  # m: gaps for which nothing is stretched
+_LEAST, _MOST = 0.5, 2.0  # what a shaft that hardly falls meets, is not told by its weight
+_STEP = 0.05  # of a stretch, which keeps the instants neat
+_EARLY = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)  # s at a usual gap
+_CALIBRATION = (*_EARLY, 0.05, 0.06, 0.075, 0.09)
+_DIAGNOSIS = (*_EARLY, 0.047, 0.055, 0.065)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Instants of the drops of a machine, all in s after the release.
+
+    Attributes
+    ----------
+    stretch : float
+        Times those of a usual gap.
+    """
+
+    stretch: float = 1.0
+
+    def at(self, usual: float) -> float:
+        """Return when drops have come as far as those in a usual gap by `usual`."""
+        return round(self.stretch * usual, 4)
+
+    def all_at(self, usual: Sequence[float]) -> tuple[float, ...]:
+        """Return `at` of several."""
+        return tuple(self.at(each) for each in usual)
+
+    @property
+    def early(self) -> tuple[float, ...]:
+        """From the fall to `followed`, in small steps: a fit that is right to one leads into the right minimum of the next."""
+        return self.all_at(_EARLY)
+
+    @property
+    def calibration(self) -> tuple[float, ...]:
+        """To which values are calibrated, one after the other."""
+        return self.all_at(_CALIBRATION)
+
+    @property
+    def diagnosis(self) -> tuple[float, ...]:
+        """To which models with causes are compared, one after the other."""
+        return self.all_at(_DIAGNOSIS)
+
+    @property
+    def first_contacts(self) -> tuple[float, ...]:
+        """Past a first contact, and no more than takes a second or two."""
+        return self.early[1:4]
+
+    @property
+    def fall(self) -> float:
+        """Nothing touches so far, or has only just done so."""
+        return self.early[0]
+
+    @property
+    def flight(self) -> float:
+        """The fall through the gap is over, and paths begin to part."""
+        return self.at(0.008)
+
+    @property
+    def loaded(self) -> float:
+        """Before it the cages' angles do nothing."""
+        return self.at(0.009)
+
+    @property
+    def met(self) -> float:
+        """One end has met its bearing at least."""
+        return self.early[1]
+
+    @property
+    def touched(self) -> float:
+        """Both ends have met their bearings."""
+        return self.early[2]
+
+    @property
+    def sound(self) -> float:
+        """Paths have hardly parted: a model that held so far is judged there, if it fails further on."""
+        return self.early[3]
+
+    @property
+    def bounced(self) -> float:
+        """Both ends have touched, and mostly twice."""
+        return self.early[4]
+
+    @property
+    def late(self) -> float:
+        """A plain model that holds so far lacks no more than its laws do, more often than not."""
+        return self.early[6]
+
+    @property
+    def followed(self) -> float:
+        """As far as all models are followed."""
+        return self.early[7]
+
+
+def stages_of(machine: Machine) -> Stages:
+    """Return the instants for a machine's gaps by its file; a vertical one, which does not fall, has the usual ones."""
+    gaps = [each.radial_gap.nominal for each in machine.touchdown_bearings]
+    if machine.gravity <= 0:
+        return Stages()
+    falls_like = sum(gaps) / len(gaps) * STANDARD_GRAVITY / machine.gravity  # m: the gap with the same time of fall
+    if _ALIKE[0] <= falls_like <= _ALIKE[1]:
+        return Stages()
+    stretch = min(max(math.sqrt(falls_like / _USUAL_GAP), _LEAST), _MOST)
+    return Stages(round(_STEP * round(stretch / _STEP), 2))
