@@ -53,7 +53,10 @@ ROOT = Path(__file__).parents[1]
 @pytest.mark.skipif(not (ROOT / "demo-output").is_dir(), reason="make demo was not run")
 @pytest.mark.parametrize("name", ["drop_100", "drop_150", "comparison", "machine", "diagnosis"])
 def test_the_reports_that_the_readme_shows_are_as_the_demo_makes_them(name: str):
-    """Headings, captions and heads of columns; numbers and how many contacts there are differ from computer to computer."""
+    """Headings, captions of tables, heads of columns, names of figures.
+
+    Numbers and how many contacts there are differ from computer to computer.
+    """
     shown, made = (_skeleton(folder / f"{name}.html") for folder in (ROOT / "reports", ROOT / "demo-output"))
     assert len(made) > 10
     assert shown == made, "make reports, and look at them"
@@ -61,6 +64,7 @@ def test_the_reports_that_the_readme_shows_are_as_the_demo_makes_them(name: str)
 
 def _skeleton(page: Path) -> list[str]:
     found = re.findall(r'<(?:h2|caption|th scope="col")[^>]*>(.*?)</(?:h2|caption|th)>', page.read_text(), re.DOTALL)
+    found += re.findall(r'<figure id="([^"]*)"', page.read_text())
     return [re.sub(r"[-−\d.,]+", "#", re.sub(r"; \d+ more (is|are) left out", "", text)) for text in found]
 
 

@@ -17,7 +17,6 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim import hooks
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import sensed
 from tdbsim.effect import Parameter as Declared
@@ -80,9 +79,8 @@ class Detectable:
 
     @property
     def may_show_later(self) -> bool:
-        """True of what goes on long after the first contacts, where `diagnose` seeks it too: drag, windage, rubbing."""
-        declared = self.suspect.declared
-        return declared.kind.builds_up or hooks.has_hook(declared, "windage")
+        """True of what goes on long after the first contacts, where `diagnose` seeks it too: drag, rubbing, heat."""
+        return self.suspect.declared.kind.builds_up or self.suspect.declared.kind.slows
 
 
 @dataclass(frozen=True, eq=False)

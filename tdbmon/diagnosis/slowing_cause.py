@@ -24,6 +24,7 @@ from tdbmon.diagnosis.contender import (
     settled,
     with_cause,
 )
+from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.slows_otherwise import WORTH, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
@@ -31,7 +32,7 @@ from tdbmon.identify.slowing import Slowing, lag_factor, slowing_misfit, slowing
 
 Array = NDArray[np.float64]
 
-_SIZES = np.geomspace(0.1, 6.4, 10)  # of the typical size, at which a cause is tried first
+_SHARES = np.geomspace(0.1, 6.4, 10).tolist()  # of the typical size, at which a cause is tried first
 # the same where the greatest of those is as good as any: a ring that is held stands still
 _GREATER = (10.0, 16.0, 25.0)
 _AS_GOOD = 4.0  # sum of squares beyond the least: two standard deviations
@@ -110,7 +111,11 @@ class Slowed:
             wide.append(self.trials[best][drop].rest(factors[1]))
             noise.append(self.bare[drop].sigma)
             without.append({self.parameter: float(self.sizes[best])})
-        radius = self.base.problem.model.machine.bearing(self.suspect.where).journal_radius
+        machine = self.base.problem.model.machine
+        ends = (
+            [machine.bearing(self.suspect.where)] if self.suspect.where in machine.ends else machine.touchdown_bearings
+        )
+        radius = sum(end.journal_radius for end in ends) / len(ends)
         plain, extended, alone = (
             radius * math.sqrt(float(np.mean(np.concatenate(each) ** 2))) for each in (bare, wide, noise)
         )
@@ -157,18 +162,23 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
         return []
     found = []
     for suspect in suspects:
-        sizes = suspect.sizes[0][0].typical * _SIZES
-        first = _tried(base, suspect, sizes)
+        first = _tried(base, suspect, _sizes(suspect, _SHARES))
         if not first:
             continue
         misfits = [slowing_misfit(trial) for _, trial in first]
         if misfits[-1] <= min(misfits) + _AS_GOOD:
-            first += _tried(base, suspect, suspect.sizes[0][0].typical * np.array(_GREATER))
+            first += _tried(base, suspect, _sizes(suspect, _GREATER))
         at = min(range(len(first)), key=lambda k: slowing_misfit(first[k][1]))
         low, high = first[max(at - 1, 0)][0], first[min(at + 1, len(first) - 1)][0]
         trials = sorted([*first, *_tried(base, suspect, np.linspace(low, high, _FINER + 2)[1:-1])], key=lambda t: t[0])
         found.append(Slowed(base, bare, suspect, np.array([s for s, _ in trials]), tuple(t for _, t in trials)))
     return found
+
+
+def _sizes(suspect: Suspect, shares: Sequence[float]) -> Array:
+    """Return a cause's size at shares of its typical one, rising, as far as its bounds let it."""
+    size = suspect.sizes[0][0]
+    return np.unique(np.clip([sized(size, share) for share in shares], size.low, size.high))
 
 
 def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float, tuple[Slowing, ...]]]:

@@ -264,7 +264,7 @@ class Problem:
             values = (shared | value, own) if of_all else (shared, own | value)
             model, acting, plan = base.model, base.model.effects, base.plan
             try:
-                if of_all or parameter.name.partition(".")[0] in acting_names:
+                if of_all or parameter.name.rpartition(".")[0] in acting_names:
                     model, acting = self.setting(*values, drop)
                 elif parameter.moves:
                     plan = planned(self.drops[drop], values[1], horizon)

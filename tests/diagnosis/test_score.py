@@ -4,8 +4,11 @@ from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.shortlist import worth_fitting
 from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
-from tests.diagnosis.simulated import problem_of
+from tdbmon.identify.problem import build_problem
+from tests.diagnosis.simulated import problem_of, record
+from tests.identify import drops
 
 FALL_S = 0.006
 
@@ -46,3 +49,24 @@ def test_what_acts_in_contacts_is_no_suspect_while_nothing_touches(crew):
     assert not any(each.suspect.in_contacts for each in falling)
     assert {each.suspect.name for each in touching} == {each.name for each in everyone}
     assert {each.suspect.name for each in falling} >= {"probe_gain@DE_A", "unbalance@impeller", "shaft_bow@rotor"}
+
+
+def renamed(machine, old, new):
+    """A machine with another name of one end."""
+    bearings = tuple(
+        each.model_copy(update={"name": new}) if each.name == old else each for each in machine.touchdown_bearings
+    )
+    probes = tuple(each.model_copy(update={"end": new}) if each.end == old else each for each in machine.probes)
+    return machine.model_copy(update={"touchdown_bearings": bearings, "probes": probes})
+
+
+def test_a_dot_in_the_name_of_an_end_holds_no_value_of_a_drop(crew):
+    """The phase of waves is a drop's own."""
+    machine = renamed(drops.machine(), "NDE", "Brg. 1")
+    problem = build_problem(machine, tuple(measured_drop(record(machine, v, 1), machine) for v in (80.0, 150.0)), crew)
+    waves = next(each for name, each in by_name(problem).items() if name.startswith("race_waviness@Brg. 1"))
+    plain = Contender((), problem, fit(problem, problem.start, 0.014, 1), 0.014, 0.9)
+    wavy = with_cause(plain, waves, Start({"amplitude": 2e-6}, ({"phase": 0.2}, {"phase": 1.0})))
+    _, slopes = wavy.problem.slopes(wavy.fit.point, 0, 0.014)
+    (phase,) = (k for k, each in enumerate(wavy.problem.own[0]) if each.name.endswith(".phase"))
+    assert abs(slopes[:, len(wavy.problem.shared) + phase]).max() > 1
