@@ -7,6 +7,8 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tdbsim.effect import catalogue
+from tdbsim.units import scale
 
 from tdbmon.estimate import OUTSIDE, Estimate
 
@@ -73,3 +75,10 @@ def test_what_is_missing_says_why_and_nothing_is_infinite():
         Estimate(math.nan)
     with pytest.raises(ValueError, match="OUTSIDE"):
         Estimate(1.0, unit="furlong")
+
+
+@pytest.mark.parametrize("declared", catalogue(), ids=[each.identifier for each in catalogue()])
+def test_the_unit_of_every_size_of_the_catalogue_is_an_outside_one(declared):
+    for each in declared.parameters:
+        if not each.choices:
+            assert pytest.approx(1 / scale(each.unit, each.si)) == OUTSIDE[each.unit], each.name

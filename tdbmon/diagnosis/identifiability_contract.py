@@ -7,6 +7,7 @@ from typing import Any
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, Identifiability, about
 from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.identify.slowing import LAST_S
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
 
@@ -70,8 +71,8 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     out.append(f"next drop: {_advice(found)}")
     if any(each.may_show_later for each in found.detectable):
         out.append(
-            f"so early: in the first {found.horizon * 1e3:g} ms; such an effect may show in the rest of a record of 0.6 s, in"
-            " how the rotor slows and whirls, where `diagnose` seeks it too"
+            f"so early: in the first {found.horizon * 1e3:g} ms; such an effect may show in the rest of a record of {LAST_S:g} s,"
+            " in how the rotor slows and whirls, where `diagnose` seeks it too"
         )
     out += [f"limit: {each}" for each in found.limits]
     return out

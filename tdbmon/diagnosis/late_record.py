@@ -23,11 +23,11 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.least_squares import covariance_of
 from tdbmon.identify.prediction import Path, readings
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.slowing import LAST_S
 from tdbmon.identify.variants import paths
 
 Array = NDArray[np.float64]
 
-_LAST_S = 0.6  # after the release; later a rotor has settled
 _WINDOW_S = 0.05  # over which readings are averaged, and turns, at least
 _TURNS = 3.0
 _LEAST_WINDOWS = 3  # of a drop
@@ -191,7 +191,7 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     measured = problem.drops[drop]
     if len(measured.pulse_times) < 2:
         return None
-    last = min(measured.seconds - 0.002, _LAST_S)
+    last = min(measured.seconds - 0.002, LAST_S)
     until = min(last, float(measured.pulse_times[-1]) - measured.release)
     length = max(_WINDOW_S, _TURNS / measured.speed)
     begins = horizon + length * np.arange(math.floor((until - horizon) / length + 1e-9))

@@ -23,7 +23,8 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_LAST_S = 0.6  # after the release; what slows a rotor later is drag alone
+# after the release, as far as the rest of a record is looked at: what slows a rotor later is drag alone
+LAST_S = 0.6
 _WINDOW_S = 0.02  # over which angles are averaged
 _LEAST_WINDOWS = 5  # of a drop
 _ANGLE_SIGMA = 0.005  # rad, of a mean: the simulated path is one of many
@@ -69,7 +70,7 @@ class Slowing:
 def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slowing | None:
     """Return how a drop slows at a point of a fit; None without a keyphasor, a longer record, or a simulation."""
     measured = problem.drops[drop]
-    last = min(measured.seconds - 0.002, _LAST_S)
+    last = min(measured.seconds - 0.002, LAST_S)
     since = measured.pulse_times - measured.release
     angle, since = measured.pulse_angles[since < last], since[since < last]
     spans = [(a, b) for a, b in pairwise(np.arange(horizon, last, _WINDOW_S)) if ((since >= a) & (since < b)).any()]

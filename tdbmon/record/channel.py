@@ -219,11 +219,15 @@ def _variable_name(name: str) -> str:
 
 
 def _unique(channels: Iterable[Channel], path: Path) -> None:
-    seen: set[str] = set()
+    seen: dict[str, str] = {}
     for channel in channels:
-        if channel.name in seen:
+        name = _variable_name(channel.name)
+        if name in seen and seen[name] != channel.name:
+            both = f"channels '{seen[name]}' and '{channel.name}'"
+            raise InputError(f"{path}: {both} would both be called '{name}'; rename one")
+        if name in seen:
             raise InputError(f"{path}: channel '{channel.name}' occurs twice; give the channels different names")
-        seen.add(channel.name)
+        seen[name] = channel.name
 
 
 class _TimeBases:
@@ -237,6 +241,7 @@ class _TimeBases:
         for channel in channels:
             n = len(channel.values)
             if channel.time is not None:
+                _check_length(channel, channel.time, path)
                 index = given.get(id(channel.time))
                 if index is None:
                     index = self._add(_checked(channel, path))
@@ -301,13 +306,16 @@ def _clock(time: np.ndarray) -> dict[str, Any]:
     return attributes
 
 
-def _checked(channel: Channel, path: Path) -> np.ndarray:
-    time = np.asarray(channel.time, dtype=np.float64)
+def _check_length(channel: Channel, time: np.ndarray, path: Path) -> None:
     if time.size != len(channel.values):
         raise InputError(
             f"{path}: channel '{channel.name}' has {len(channel.values)} samples but {time.size} times;"
             " the file is damaged or cut off: export it again"
         )
+
+
+def _checked(channel: Channel, path: Path) -> np.ndarray:
+    time = np.asarray(channel.time, dtype=np.float64)
     if time.size == 0:
         raise InputError(f"{path}: channel '{channel.name}' has no samples")
     bad = np.flatnonzero(~np.isfinite(time))

@@ -22,6 +22,7 @@ from tdbmon.identify.parameters import (
 from tdbmon.machine_file import write_machine
 from tdbmon.shipped import shipped
 from tests.identify import drops
+from tests.test_machine_file import tolerances
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def model(full):
 
 def test_every_tolerant_value_is_there_with_its_bounds(full):
     found = {p.name: p for p in machine_parameters(full)}
-    assert len(found) == 2 * 7 + 2 * 2 + 2 * 2 + 1
+    assert len(found) == len(tolerances(full))
     gap = found["NDE.radial_gap"]
     assert (gap.nominal, gap.low, gap.high) == pytest.approx((250e-6, 200e-6, 300e-6))
     assert gap.sigma == pytest.approx(25e-6)  # the tolerance is two of them

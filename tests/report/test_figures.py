@@ -28,7 +28,7 @@ from tdbmon.figures.waterfall import waterfall
 from tdbmon.report.document import Figure as Drawn
 from tdbmon.report.document import Paragraph
 from tdbmon.report.sections import spectra, tracking
-from tests.figure_checks import assert_readable, faults, rendered, texts
+from tests.figure_checks import assert_readable, faults, figures_of, rendered, texts
 
 DRAW: dict[str, Callable[[Analysis], Figure]] = {
     "time_history": time_history,
@@ -66,14 +66,22 @@ def test_what_makes_a_figure_unreadable_is_found() -> None:
     assert [fault.partition(":")[0] for fault in faults(figure)] == ["reaches over its edge"]
 
 
-@pytest.mark.parametrize("name", DRAW)
-def test_displacement_says_its_plane_filter_and_runout(name: str, coastdown: Analysis) -> None:
-    if name == "speed_decay":
-        return
-    said = texts(DRAW[name](coastdown))
-    assert "bearing plane" in said
-    assert re.search(r"not filtered|mean over|tracked|window", said)
-    assert "runout" in said
+@pytest.mark.parametrize("which", ["short_report", "coastdown_report"])
+def test_displacement_says_its_plane_filter_and_runout(which: str, request: pytest.FixtureRequest) -> None:
+    drawn = {each.name: each.draw() for each in figures_of(request.getfixturevalue(which))}
+    for name in drawn.keys() - {"speed-decay"}:  # which shows none
+        _says_plane_filter_and_runout(drawn[name], name)
+
+
+def test_a_filtered_orbit_says_them_too(coastdown: Analysis) -> None:
+    _says_plane_filter_and_runout(filtered_orbit(coastdown), "filtered orbit")
+
+
+def _says_plane_filter_and_runout(figure: Figure, name: str) -> None:
+    said = texts(figure)
+    assert "bearing plane" in said, name
+    assert re.search(r"not filtered|mean over|tracked|window", said), name
+    assert "runout" in said, name
 
 
 @pytest.mark.parametrize("name", sorted(EQUAL))

@@ -1,0 +1,41 @@
+"""Channels as readers give them become a record, or an error that names what is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tdbsim.errors import InputError
+
+from tdbmon.record.channel import Channel, Content, to_dataset
+
+TIME = np.arange(5) * 1e-3
+
+
+def made(tmp_path: Path, *channels: Channel):
+    file = tmp_path / "record.bin"
+    file.write_bytes(b"a file")
+    return to_dataset(Content(channels), file, "test")
+
+
+def channel(name: str, values=(1.0, 2.0, 3.0, 4.0, 5.0), time: np.ndarray = TIME) -> Channel:
+    return Channel(name=name, values=np.array(values), unit="um", time=time)
+
+
+def test_a_channel_named_as_a_time_axis_stays_beside_it(tmp_path):
+    record = made(tmp_path, channel("time_2"), channel("A"))
+    assert set(record.data_vars) == {"time_2_channel", "A"}
+    np.testing.assert_allclose(record.time_2_channel, np.arange(1, 6) * 1e-6)
+
+
+def test_no_channel_takes_the_place_of_another(tmp_path):
+    with pytest.raises(InputError, match="'time_2' and 'time_2_channel' would both be called 'time_2_channel'"):
+        made(tmp_path, channel("time_2"), channel("time_2_channel"))
+    with pytest.raises(InputError, match="'A' occurs twice"):
+        made(tmp_path, channel("A"), channel("A"))
+
+
+def test_every_channel_has_as_many_samples_as_its_time(tmp_path):
+    with pytest.raises(InputError, match="channel 'B' has 3 samples but 5 times"):
+        made(tmp_path, channel("A"), channel("B", (1.0, 2.0, 3.0)))
