@@ -14,7 +14,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.first_fits import few_drops, first_fits
+from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, build_problem
 
@@ -34,8 +34,7 @@ def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
         Its `first_fits`.
     """
     machine = problem.model.machine
-    compared = problem.stages.touched
-    as_recorded = plain.get(compared)
+    as_recorded = plain.get(STAGES.touched)
     if as_recorded is None or as_recorded.ratio < _FAILS:
         return None
     drops = few_drops(problem).drops
@@ -43,14 +42,14 @@ def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     if len(put_back) < len(drops):
         return None
     try:
-        otherwise = first_fits(build_problem(machine, put_back, problem.crew)).get(compared)
+        otherwise = first_fits(build_problem(machine, put_back, problem.crew)).get(STAGES.touched)
     except InputError:
         return None
     if otherwise is None or otherwise.ratio * _CLEARLY > as_recorded.ratio:
         return None
     first, second = machine.ends
     return (
-        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {compared * 1e3:g} ms, and"
+        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {STAGES.touched * 1e3:g} ms, and"
         f" {otherwise.ratio:.2g} times with the probes of {first} taken for those of {second}: are the cables of both ends"
         " exchanged, or the positions in the machine file counted from the other end of the shaft?"
     )

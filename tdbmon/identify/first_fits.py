@@ -7,7 +7,9 @@ from dataclasses import replace
 
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.stages import Stages
 
+STAGES = Stages()  # those of a usual gap: the gap that the file states may be what is wrong
 SLOPES = 4  # of each fit
 _DROPS = 2  # that are looked at
 
@@ -24,7 +26,7 @@ def first_fits(few: Problem) -> Mapping[float, Fit]:
     """
     fits: dict[float, Fit] = {}
     point = few.start
-    for horizon in (few.stages.fall, *few.stages.first_contacts):
+    for horizon in (STAGES.fall, *STAGES.first_contacts):
         found = fit_or_none(few, point, horizon, SLOPES)
         if found is None:
             break

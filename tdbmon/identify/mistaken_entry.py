@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.identify.first_fits import SLOPES, few_drops
+from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
@@ -51,7 +51,7 @@ class _Try:
     @property
     def slows_otherwise(self) -> bool:
         """True where the rotor slows otherwise over the rest of the record."""
-        known = slowings_at(self.problem, self.point, self.problem.stages.bounced)
+        known = slowings_at(self.problem, self.point, STAGES.bounced)
         return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
 
     def fitted(self, horizon: float) -> _Try:
@@ -73,12 +73,11 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     plain : mapping of float to Fit
         Its `first_fits`.
     """
-    stages = problem.stages
-    last = stages.first_contacts[-1]
+    last = STAGES.first_contacts[-1]
     if last not in plain or plain[last].ratio <= _FAILS * _FLOOR:
         return None
-    fallen = _Try((), few_drops(problem), plain[stages.fall].point)
-    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in stages.first_contacts}
+    fallen = _Try((), few_drops(problem), plain[STAGES.fall].point)
+    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in STAGES.first_contacts}
     for starts in _STARTS:
         tried = [_begun(fallen, kind, start) for kind in _kinds(problem) for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
@@ -89,11 +88,10 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
 
 def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
-    stages = problem.stages
     values, _ = found.problem.values(found.point, 0)
     wanted = values[found.entries[0].name] / found.entries[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(stages.fall), found.entries, wanted)
-    for horizon in (*stages.first_contacts, stages.bounced):
+    held = _begun(_Try((), problem, problem.start).fitted(STAGES.fall), found.entries, wanted)
+    for horizon in (*STAGES.first_contacts, STAGES.bounced):
         held = held.fitted(horizon)
     if not held.holds or held.slows_otherwise:
         return None
@@ -103,8 +101,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     if not off:
         return None
     return (
-        f"the plain model leaves {before:.3g} times what noise would in the first {stages.first_contacts[-1] * 1e3:g} ms, but"
-        f" noise alone up to {stages.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
+        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g} ms, but"
+        f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
     )
 
 
