@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from tdbsim.sensors import ProbeChain, SensorChain
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tdbsim.sensors import ProbeChain, Runout, SensorChain
 
 from tdbmon.identify.least_squares import covariance_of, fit
 from tdbmon.identify.prediction import (
@@ -42,6 +44,38 @@ def test_a_late_and_strong_channel_sees_the_surface_late_and_strong(problem):
     after = surface(late, lambda s: levitated(prediction.path, measured, machine, s).orders)
     turn = np.exp(-1j * np.array([1, 2]) * prediction.path.omega * LAG * measured.interval)
     np.testing.assert_allclose(after[row], GAIN * turn * before[row], atol=1e-12)
+
+
+CHAINS = st.builds(
+    ProbeChain,
+    gain=st.floats(0.8, 1.2),
+    offset=st.floats(-20e-6, 20e-6),
+    angle_error=st.floats(-0.1, 0.1),
+    runout=st.tuples(
+        st.builds(Runout, order=st.just(1), amplitude=st.floats(0, 5e-6), phase=st.floats(-3, 3)),
+        st.builds(Runout, order=st.just(2), amplitude=st.floats(0, 3e-6), phase=st.floats(-3, 3)),
+    ),
+    lag=st.integers(0, 12),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(chains=st.fixed_dictionaries({"NDE_A": CHAINS, "NDE_B": CHAINS}), part=st.floats(-0.1, 0.1))
+def test_the_levitated_orbit_in_closed_form_is_what_the_probes_read_before_the_release(problem, chains, part):
+    """Means and the first two orders, by least squares from the samples of a whole sensor chain."""
+    shared, own = problem.values(problem.start, 0)
+    measured, machine = problem.drops[0], problem.model.machine
+    sensors = Sensors(SensorChain(probes=chains, leaks={"NDE_B": ("NDE_A", part)}), shared, own)
+    path = predict(measured, problem.model, own, 0.002).path
+    since = measured.time[path.first : path.first + path.x.shape[-1]] - measured.release - own["release"]
+    steady = np.flatnonzero(since < -2e-5)[12:]  # a channel that lags repeats its first sample before
+    turned = np.multiply.outer(path.omega * since[steady], [1, 2])
+    basis = np.column_stack([np.ones(len(turned)), np.cos(turned), -np.sin(turned)])
+    read = np.linalg.lstsq(basis, readings(path, measured, machine, sensors)[:, steady].T, rcond=None)[0].T
+    held = levitated(path, measured, machine, sensors)
+    turn = np.exp(1j * own["shaft_angle"] * np.array([1, 2]))
+    np.testing.assert_allclose(held.mean, read[:, 0], atol=1e-9)
+    np.testing.assert_allclose(held.orders * turn, read[:, 1:3] + 1j * read[:, 3:], atol=1e-9)
 
 
 def test_missing_samples_have_no_rows_and_the_others_theirs(problem):
