@@ -193,8 +193,12 @@ def _support_force(b: Bearing, x: float, y: float, vx: float, vy: float) -> tupl
     if b.play > 0.0 or b.cubic != 0.0:
         r = np.sqrt(x * x + y * y)
         if b.play > 0.0:
-            share = b.play_ratio if r <= b.play else (b.play_ratio * b.play + r - b.play) / r
-            fx, fy = fx * share, fy * share
+            # beyond the play a seat without friction is pressed, radially: the gradient of (1 - play/r)^2 r K r / 2
+            seat = 0.0 if r <= b.play else 1.0 - b.play / r
+            press = (1.0 - b.play_ratio) * seat
+            inwards = 0.0 if r <= b.play else press * b.play / r * (fx * x + fy * y) / (r * r)
+            share = b.play_ratio + press * seat
+            fx, fy = share * fx + inwards * x, share * fy + inwards * y
         fx += b.cubic * r * r * x
         fy += b.cubic * r * r * y
     fx += b.support_damping * vx

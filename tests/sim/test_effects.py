@@ -14,6 +14,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting
 from tdbsim.simulate import DropPlan, run, simulate
 from tdbsim.stated_effects import all_effects, parse
+from tdbsim.support import spring_force
 from tdbsim.units import scale
 
 PLAN = DropPlan(150.0, 0.35, levitated=0.1)
@@ -178,14 +179,52 @@ def test_effects_combine(machine, plain_drop):
     assert drop.attrs["effects"].count(";") == 6
 
 
-def test_play_counts_from_the_stiffness_of_an_uneven_support_in_either_order(machine):
-    """Play given before the anisotropy took its missing stiffness from the even support."""
-    pair = [parse("loose_support:end=NDE,play=20 um"), parse("support_anisotropy:end=NDE,ratio=0.4")]
-    found, other = build_model(machine, pair), build_model(machine, pair[::-1])
-    np.testing.assert_array_equal(found.arrays.effect, other.arrays.effect)
-    missing = found.arrays.effect[0, hooks.offsets()["loose_support"] + 1]
-    stiffness = machine.touchdown_bearings[0].support_stiffness.nominal
-    assert missing == pytest.approx(0.9 * (1 + 0.4) / 2 * stiffness)
+PLAY, PLAY_RATIO, SOFTER = 20e-6, 0.1, 0.4
+
+
+@pytest.fixture(params=[0.0, 0.5], ids=["level", "leaning"])
+def loose_and_uneven(machine, request):
+    """The support's force (x, y) at a deflection, one with play that is softer along an angle, and that angle."""
+    direction = request.param
+    pair = [
+        declaration("loose_support").at("NDE", {"play": PLAY, "stiffness_ratio": PLAY_RATIO}),
+        declaration("support_anisotropy").at("NDE", {"ratio": SOFTER, "direction": direction}),
+    ]
+    arrays, other = (build_model(machine, given).arrays for given in (pair, pair[::-1]))
+    np.testing.assert_array_equal(arrays.effect, other.effect)
+
+    def force(at):
+        return np.array(
+            [complex(*spring_force(arrays.end, arrays.effect, 0, z.real, z.imag)) for z in np.atleast_1d(at)]
+        )
+
+    return force, direction
+
+
+def test_play_in_an_uneven_support_is_softer_by_its_ratio_in_each_direction(machine, loose_and_uneven):
+    """Of each direction's own stiffness: k times the ratio within the play, k beyond it."""
+    force, direction = loose_and_uneven
+    whole = machine.touchdown_bearings[0].support_stiffness.nominal
+    for stiffness, axis in ((SOFTER * whole, np.exp(1j * direction)), (whole, 1j * np.exp(1j * direction))):
+        for at in (5e-6, -15e-6):
+            np.testing.assert_allclose(force(at * axis), -PLAY_RATIO * stiffness * at * axis, rtol=1e-9)
+        for at in (25e-6, 80e-6):
+            expected = -stiffness * (PLAY_RATIO * PLAY + at - PLAY) * axis
+            np.testing.assert_allclose(force(at * axis), expected, rtol=1e-9)
+
+
+def test_an_uneven_support_with_play_pulls_to_the_middle_and_gives_no_energy(loose_and_uneven):
+    """It pushed away from the middle within the play: as much stiffness was missing in the soft direction as in the other."""
+    force, _ = loose_and_uneven
+    turn = np.exp(2j * np.pi * np.arange(4000) / 4000)
+    for radius in (1e-6, 15e-6, 21e-6, 60e-6):
+        assert (force(radius * turn) * turn.conj()).real.max() < 0
+    for shape, lean in ((0.1, 0.8), (0.3, -0.4)):  # the ways of whirls that go through the play and beyond it
+        way = 60e-6 * (turn.real + 1j * shape * turn.imag) * np.exp(1j * lean) + 5e-6
+        assert np.abs(way).min() < PLAY < np.abs(way).max()
+        steps = (np.roll(way, -1) - np.roll(way, 1)) / 2
+        power = (force(way).conj() * steps).real
+        assert abs(power.sum()) < 1e-5 * np.abs(power).sum()
 
 
 def test_parse_reads_what_a_person_writes():
