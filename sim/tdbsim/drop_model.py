@@ -181,8 +181,7 @@ def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
     """
     if model.effects:
         raise InputError("the model carries effects already; build it anew with all of them")
-    plain = model.copy()
-    return _with(model.machine, model.modes, plain.arrays, tuple(effects))
+    return _with(model.machine, model.modes, model.copy().arrays, all_effects(model.machine, effects))
 
 
 def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect, ...]) -> DropModel:
@@ -203,10 +202,6 @@ def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
     for end in effect.ends(draft.machine) or (ROTOR_ROW,):
         row, at = draft.arrays.effect[end], start
         if effect.most > 1:
-            if row[start - 1] == effect.most:
-                raise InputError(
-                    f"{effect.identifier()} stands {effect.most} times at '{effect.where}'; no more fit there"
-                )
             at += int(row[start - 1]) * effect.slots
             row[start - 1] += 1.0
         row[at : at + effect.slots] = effect.coefficients(draft, end)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from types import ModuleType
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from tdbsim import hooks, state_layout
 from tdbsim.drop_model import build_model, with_effects
-from tdbsim.effect import Place, catalogue, declaration, places
+from tdbsim.effect import Effect, Place, _only_kind, catalogue, declaration, parameter, places
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting
 from tdbsim.simulate import DropPlan, run, simulate
@@ -309,6 +311,47 @@ def test_what_acts_beside_its_like_may_be_given_again(machine):
     assert all_effects(machine, either_way + sums) == (*either_way, *sums)
 
 
+@pytest.mark.parametrize(
+    ("texts", "says"),
+    [
+        (
+            ["oval_clearance:end=NDE,amplitude=20 um", "oval_clearance:end=NDE,amplitude=10 um"],
+            "is given twice for 'NDE'",
+        ),
+        (["oval_clearance:end=NED,amplitude=20 um"], "'NED' is no bearing of this machine"),
+    ],
+)
+def test_a_ready_model_refuses_what_a_machine_does(machine, texts, says):
+    """The second oval took the first one's place in the kernels, and a wrong place was a bare ValueError."""
+    model = build_model(machine)
+    with pytest.raises(InputError, match=says):
+        with_effects(model, [parse(text) for text in texts])
+
+
+@dataclass(frozen=True)
+class OnceAtAProbe(Effect):
+    place: ClassVar = Place.PROBE
+    once: ClassVar = True
+    size: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "of a channel")
+
+
+def test_once_at_a_place_is_once_at_each(machine):
+    """Of probes and planes it was once on the whole machine."""
+    apart = (OnceAtAProbe("NDE_A", 0.1), OnceAtAProbe("DE_A", 0.2))
+    assert all_effects(machine, apart) == apart
+    with pytest.raises(InputError, match="is given twice for 'DE_A'"):
+        all_effects(machine, [*apart, OnceAtAProbe("DE_A", 0.3)])
+
+
+@pytest.mark.parametrize("place", [Place.PLANE, Place.PROBE])
+def test_hooks_where_kernels_have_no_numbers_for_them_are_refused(place):
+    """Two planes would share the rotor's numbers, and the second would take those of the first."""
+    module = ModuleType("tdbsim.effects.hooked")
+    module.Hooked = type("Hooked", (Effect,), {"place": place, "slots": 1, "__module__": module.__name__})
+    with pytest.raises(InputError, match=f"effects/hooked.py has slots for hooks at a {place}"):
+        _only_kind(module)
+
+
 def test_an_effect_of_the_machine_file_is_not_replaced_without_a_word(machine):
     setting = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitude": "20 um"})
     carrying = machine.model_copy(update={"effects": (setting,)})
@@ -373,7 +416,7 @@ def test_more_waves_than_a_place_holds_are_refused(machine):
     assert len(build_model(machine, many[:16]).effects) == 16
     with pytest.raises(InputError, match="more than 16 times for 'NDE'"):
         build_model(machine, many)
-    with pytest.raises(InputError, match="16 times at 'NDE'"):
+    with pytest.raises(InputError, match="more than 16 times for 'NDE'"):
         with_effects(build_model(machine), many)
 
 
