@@ -9,11 +9,13 @@ import numpy as np
 from tdbsim.modes import free_free
 from tdbsim.rotor import build_rotor
 
+BENDING = 4  # modes a plane: equations are compared, and many modes take an explicit integrator long
+
 
 class PlainDrop:
     """State: real view of [modes p, their rates; a row an end: ring z, support z, rates], shaft and ring angles, speeds."""
 
-    def __init__(self, machine, speed_hz, bending=4, cage_angle=(0.0, 0.0)):
+    def __init__(self, machine, speed_hz, bending=BENDING, cage_angle=(0.0, 0.0)):
         self.machine = machine
         model = build_rotor(machine)
         self.modes = free_free(model, bending, [b.position for b in machine.touchdown_bearings])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from changed_machine import at_ends
-from plain_drop import PlainDrop
+from plain_drop import BENDING, PlainDrop
 from scipy.integrate import solve_ivp
 from tdbsim import state_layout
 from tdbsim.drop_model import build_model
@@ -46,10 +46,10 @@ def _through_contact(model):
 
 
 def test_order_of_the_splitting_during_contact(machine):
-    """Within a contact the error falls as the step to the fourth power, down to 0.1 nm."""
+    """Within a contact the error falls as the step to the fourth power, down to 0.1 nm, where steps resolve all modes."""
     from tdbsim import splitting
 
-    model = build_model(machine)
+    model = build_model(machine, bending=BENDING)
     start, finish, exact = _through_contact(model)
     ring_y, errors = state_layout.bodies(model.n, 0) + 1, []
     for count in (1, 2, 4):
@@ -93,7 +93,7 @@ def test_first_50_ms_against_an_independent_integration(exact_drop, independent)
 
 
 def test_splitting_against_an_independent_integration(machine, independent):
-    fine = run(build_model(machine), DropPlan(150.0, 0.05, step=25e-6))
+    fine = run(build_model(machine, bending=BENDING), DropPlan(150.0, 0.05, step=25e-6))
     assert np.abs(at_ends(fine).T - independent).max() < 1e-7
 
 
@@ -106,27 +106,30 @@ def test_laws_of_other_exponents_against_an_independent_integration(machine, law
         for bearing, exponent in zip(machine.touchdown_bearings, exponents, strict=True)
     )
     other = machine.model_copy(update={"touchdown_bearings": ends})
-    drop = run(build_model(other), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    model = build_model(other, bending=BENDING)
+    drop = run(model, DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
     plain = PlainDrop(other, 150.0)
     start = plain.from_state(drop.state[0])
     found = solve_ivp(plain, (0, 0.02), start, method="DOP853", rtol=1e-10, atol=1e-13, t_eval=drop.time)
     assert float(drop_record(drop)["depth"].max("time").min()) > 1e-6
     assert np.abs(at_ends(drop).T - plain.at_ends(found.y)).max() < 1e-9
-    usual = run(build_model(machine), DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11))
+    plan = DropPlan(150.0, 0.02, method="dormand_prince", tolerance=1e-11)
+    usual = run(build_model(machine, bending=BENDING), plan)
     assert np.abs(at_ends(drop) - at_ends(usual)).max() > 1e-6
-    split = run(build_model(other), DropPlan(150.0, 0.02, step=25e-6))
+    split = run(model, DropPlan(150.0, 0.02, step=25e-6))
     assert np.abs(at_ends(drop) - at_ends(split)).max() < 1e-7
 
 
-def test_touch_down_anywhere_in_a_step(machine):
-    """Where in a step the first contacts begin and end costs no accuracy: 1 nm through them, wherever they fall."""
-    model = build_model(machine)
+@pytest.mark.parametrize(("bending", "apart"), [(4, 1e-9), (16, 5e-9)])
+def test_touch_down_anywhere_in_a_step(machine, bending, apart):
+    """Where in a step the first contacts begin and end costs no accuracy: some nm through them, wherever they fall."""
+    model = build_model(machine, bending=bending)
     for k in range(10):
         plan = DropPlan(150.0, 0.01, shaft_angle=0.6 * k, set_point=((0.0, k * 1e-6), (0.0, 0.0)))
         exact = run(model, replace(plan, method="dormand_prince", tolerance=1e-11))
         caught = run(model, plan)
         assert caught.peak_normal.min() > 100
-        assert np.abs(at_ends(caught) - at_ends(exact)).max() < 1e-9
+        assert np.abs(at_ends(caught) - at_ends(exact)).max() < apart
 
 
 def test_a_light_ring_takes_shorter_steps(machine):
