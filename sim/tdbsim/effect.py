@@ -279,7 +279,7 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
 
 
 def planes(machine: Machine) -> dict[str, float]:
-    """Return the positions of the named planes of the rotor: the unbalance planes, then the wheels."""
+    """Return the positions of the named planes of the rotor: the wheels, then the unbalance planes; one name is one place."""
     wheels = {disk.name: disk.position for disk in machine.rotor.disks}
     return wheels | {plane.name: plane.position for plane in machine.rotor.unbalance}
 
