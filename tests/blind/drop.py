@@ -71,6 +71,7 @@ class Bearing(NamedTuple):
     foundation_stiffness: float = 0.0
     foundation_damping: float = 0.0
     growth: float = 0.0  # of the gap's closure, m/J
+    cooling_rate: float = 0.0  # of the heat that closes it, 1/s
     floor_x: float = 0.0  # motion of the ground: amplitudes, m
     floor_y: float = 0.0
     floor_frequency: float = 0.0  # rad/s
@@ -304,7 +305,7 @@ def _rates(
             dz[11], dz[12] = z[13], z[14]
             dz[13] = (-sx - b.foundation_stiffness * z[11] - b.foundation_damping * z[13]) / b.foundation_mass
             dz[14] = (-sy - b.foundation_stiffness * z[12] - b.foundation_damping * z[14]) / b.foundation_mass
-        dz[15] = power
+        dz[15] = power - b.cooling_rate * z[15]
 
         phi = rotor.magnet[e]
         if levitated:

@@ -435,6 +435,19 @@ def test_effects_of_the_machine_file_act(machine, short_drop):
         simulate(machine.model_copy(update={"effects": (wrong,)}), SHORT)
 
 
+def test_the_heat_that_closes_the_gap_leaves_with_its_cooling_time(machine):
+    """Of each joule of friction exp(-age / cooling_time) is left."""
+    cooling = 0.1
+    effect = declaration("thermal_growth").at("DE", {"growth": 2e-8, "cooling_time": cooling})
+    drop = simulate(machine, DropPlan(150.0, 0.15), [effect])
+    rubbed, heat = (drop["work"].sel(work_kind=f"{kind}_1").values for kind in ("friction", "heat"))
+    time = drop["time"].values
+    came = np.diff(rubbed) * np.exp((time[1:] + time[:-1]) / 2 / cooling)
+    expected = np.concatenate([[0.0], np.cumsum(came)]) * np.exp(-time / cooling)
+    assert heat[-1] < 0.6 * rubbed[-1]
+    np.testing.assert_allclose(heat, expected, atol=1e-3 * heat.max())
+
+
 def test_parameters_out_of_bounds_in_python():
     with pytest.raises(InputError, match="out of bounds"):
         declaration("oval_clearance").kind("NDE", amplitude=1.0)
