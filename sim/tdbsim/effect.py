@@ -57,7 +57,8 @@ class Parameter:
     si, unit : str
         SI unit of the numbers here, and the unit that people read.
     off : float or str
-        The value at which the effect does nothing (of the first parameter), or that is taken where none is given.
+        The value at which the effect does nothing (of the first parameter; `Effect.is_off`), or that is taken where none is
+        given.
     low, high : float
         Bounds, inclusive.
     typical : float
@@ -206,7 +207,7 @@ class Effect:
 
     @property
     def is_off(self) -> bool:
-        """True where the first parameter has its off value: then nothing changes."""
+        """True where nothing changes: the first parameter has its off value (or all sizes have, of an effect with several)."""
         first = self.parameters()[0]
         return bool(getattr(self, first.name) == first.off)
 
