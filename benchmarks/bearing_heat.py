@@ -59,10 +59,10 @@ def main() -> None:
     )
     for name, warm, plan in cases:
         cold = with_same_heat(warm, None)
-        models = build_model(cold), build_model(warm)
+        models = build_model(cold, bending=4), build_model(warm, bending=4)
         trajectory = run(models[0], plan)
         integrated = in_turn(*(partial(run, model, plan) for model in models))
-        whole = in_turn(*(partial(simulate, machine, plan) for machine in (cold, warm)))
+        whole = in_turn(*(partial(simulate, machine, plan, bending=4) for machine in (cold, warm)))
         (loads,) = in_turn(partial(observed, trajectory))
         print(f"{name}, {plan.seconds:g} s, {round(plan.seconds / plan.heat_interval)} exchanges")
         print(f"  run: {integrated[0] * 1e3:.1f} ms cold, {integrated[1] * 1e3:.1f} ms with heat,"

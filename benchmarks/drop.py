@@ -22,7 +22,7 @@ import sys, time
 start = time.perf_counter()
 from tdbsim.machine import load_machine
 from tdbsim.simulate import DropPlan, simulate
-simulate(load_machine(sys.argv[1]), DropPlan(150.0, 0.2))
+simulate(load_machine(sys.argv[1]), DropPlan(150.0, 0.2), bending=4)
 print(time.perf_counter() - start)
 """
 
@@ -74,7 +74,7 @@ def main() -> None:
     from tdbsim.simulate import DropPlan, initial_state, run
 
     machine = load_machine(MACHINE)
-    model = build_model(machine)
+    model = build_model(machine, bending=4)
     plan = DropPlan(150.0, 0.2, step=50e-6)
     trajectory = run(model, plan)
     start = initial_state(model, plan)
@@ -83,10 +83,10 @@ def main() -> None:
     kernel = best_of(
         lambda: splitting.integrate(model.arrays, start.copy(), 0.0, 50e-6, times, out, peak, first.copy()), 30
     )
-    setup = best_of(lambda: initial_state(build_model(machine), plan))
-    whole = best_of(lambda: run(build_model(machine), plan))
+    setup = best_of(lambda: initial_state(build_model(machine, bending=4), plan))
+    whole = best_of(lambda: run(build_model(machine, bending=4), plan))
 
-    plain = PlainDrop(machine, 150.0)
+    plain = PlainDrop(machine, 150.0, bending=4)
     begin = time.process_time()
     solve_ivp(plain, (0, 0.2), plain.from_state(start), method="RK45", rtol=1e-5, atol=1e-8, max_step=1e-5)
     reference = time.process_time() - begin

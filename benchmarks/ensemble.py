@@ -41,7 +41,7 @@ def main() -> None:
     from tdbsim.simulate import DropPlan, initial_state
 
     machine = load_machine(MACHINE)
-    model = build_model(machine)
+    model = build_model(machine, bending=4)
     rng = np.random.default_rng(2)
     plan = DropPlan(150.0, 0.2, sampling=5e3, step=50e-6)
     cases = [drawn(model, plan, rng) for _ in range(64)]
@@ -58,7 +58,7 @@ def main() -> None:
     print(beside("drop of an ensemble", cases, lambda: run_many(cases, 1)))
     print(beside("run of a fit", near, lambda: run_side_by_side(near)))
 
-    plain = PlainDrop(machine, 150.0)
+    plain = PlainDrop(machine, 150.0, bending=4)
     start = plain.from_state(initial_state(model.copy(), DropPlan(150.0)))
     begin = time.perf_counter()
     solve_ivp(plain, (0, 0.02), start, method="RK45", rtol=1e-5, atol=1e-8, max_step=1e-5)

@@ -13,8 +13,8 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 _HEAD = """# The catalogue of effects
 
 Made by `python -m tdbmon.effects_page` from the declarations in `sim/tdbsim/effects/`; do not edit. An effect is off while its
-first parameter has its default, and then changes no result. *Typical* is a size that a good record shows; the diagnosis starts
-fits there. On the command line:
+first parameter has its default (`probe_runout`: both its amplitudes), and then changes no result. *Typical* is a size that a good
+record shows; the diagnosis starts fits there. On the command line:
 
     tdbmon simulate machine.toml --speed "100 Hz" --effect oval_clearance:end=NDE,amplitude="20 um" --out drop.nc
 

@@ -188,7 +188,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "inner_diameter": Key("analyse", "Of a bore"),
     },
     Disk: {
-        "name": Key("heading", "Differs from the others"),
+        "name": Key("heading", "Differs from the others; an unbalance plane may share it, at the same position"),
         "position": Key("analyse", "Of its centre of gravity"),
         "mass": Key("analyse", "Drawing or balance"),
         "polar_inertia": Key("analyse", "About the shaft. A plain disc: m D²/8"),
@@ -222,7 +222,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
     },
     TouchdownBearing: {
-        "name": Key("analyse", "Of the end: `NDE`, `DE`. Probes refer to it"),
+        "name": Key("analyse", "Of the end: `NDE`, `DE`; not `both` or `rotor`. Probes refer to it"),
         "position": Key("analyse", "Of the bearing's middle"),
         "journal_radius": Key("analyse", "Of the shaft, or of its landing sleeve, where it touches"),
         "radial_gap": Key(

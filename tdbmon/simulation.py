@@ -24,8 +24,6 @@ from tdbmon.progress import Progress
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _GAPS = 3.0
 _LEVITATED_S = 0.1
-# modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
-_BENDING = 16
 _AT_SPEED = 0.98  # of the speed of the journal's surface: a ring so fast turns with it
 _EXACT = "a simulated value, without an interval"
 _SAMPLED = "a simulated value, the greatest of the record's samples, without an interval"
@@ -70,7 +68,7 @@ def simulate_drop(
                 f" give it a size, e.g. {first.name}={first.text(first.typical)}"
             )
     progress("simulating (the first run compiles the model)")
-    return simulate(machine, plan, wanted, bending=_BENDING)
+    return simulate(machine, plan, wanted)
 
 
 def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate]]:

@@ -111,6 +111,27 @@ def test_mistakes_are_said_with_their_cure(old, new, says):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(("end", "means"), [("both", "both ends"), ("Both", "both ends"), ("Rotor", "the whole rotor")])
+def test_an_end_is_not_named_as_what_is_no_end(end, means):
+    with pytest.raises(
+        InputError, match=f"touchdown_bearing '{end}': .* that word means {means}; name the bearing otherwise"
+    ):
+        parse_machine(tomllib.loads(TEXT.replace('"NDE"', f'"{end}"')), "machine.toml")
+
+
+def test_a_disk_and_an_unbalance_plane_of_one_name_are_in_one_place():
+    data = tomllib.loads(TEXT)
+    (disk,), plane = data["rotor"]["disks"], data["rotor"]["unbalance"][1]
+    assert disk["name"] == plane["name"] == "impeller"
+    disk["position"] = "1.24 m"
+    parse_machine(data, "machine.toml")
+    plane["position"] = "1230 mm"
+    with pytest.raises(
+        InputError, match="disk at 1240 mm and an unbalance plane at 1230 mm, .* name one of them otherwise"
+    ):
+        parse_machine(data, "machine.toml")
+
+
 def test_a_machine_with_one_touchdown_bearing_is_refused():
     data = tomllib.loads(TEXT)
     data["touchdown_bearing"] = data["touchdown_bearing"][:1]

@@ -93,6 +93,7 @@ def drop_record(trajectory: Trajectory) -> xr.Dataset:
     record.attrs |= {
         "synthetic": "yes",
         "machine": machine.name,
+        "gravity_m_per_s2": machine.gravity,
         "release_time_s": plan.levitated,
         "speed_hz": plan.speed,
         "seed": plan.seed,

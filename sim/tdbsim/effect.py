@@ -57,7 +57,8 @@ class Parameter:
     si, unit : str
         SI unit of the numbers here, and the unit that people read.
     off : float or str
-        The value at which the effect does nothing (of the first parameter), or that is taken where none is given.
+        The value at which the effect does nothing (of the first parameter; `Effect.is_off`), or that is taken where none is
+        given.
     low, high : float
         Bounds, inclusive.
     typical : float
@@ -206,7 +207,7 @@ class Effect:
 
     @property
     def is_off(self) -> bool:
-        """True where the first parameter has its off value: then nothing changes."""
+        """True where nothing changes: the first parameter has its off value (or all sizes have, of an effect with several)."""
         first = self.parameters()[0]
         return bool(getattr(self, first.name) == first.off)
 
@@ -215,6 +216,10 @@ class Effect:
         if self.place in (Place.BEARING, Place.BEARING_OR_BOTH, Place.END):
             return (0, 1) if self.where == "both" else (machine.ends.index(self.where),)
         return ()
+
+    def standing_places(self, machine: Machine) -> tuple[int | str, ...]:
+        """Return where it stands, each a place of its own: the ends that it acts on, by index, or else what ``where`` names."""
+        return self.ends(machine) or (self.where,)
 
     @classmethod
     def can_act(cls, machine: Machine) -> bool:
@@ -275,7 +280,7 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
 
 
 def planes(machine: Machine) -> dict[str, float]:
-    """Return the positions of the named planes of the rotor: the unbalance planes, then the wheels."""
+    """Return the positions of the named planes of the rotor: the wheels, then the unbalance planes; one name is one place."""
     wheels = {disk.name: disk.position for disk in machine.rotor.disks}
     return wheels | {plane.name: plane.position for plane in machine.rotor.unbalance}
 
@@ -372,15 +377,26 @@ def catalogue() -> tuple[EffectDeclaration, ...]:
     found = []
     for info in sorted(pkgutil.iter_modules(folder.__path__), key=lambda each: each.name):
         module = importlib.import_module(f"{folder.__name__}.{info.name}")
-        kinds = [
-            each
-            for each in vars(module).values()
-            if isinstance(each, type) and issubclass(each, Effect) and each.__module__ == module.__name__
-        ]
-        if len(kinds) != 1:
-            raise InputError(f"effects/{info.name}.py holds {len(kinds)} effects; one file holds one")
-        found.append(EffectDeclaration(kinds[0], module))
+        found.append(EffectDeclaration(_only_kind(module), module))
     return tuple(found)
+
+
+def _only_kind(module: ModuleType) -> type[Effect]:
+    """Return the effect of a file (raises InputError where there is not one, or it has hooks that nothing would call)."""
+    kinds = [
+        each
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, Effect) and each.__module__ == module.__name__
+    ]
+    name = module.__name__.rpartition(".")[2]
+    if len(kinds) != 1:
+        raise InputError(f"effects/{name}.py holds {len(kinds)} effects; one file holds one")
+    if kinds[0].slots and kinds[0].place in (Place.PLANE, Place.PROBE):
+        raise InputError(
+            f"effects/{name}.py has slots for hooks at a {kinds[0].place}, and kernels have such numbers for the ends and the"
+            " rotor only; give it 'modify' or 'sense'"
+        )
+    return kinds[0]
 
 
 def declaration(identifier: str) -> EffectDeclaration:

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+_PLACES = {"both": "both ends", "rotor": "the whole rotor"}  # of effects and findings, beside what a machine file names
+_ONE_PLANE = 1e-6  # m; the same position in other units may differ by rounding
 _DECIMAL_COMMA = re.compile(r"=\s*[-+]?\d+,\d")
 
 
@@ -327,6 +329,7 @@ class Machine(Part):
                     )
         if self.touchdown_bearings[0].position == self.touchdown_bearings[1].position:
             raise InputError("both touchdown bearings have the same position")
+        self._check_names()
         check_plausible(self)
         self._check_probes()
         known = self.channel_names()
@@ -334,6 +337,22 @@ class Machine(Part):
             if name not in known:
                 raise InputError(f"[channels] '{name}' is no probe, 'speed' or 'keyphasor'{did_you_mean(name, known)}")
         return self
+
+    def _check_names(self) -> None:
+        for end in self.ends:
+            if end.casefold() in _PLACES:
+                raise InputError(
+                    f"touchdown_bearing '{end}': where a place is named, that word means {_PLACES[end.casefold()]}; name the"
+                    ' bearing otherwise, e.g. "NDE"'
+                )
+        planes = {plane.name: plane.position for plane in self.rotor.unbalance}
+        for disk in self.rotor.disks:
+            position = planes.get(disk.name, disk.position)
+            if abs(position - disk.position) > _ONE_PLANE:
+                raise InputError(
+                    f"'{disk.name}' is a disk at {disk.position * 1e3:g} mm and an unbalance plane at {position * 1e3:g} mm,"
+                    " so what acts there could be at either; name one of them otherwise, or correct its position"
+                )
 
     def _check_probes(self) -> None:
         for probe in self.probes:

@@ -381,7 +381,7 @@ def measure(
         are fewer than two or not evenly spaced.
     """
     names = [probe.name for probe in machine.probes]
-    for name in chain.probes:
+    for name in (*chain.probes, *chain.leaks, *(source for source, _ in chain.leaks.values())):
         if name not in names:
             raise InputError(f"sensor chain: '{name}' is no probe of this machine{did_you_mean(name, names)}")
     if len(motion.x) != len(names):
@@ -406,7 +406,9 @@ def measure(
     if machine.keyphasor is not None:
         width = chain.keyphasor_width or _pulse_width(machine, float(motion.speed_hz.max()), interval)
         level = keyphasor_pulses(motion.angle, machine, width)
-        data[machine.channel_in_file("keyphasor")] = _channel(level, "1", "one pulse a revolution")
+        count = machine.keyphasor.pulses_per_revolution
+        pulses = "one pulse a revolution" if count == 1 else f"{count} pulses a revolution"
+        data[machine.channel_in_file("keyphasor")] = _channel(level, "1", pulses)
     record = xr.Dataset(data, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     record.attrs = {
         "source_file": "synthetic record",

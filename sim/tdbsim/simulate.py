@@ -13,7 +13,7 @@ import numpy as np
 
 from tdbsim import state_layout
 from tdbsim.channel_names import check_channel_names
-from tdbsim.drop_model import Array, DropModel, build_model, check_count
+from tdbsim.drop_model import BENDING, Array, DropModel, build_model, check_count
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.integration import Integration
@@ -160,7 +160,7 @@ class Trajectory:
 
 
 def simulate(
-    machine: Machine, plan: DropPlan, effects: Sequence[Effect] = (), bending: int = 4, attachment: bool = True
+    machine: Machine, plan: DropPlan, effects: Sequence[Effect] = (), bending: int = BENDING, attachment: bool = True
 ) -> xr.Dataset:
     """Simulate a drop, and what the machine's sensors would record of it.
 

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from tdbsim.columns import ROTOR_ROW
 from tdbsim.effect import Effect, EffectDeclaration, Place, declaration
 from tdbsim.errors import InputError
 from tdbsim.machine import EffectSetting, Machine
@@ -113,4 +112,4 @@ def _standings(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
         return []
     # words tell apart what acts beside each other (crosstalk into either probe), but not what shares compiled slots
     words = () if effect.slots else tuple(getattr(effect, each.name) for each in effect.parameters() if each.choices)
-    return [(effect.identifier(), end, *words) for end in effect.ends(machine) or (ROTOR_ROW,)]
+    return [(effect.identifier(), place, *words) for place in effect.standing_places(machine)]

@@ -172,14 +172,14 @@ def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effec
     standing : sequence of Effect
         What the model has already; it is no suspect at the same place.
     """
-    taken = {(each.identifier(), end) for each in standing for end in (each.ends(machine) or (each.where,))}
+    taken = {(each.identifier(), place) for each in standing for place in each.standing_places(machine)}
     found = []
     for declared in catalogue():
         if not declared.kind.can_act(machine):
             continue
         for where in places(declared.place, machine):
-            ends = (0, 1) if where == "both" else (machine.ends.index(where),) if where in machine.ends else (where,)
-            if any((declared.identifier, end) in taken for end in ends) or not _seen(declared, where, probes):
+            stands = {(declared.identifier, place) for place in declared.kind(where).standing_places(machine)}
+            if stands & taken or not _seen(declared, where, probes):
                 continue
             found += [Suspect(declared, where, held, _sizes(declared, held)) for held in _held(declared)]
     return tuple(found)

@@ -136,4 +136,5 @@ def goes_round(of: Declared) -> bool:
 
 def acts_on_sensors(declared: EffectDeclaration) -> bool:
     """True for an effect that changes what is seen of a motion, not the motion."""
-    return declared.kind.sense is not Effect.sense
+    kind = declared.kind
+    return kind.sense is not Effect.sense and kind.modify is Effect.modify and not kind.slots

@@ -268,12 +268,9 @@ class Problem:
                     model, acting = self.setting(*values, drop)
                 elif parameter.moves:
                     plan = planned(self.drops[drop], values[1], horizon)
-                if parameter.moves:  # then the probes stay as they are
-                    sensors = replace(base.sensors, shared=values[0], own=values[1])
-                    yield Nudged(k, step, Variant(model, plan, sensors))
-                else:
-                    sensors = self.sensors(acting, *values, drop)
-                    yield Nudged(k, step, replace(base, sensors=sensors))
+                sensors = self.sensors(acting, *values, drop)
+                variant = Variant(model, plan, sensors) if parameter.moves else replace(base, sensors=sensors)
+                yield Nudged(k, step, variant)
             except InputError:
                 continue
 

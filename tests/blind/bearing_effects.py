@@ -170,5 +170,6 @@ def ring_drag(world: World, h: Hidden) -> World:
     lambda rng, w, level: (an_end_or_both(rng), {"growth_m_per_j": length(w, level, 5e-9, 150e-9) * 1000 / weight(w)})
 )
 def thermal_growth(world: World, h: Hidden) -> World:
-    """The gap closes in proportion to the heat of friction so far."""
-    return at_bearings(world, h.where, growth=h.parameters["growth_m_per_j"])
+    """The gap closes in proportion to the heat of friction that is in the bearing: all so far, if no time of cooling is given."""
+    cooling = h.parameters.get("cooling_time_s", np.inf)
+    return at_bearings(world, h.where, growth=h.parameters["growth_m_per_j"], cooling_rate=1 / cooling)

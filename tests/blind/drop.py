@@ -71,6 +71,7 @@ class Bearing(NamedTuple):
     foundation_stiffness: float = 0.0
     foundation_damping: float = 0.0
     growth: float = 0.0  # of the gap's closure, m/J
+    cooling_rate: float = 0.0  # of the heat that closes it, 1/s
     floor_x: float = 0.0  # motion of the ground: amplitudes, m
     floor_y: float = 0.0
     floor_frequency: float = 0.0  # rad/s
@@ -193,8 +194,12 @@ def _support_force(b: Bearing, x: float, y: float, vx: float, vy: float) -> tupl
     if b.play > 0.0 or b.cubic != 0.0:
         r = np.sqrt(x * x + y * y)
         if b.play > 0.0:
-            share = b.play_ratio if r <= b.play else (b.play_ratio * b.play + r - b.play) / r
-            fx, fy = fx * share, fy * share
+            # beyond the play a seat without friction is pressed, radially: the gradient of (1 - play/r)^2 r K r / 2
+            seat = 0.0 if r <= b.play else 1.0 - b.play / r
+            press = (1.0 - b.play_ratio) * seat
+            inwards = 0.0 if r <= b.play else press * b.play / r * (fx * x + fy * y) / (r * r)
+            share = b.play_ratio + press * seat
+            fx, fy = share * fx + inwards * x, share * fy + inwards * y
         fx += b.cubic * r * r * x
         fy += b.cubic * r * r * y
     fx += b.support_damping * vx
@@ -300,7 +305,7 @@ def _rates(
             dz[11], dz[12] = z[13], z[14]
             dz[13] = (-sx - b.foundation_stiffness * z[11] - b.foundation_damping * z[13]) / b.foundation_mass
             dz[14] = (-sy - b.foundation_stiffness * z[12] - b.foundation_damping * z[14]) / b.foundation_mass
-        dz[15] = power
+        dz[15] = power - b.cooling_rate * z[15]
 
         phi = rotor.magnet[e]
         if levitated:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from tdbsim.effect import catalogue
 from tdbsim.machine import load_machine
 from tdbsim.simulate import DropPlan, simulate
 from tdbsim.stated_effects import parse
@@ -123,7 +124,12 @@ SAME = {
         {"mass_kg": 200.0, "stiffness_n_per_m": 5e7, "damping_n_s_per_m": 5e3},
         "where=DE,mass=200 kg,stiffness=5e7 N/m,damping=5e3 N s/m",
     ),
-    "thermal_growth": ("both", {"growth_m_per_j": 2e-7}, "where=both,growth=200 nm/J,cooling_time=1e5 s"),
+    # strong growth, so that cooling shows in 30 ms
+    "thermal_growth": (
+        "both",
+        {"growth_m_per_j": 1.9e-6, "cooling_time_s": 0.1},
+        "where=both,growth=1900 nm/J,cooling_time=100 ms",
+    ),
     "probe_gain": ("DE_A", {"gain": 1.1}, "probe=DE_A,gain=1.1"),
     "probe_angle": ("DE_A", {"error_rad": 0.1}, "probe=DE_A,error=0.1 rad"),
     "probe_runout": (
@@ -136,13 +142,30 @@ SAME = {
 }
 
 
+# those of how the rotor and the rings turn, which have tests of their own below
+TURNING = ("ring_drag", "quadratic_windage")
+
+
+def test_every_effect_of_the_catalogue_is_here() -> None:
+    assert {*SAME, *TURNING} == {each.identifier for each in catalogue()}
+
+
 @pytest.mark.parametrize("name", SAME)
 def test_an_effect_is_the_simulators(name: str, tmp_path: Path) -> None:
-    where, parameters, text = SAME[name]
+    _assert_the_simulators([name], tmp_path)
+
+
+def test_play_in_an_uneven_support_is_the_simulators(tmp_path: Path) -> None:
+    _assert_the_simulators(["support_anisotropy", "loose_support"], tmp_path)
+
+
+def _assert_the_simulators(names: list[str], tmp_path: Path) -> None:
     case = draw_case(1, kind="none", strangeness=0.0)
-    start = replace(case.starts[1], ring_angle=(0.0, 0.0))
-    world = apply(case.plain, Hidden(name, where, parameters))
-    ours, theirs = both(world, case.plain, start, [f"{name}:{text}"], tmp_path)
+    start, world = replace(case.starts[1], ring_angle=(0.0, 0.0)), case.plain
+    for name in names:
+        where, parameters, _ = SAME[name]
+        world = apply(world, Hidden(name, where, parameters))
+    ours, theirs = both(world, case.plain, start, [f"{name}:{SAME[name][2]}" for name in names], tmp_path)
     without, _ = both(case.plain, case.plain, start, [], tmp_path)
     error = np.abs(ours - theirs).max(axis=1)
     effect = np.abs(ours - without).max(axis=1)

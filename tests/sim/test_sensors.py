@@ -124,6 +124,18 @@ def test_lag_delays_one_channel_against_the_others():
     np.testing.assert_allclose(record["NDE_B"].values[3:], -record["NDE_A"].values[:-3], atol=1e-18)
 
 
+@pytest.mark.parametrize("leaks", [{"NDE_C": ("NDE_A", 0.2)}, {"NDE_B": ("NDE_C", 0.2)}], ids=["into", "from"])
+def test_a_leak_of_a_probe_that_is_not_there_is_refused(leaks):
+    with pytest.raises(InputError, match="'NDE_C' is no probe of this machine; did you mean"):
+        measure(motion(), SensorChain(leaks=leaks), MACHINE, rng())
+
+
+@pytest.mark.parametrize(("count", "says"), [(1, "one pulse a revolution"), (4, "4 pulses a revolution")])
+def test_a_keyphasor_channel_says_its_pulses(count, says):
+    toothed = MACHINE.model_copy(update={"keyphasor": Keyphasor(channel="keyphasor", pulses_per_revolution=count)})
+    assert measure(motion(), SensorChain(), toothed, rng())["keyphasor"].attrs["long_name"] == says
+
+
 def test_what_leaks_into_a_late_channel_is_late_too():
     time = np.arange(4000) / RATE
     wave = 1e-4 * np.sin(2 * math.pi * 137 * time)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from tdbsim.columns import SUPPORT_XX, SUPPORT_YY
+from tdbsim.columns import SUPPORT_XX, SUPPORT_XY, SUPPORT_YY
 from tdbsim.effect import Effect, Place, parameter
 from tdbsim.signature import after_release, bearings
 
@@ -18,14 +18,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LooseSupport(Effect):
-    """Within the radial play the spring has `stiffness_ratio` times its stiffness, beyond it all of it."""
+    """Within the radial play the spring has `stiffness_ratio` times its stiffness, beyond it all of it.
+
+    The part that is missing stands on a seat, which is pressed by what the radial displacement r has beyond the play: it
+    holds the energy (1 - play/r)^2 r K r / 2, with the matrix K of its stiffness, which may differ by direction.  So no way
+    round in the support gives energy, and the force points to the middle on all of it.
+    """
 
     title: ClassVar = "Loose support"
     what: ClassVar = "The bearing has play in its housing: soft within the play, stiff beyond it."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The support moves by about the play under little force; deeper contacts."
     rise: ClassVar = 1.2
-    slots: ClassVar = 2
+    slots: ClassVar = 4
 
     play: float = parameter(
         "um", 0.0, (0.0, 200.0), 20.0, "radial distance from the middle to where it is stiff", si="m"
@@ -33,8 +38,8 @@ class LooseSupport(Effect):
     stiffness_ratio: float = parameter("1", 0.1, (0.001, 1.0), 0.1, "stiffness within the play over that beyond it")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        row = draft.arrays.end[end]
-        return self.play, (1 - self.stiffness_ratio) * (row[SUPPORT_XX] + row[SUPPORT_YY]) / 2
+        row, missing = draft.arrays.end[end], 1 - self.stiffness_ratio
+        return self.play, missing * row[SUPPORT_XX], missing * row[SUPPORT_XY], missing * row[SUPPORT_YY]
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
@@ -46,6 +51,11 @@ class LooseSupport(Effect):
 def support(x, y, p, i):  # type: ignore[no-untyped-def]
     if p[i] == 0.0:
         return 0.0, 0.0
-    radius = math.sqrt(x * x + y * y)
-    missing = p[i + 1] * (1.0 if radius <= p[i] else p[i] / radius)
-    return missing * x, missing * y
+    fx, fy = p[i + 1] * x + p[i + 2] * y, p[i + 2] * x + p[i + 3] * y
+    squared = x * x + y * y
+    if squared <= p[i] * p[i]:
+        return fx, fy
+    loose = p[i] / math.sqrt(squared)
+    pressed = 1.0 - loose
+    inwards = pressed * loose * (fx * x + fy * y) / squared
+    return (1.0 - pressed * pressed) * fx - inwards * x, (1.0 - pressed * pressed) * fy - inwards * y

@@ -40,7 +40,7 @@ class QuadraticWindage(Effect):
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         rate = float(draft.arrays.spin[DECAY_RATE])
-        if rate == 0.0 and not self.is_off:
+        if rate == 0.0:
             raise InputError("quadratic_windage: the machine file states no speed_decay_time; state one under [rotor]")
         return self.share * rate, 2 * math.pi * self.reference_speed
 

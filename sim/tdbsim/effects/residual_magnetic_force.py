@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from tdbsim.effect import Effect, Place, parameter
-from tdbsim.machine import STANDARD_GRAVITY
 from tdbsim.signature import after_release
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ class ResidualMagneticForce(Effect):
         touch = int((fallen["depth"].max("end").values > 0).argmax())
         height = float((fallen["rotor_y"].isel(time=0) - fallen["rotor_y"].isel(time=touch)).mean())
         flight = float(fallen["time"][touch]) - float(drop.attrs["release_time_s"])
-        return abs(flight - math.sqrt(2 * height / STANDARD_GRAVITY)) + 1e-4
+        return abs(flight - math.sqrt(2 * height / drop.attrs["gravity_m_per_s2"])) + 1e-4
 
 
 def holding(seconds, p, i):  # type: ignore[no-untyped-def]
