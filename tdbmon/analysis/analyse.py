@@ -34,6 +34,7 @@ from tdbmon.analysis.rotation import Rotation
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.analysis.set_point import check_set_point, no_centre
 from tdbmon.analysis.spectrum import waterfall
+from tdbmon.analysis.spring_back import sag_of
 from tdbmon.analysis.swing import Swing
 from tdbmon.analysis.whirl import Whirl, find_whirl, whirl_about_drawing
 from tdbmon.progress import Progress, silent
@@ -242,7 +243,9 @@ def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Rele
     """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale."""
     machine = laid.machine
     sound = freed(without_flat_tops(laid.record, machine), machine)
-    release = release_of(*sound, planes, laid.rotation.before(None), springing_back(laid.rotor))
+    release = release_of(
+        *sound, planes, laid.rotation.before(None), springing_back(laid.rotor), sag_of(machine, laid.rotor)
+    )
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"

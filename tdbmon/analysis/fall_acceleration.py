@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from tdbmon.analysis.release_fit import Array, ReleaseFit, let_go
@@ -46,9 +44,10 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
         design = np.column_stack([*levitated, *sags, 0.5 * after**2])
         spread = np.concatenate([np.full(len(levitated), np.inf), sizes, [np.inf]])
         expected = np.zeros((len(spread), len(fit.data)))
-        rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([fit.data.T, expected])
+        seen = fit.data - fit.sprung(instant, 0.0)
+        rows, data = np.vstack([design, np.diag(noise / spread)]), np.vstack([seen.T, expected])
         coefficients, *_ = np.linalg.lstsq(rows, data, rcond=None)
-        left = np.sum((fit.data - (design @ coefficients).T) ** 2, axis=1)
+        left = np.sum((seen - (design @ coefficients).T) ** 2, axis=1)
         held = np.sum((coefficients[:-1] / spread[:-1, None]) ** 2)
         return coefficients[-1], float(np.sum(left / variance) + held)
 
@@ -82,10 +81,7 @@ def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Arra
     if not fit.speed_hz or len(fit.bending_hz) == 0:
         return None
     found, sigma = _freed(fit, t0, decay)
-    others = [
-        _freed(replace(fit, bending_hz=[share * hz for hz in fit.bending_hz]), t0, decay)[0]
-        for share in (1 - _BENDING, 1 + _BENDING)
-    ]
+    others = [_freed(fit.stiffer(share), t0, decay)[0] for share in (1 - _BENDING, 1 + _BENDING)]
     return found, np.hypot(sigma, (others[1] - others[0]) / 2)
 
 
@@ -101,8 +97,9 @@ def _freed(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array]:
     spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit], sizes, sizes, [np.inf]])
     noise = max(float(np.sqrt(np.mean(fit.noise(t0) ** 2))), 1e-9)
     normal = design.T @ design + np.diag((noise / spread) ** 2)
-    fitted = np.linalg.solve(normal, design.T @ fit.data.T)
-    left = (fit.data - (design @ fitted).T)[:, fit.t > t0]
+    seen = fit.data - fit.sprung(t0, decay)
+    fitted = np.linalg.solve(normal, design.T @ seen.T)
+    left = (seen - (design @ fitted).T)[:, fit.t > t0]
     # what a wrong bending frequency leaves is no noise: counted in full
     misfit = max(1.0, float(np.mean((left / noise) ** 2)))
     sigma = noise * misfit * float(np.sqrt(fit.colour(left) * np.linalg.inv(normal)[-1, -1]))

@@ -27,6 +27,7 @@ from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import WIDE, ReleaseFit
 from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, search_release
+from tdbmon.analysis.spring_back import Sag, SpringBack
 from tdbmon.analysis.surface_orders import surface_orders
 from tdbmon.analysis.turning_speed import turning_speed
 from tdbmon.estimate import Estimate
@@ -119,7 +120,11 @@ class Release:
 
 
 def find_release(
-    planes: xr.Dataset, machine: Machine, speed_hz: float | None, bending_hz: Sequence[float] = ()
+    planes: xr.Dataset,
+    machine: Machine,
+    speed_hz: float | None,
+    bending_hz: Sequence[float] = (),
+    sag: Sag | None = None,
 ) -> Release | None:
     """Find the release.
 
@@ -133,6 +138,8 @@ def find_release(
         Rotor speed before the release; None where it is not known (then the levitated orbit has to tell it).
     bending_hz : sequence of float, optional
         Of the free rotor's bending modes in which the levitated sag springs back (`springing_back`).
+    sag : Sag, optional
+        That sag by the machine file (`tdbmon.analysis.spring_back.sag_of`).
 
     Returns
     -------
@@ -171,6 +178,8 @@ def find_release(
     floor = _floor(t[clear], data[:, clear], turning, [*([mains] if mains else []), *orders])
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
+    if sag is not None and turning and "weights" in planes:
+        fit = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
@@ -306,6 +315,13 @@ def springing_back(rotor: RotorModel) -> tuple[float, ...]:
     return (first, *(hz for hz in others if hz < _SAGS_HZ))
 
 
+def _seen(sag: Sag, weights: xr.DataArray, machine: Machine, speed_hz: float) -> SpringBack:
+    """Return how a sag springs back in the rows of the ends that weights (end, axis, probe) lead to."""
+    probes = {probe.name: (probe.position, probe.angle) for probe in machine.probes}
+    maps = weights.to_numpy().reshape(-1, weights.sizes["probe"])
+    return sag.seen(maps, [probes[str(name)] for name in weights.probe.values], machine.sense * 2 * np.pi * speed_hz)
+
+
 def _shares(
     maps: np.ndarray, names: np.ndarray, machine: Machine, fit: ReleaseFit, release: FittedRelease
 ) -> dict[str, Estimate]:
@@ -315,7 +331,8 @@ def _shares(
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
         return {}
     decay = 0.0 if release.decay is None else release.decay[0]
-    found = gravity_alone(replace(fit, data=np.linalg.solve(maps, fit.data)), release.time, decay)
+    sag = None if fit.sag is None else fit.sag.mapped(np.linalg.inv(maps))
+    found = gravity_alone(replace(fit, data=np.linalg.solve(maps, fit.data), sag=sag), release.time, decay)
     if found is None:
         return {}
     acceleration, sigma = found
@@ -332,7 +349,12 @@ def _shares(
 
 
 def release_of(
-    record: xr.Dataset, machine: Machine, planes: xr.Dataset, speed_hz: float | None, bending_hz: Sequence[float] = ()
+    record: xr.Dataset,
+    machine: Machine,
+    planes: xr.Dataset,
+    speed_hz: float | None,
+    bending_hz: Sequence[float] = (),
+    sag: Sag | None = None,
 ) -> Release | None:
     """Find the release; where samples are missing about it, by an end whose own probes miss none there.
 
@@ -343,17 +365,17 @@ def release_of(
     ----------
     record : Dataset
         Probes in m, from which `planes` were made.
-    machine, planes, speed_hz, bending_hz
+    machine, planes, speed_hz, bending_hz, sag
         As in `find_release`.
     """
-    found = find_release(planes, machine, speed_hz, bending_hz)
+    found = find_release(planes, machine, speed_hz, bending_hz, sag)
     if found is None or not _holed(planes, machine, found):
         return found
     used = {str(name) for name in planes.probe.values}
     for end in machine.ends:
         try:
             own = to_planes(record, machine, [probe.name for probe in machine.probes_at(end) if probe.name in used])
-            alone = find_release(own, machine, speed_hz, bending_hz)
+            alone = find_release(own, machine, speed_hz, bending_hz, sag)
         except InputError:  # the end shows no orbit, or no drop
             continue
         if alone is not None and not _holed(own, machine, alone):

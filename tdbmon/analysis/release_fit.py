@@ -9,11 +9,13 @@ instant and T are right is sought by `tdbmon.analysis.release_search`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tdbmon.analysis.spring_back import SpringBack
 
 Array = NDArray[np.float64]
 
@@ -22,11 +24,11 @@ _SAG = 1.0  # of gravity over the square of a bending mode's angular frequency, 
 
 
 class _Laws(NamedTuple):
-    """What a fit to an instant needs: columns (k, p), normal matrix (p, p), and the path of a unit weight let go there (k,)."""
+    """What a fit to an instant needs: columns (k, p), normal matrix (p, p), and the fall as gravity and sag have it (2 n, k)."""
 
     design: Array
     normal: Array
-    let_go: Array
+    fall: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,8 @@ class ReleaseFit:
         Of a line of floor or housing (`tdbmon.analysis.floor_line`).
     variance : (2 n,) array or None
         By which the squares of each row count, m^2; None for all alike.
+    sag : SpringBack or None
+        How the levitated sag springs back in these rows, as far as the machine file tells it; `bending_hz` have the rest.
     """
 
     t: Array
@@ -62,6 +66,7 @@ class ReleaseFit:
     orders_hz: Sequence[float] = ()
     floor_hz: float | None = None
     variance: Array | None = None
+    sag: SpringBack | None = None
 
     @property
     def vertical(self) -> NDArray[np.bool_]:
@@ -174,13 +179,26 @@ class ReleaseFit:
         # normal equations: solved hundreds of times a search, and the columns are of one scale
         normal = design.T @ design
         normal += 1e-12 * np.trace(normal) * np.eye(len(normal))  # the free columns vanish for an instant at the end
-        return _Laws(design, normal, self._with_rest(let_go(0j, self._rest_and_after(t0), decay).real))
+        weight = self._with_rest(let_go(0j, self._rest_and_after(t0), decay).real)
+        fall = np.where(self.vertical[:, None], -self.gravity * weight, 0.0) + self.sprung(t0, decay)
+        return _Laws(design, normal, fall)
 
     def _fitted(self, laws: _Laws, scale: float) -> tuple[Array, Array]:
         """Return coefficients (p, 2 n) and what is left (2 n, k) of readings on a `scale`."""
-        target = self.data - np.where(self.vertical[:, None], -scale * self.gravity * laws.let_go, 0.0)
+        target = self.data - scale * laws.fall
         coefficients = np.linalg.solve(laws.normal, laws.design.T @ target.T).astype(np.float64)
         return coefficients, target - (laws.design @ coefficients).T
+
+    def stiffer(self, factor: float) -> ReleaseFit:
+        """Return the fit for a shaft whose bending frequencies are so many times as high."""
+        sag = None if self.sag is None else self.sag.stiffer(factor)
+        return replace(self, sag=sag, bending_hz=[factor * hz for hz in self.bending_hz])
+
+    def sprung(self, t0: float, decay: float) -> Array:
+        """Return how the sag springs back in every row (2 n, k), m, as far as the machine file tells it."""
+        if self.sag is None:
+            return np.zeros_like(self.data)
+        return np.array([self._with_rest(row) for row in self.sag.path(self._rest_and_after(t0), decay)])
 
     def _rest_and_after(self, t0: float) -> Array:
         """Return 0, then the times from an instant on, counted from it, s."""

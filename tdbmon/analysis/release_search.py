@@ -20,6 +20,8 @@ from tdbmon.estimate import Z95
 
 _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
 _ALONE_S = 25e-6  # the same of one end alone: two ends' errors largely cancel
+_BENDING = 0.015  # of the bending frequencies by the machine file, standard deviation: an elastic modulus within 3 %
+_BENT_S = 1e-3  # as far as the instant may move with them
 _SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
 _SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
 _WITHIN = 3.84  # of a chi-square of one degree of freedom, 95 %
@@ -111,16 +113,20 @@ def _suddenly(fit: ReleaseFit, near: tuple[float, float]) -> FittedRelease:
         return misscaled
     errors = [np.hypot(fit.sigma(best, end), _MODEL_S) for end in range(len(alone))]
     scatter = float(np.sum(((np.array(alone) - best) / errors) ** 2)) / max(1, len(alone) - 1)
-    half = Z95 * float(np.hypot(fit.sigma(best), _model(fit)) * np.sqrt(max(1.0, scatter)))
+    half = Z95 * float(np.hypot(fit.sigma(best), _model(fit, best)) * np.sqrt(max(1.0, scatter)))
     low, high = best - half, best + half
     if fit.cost(best) - within > _MISREAD:
         low, high = min(low, scaled - half), max(high, scaled + half)
     return FittedRelease(best, low, high, None)
 
 
-def _model(fit: ReleaseFit) -> float:
-    """What higher bending modes leave, s."""
-    return _MODEL_S if len(fit.data) > 2 else _ALONE_S
+def _model(fit: ReleaseFit, t0: float) -> float:
+    """What higher bending modes leave, and how far an instant moves with the bending frequencies, s."""
+    higher = _MODEL_S if len(fit.data) > 2 else _ALONE_S
+    if fit.sag is None:
+        return higher
+    low, high = (_sudden_together(fit.stiffer(1 + off), t0 - _BENT_S, t0 + _BENT_S) for off in (-_BENDING, _BENDING))
+    return float(np.hypot(higher, (high - low) / 2))
 
 
 def _with_scale(fit: ReleaseFit, soft: FittedRelease) -> FittedRelease:
@@ -136,7 +142,7 @@ def _with_scale(fit: ReleaseFit, soft: FittedRelease) -> FittedRelease:
 
 def _either(fit: ReleaseFit, sudden: float, soft: FittedRelease) -> FittedRelease:
     """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
-    half = Z95 * float(np.hypot(fit.sigma(sudden), _model(fit)))
+    half = Z95 * float(np.hypot(fit.sigma(sudden), _model(fit, sudden)))
     decay = None
     if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
         decay = (soft.decay[0], 0.0, soft.decay[2])

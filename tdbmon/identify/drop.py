@@ -20,6 +20,7 @@ from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
+from tdbmon.analysis.spring_back import sag_of
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
@@ -173,8 +174,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     seen, upright = freed(laid, machine)
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
-    bending = springing_back(build_rotor(machine))
-    found = release_of(seen, upright, to_planes(seen, upright, names), Rotation.of(laid, machine).before(None), bending)
+    rotor, speed = build_rotor(machine), Rotation.of(laid, machine).before(None)
+    sag = sag_of(machine, rotor)
+    found = release_of(seen, upright, to_planes(seen, upright, names), speed, springing_back(rotor), sag)
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
