@@ -136,7 +136,9 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     """How hard the bearings were hit, which no sensor measured: against their static load, and against a dent."""
     from tdbsim.fatigue import STATIC_LIMIT
 
-    ends = fitted.forces.ends
+    ends, within = fitted.forces.ends, f"first {fitted.forces.seconds:g} s"
+    if fitted.forces.withheld:
+        return [Verdict(f"How hard the bearings were hit is not told: {fitted.forces.withheld}.", "attention")]
     loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
     dented = [end.stress.greatest.high or 0.0 for end in ends.values()]
     hybrid = any(bearing.balls.material != "steel" for bearing in analysis.machine.touchdown_bearings)
@@ -145,13 +147,13 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         *hardest(fitted.forces),
         Row(
             (
-                "Greatest force over the load at rest",
+                f"Greatest force over the load at rest, {within}",
                 *(_over(end.peak, load) for end, load in zip(ends.values(), loads, strict=True)),
             )
         ),
         Row(
             (
-                f"Greatest stress against {STATIC_LIMIT * 1e-6:.0f} MPa, where a ball dents its race (ISO 76{steel})",
+                f"Greatest stress, {within}, against {STATIC_LIMIT * 1e-6:.0f} MPa, where a ball dents its race (ISO 76{steel})",
                 *(_against_denting(end.stress.greatest) for end in ends.values()),
             ),
             "attention" if max(dented) > STATIC_LIMIT else "plain",
@@ -171,8 +173,19 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
+            f"{_later(fitted.forces.seconds, analysis.settle_time)}"
         ),
     ]
+
+
+def _later(seconds: float, settled: Estimate) -> str:
+    """Return that blows come after the time that forces are told of, s; nothing where the shaft has settled by then."""
+    if settled.value is not None and settled.value <= seconds:
+        return ""
+    then = f"settles only {words(settled)} after the release" if settled.known else "is not seen to settle by then"
+    return (
+        f" All are of the first {seconds:g} s after the release; the shaft {then}, and later blows are not among them."
+    )
 
 
 def _over(force: Estimate, load: float) -> str:
