@@ -222,6 +222,19 @@ def test_the_first_page_doubts_forces_of_a_model_that_fails(analysed, fitted, mi
     assert any("does not follow the first contacts" in text for text in said) == doubted
 
 
+def test_the_first_page_counts_the_contacts_that_its_tables_pair(analysed, fitted) -> None:
+    """The record of 70 ms holds no clearance circle; the fit knows where the shaft touches all the same."""
+    assert all(end.contacts is None for end in analysed.ends.values())
+    story = next(b.text for b in summary_section(analysed, fitted).blocks if isinstance(b, Paragraph))
+    pairs = {name: end.contacts for name, end in fitted.agreement.ends.items()}
+    for name, found in pairs.items():
+        seen = sum(pair.measured is not None for pair in found)
+        assert seen > 2 and f"{seen} contacts at {name}" in story
+    assert "told apart" not in story
+    alone = next(b.text for b in summary_section(analysed).blocks if isinstance(b, Paragraph))
+    assert "not counted from the displacement alone" in alone and "fitted gaps" not in alone
+
+
 @pytest.fixture(scope="module")
 def lost(same_model):
     """A fit that leaves a path far from the shaft's: one probe reads four times too much."""

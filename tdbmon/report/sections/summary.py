@@ -9,7 +9,7 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import moment, number, percent, rpm, words
+from tdbmon.quantity import counted, moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.sections.findings import (
     RESTITUTION,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     """Return the summary; with a fitted model, how hard the bearings were hit comes first."""
-    blocks: list[Block] = [Paragraph(_story(analysis)), _trust(analysis)]
+    blocks: list[Block] = [Paragraph(_story(analysis, fitted)), _trust(analysis)]
     against = _against_drawing(analysis)
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
     blocks += _whirl_verdicts(analysis)
@@ -55,7 +55,7 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     return Section("Summary", tuple(blocks))
 
 
-def _story(analysis: Analysis) -> str:
+def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
     """What happened, in plain words."""
     attributes = analysis.record.attrs
     when = f" on {moment(str(attributes['drop_time']))}" if attributes.get("drop_time") else ""
@@ -85,7 +85,9 @@ def _story(analysis: Analysis) -> str:
         lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
         parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
     elif analysis.ends:
-        parts.append("No contacts could be told apart.")
+        parts.append(
+            "Contacts are not counted from the displacement alone, for the reason below." + _in_the_fit(fitted)
+        )
     if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
         verb = "stood still" if still.low is not None else "would stand still, if the fitted law held down to rest,"
         parts.append(f"It {verb} {words(still)} after the record's first sample.")
@@ -94,6 +96,21 @@ def _story(analysis: Analysis) -> str:
     if not (release := analysis.release_time).known:
         parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
     return " ".join(parts)
+
+
+def _in_the_fit(fitted: FittedDrop | None) -> str:
+    """Return how many contacts the record has by the gaps of a fit that follows it, which takes no clearance circle."""
+    if fitted is None or fitted.forces.withheld:
+        return ""
+    found = fitted.agreement
+    counts = {name: sum(p.measured is not None for p in end.contacts) for name, end in found.ends.items()}
+    if not any(counts.values()):
+        return ""
+    told = " and ".join(f"{counted(number, 'contact')} at {name}" for name, number in counts.items())
+    seconds = min(fitted.forces.seconds, float(found.time[-1]))
+    return (
+        f" By the fitted gaps it shows {told} within {seconds:.3g} s of the release (see Measured against simulated)."
+    )
 
 
 def _trust(analysis: Analysis) -> Verdict:
