@@ -180,7 +180,7 @@ class Calibration:
     def no_forces(self, drop: int) -> str:
         """Return why the forces of a drop cannot be told; empty where they can."""
         if self.mistaken:
-            return "the drops contradict the machine file (see the fit's remarks): forces would be those of another machine"
+            return "the drops contradict the machine file, as the fit's remarks say: forces would be those of another machine"
         left = self.drops[drop].residual_to(self.trusted)
         gap = min(each.radial_gap.nominal for each in self.machine.touchdown_bearings)
         if left.whole <= PARTED * gap:
