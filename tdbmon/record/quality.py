@@ -280,6 +280,7 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     if rate < (1 - _ROUNDING) * _SLOWEST and not probes.isdisjoint(held):
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
     detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"
+    detail += f"; {ds[dimension].attrs['counted']}" if "counted" in ds[dimension].attrs else ""
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
