@@ -180,7 +180,7 @@ class TouchdownAccessor:
             return AnalysisView(result)
         from tdbmon.identify.fitted import fit_drop
 
-        fitted = fit_drop(plan, self._record, silent, also, workers)
+        fitted = fit_drop(plan, self._record, silent, also, workers).beside(result)
         return AnalysisView(result, fitted.with_coast_down(result))
 
     def compare(self, archive: str | Path, machine: str | Path | None = None, forces: bool = False) -> ComparisonView:

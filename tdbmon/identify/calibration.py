@@ -18,8 +18,8 @@ from tdbmon.record.finding import um
 Array = NDArray[np.float64]
 
 LACKS = 4.0  # times the noise, from which on the model does not explain the drops
-# of the gap, rms: paths so far apart are two.  Of synthetic drops of which the model lacked something, fits within 8 % of the
-# gap had peak forces off by 6 % at most; of those beyond 13 %, half were off by 20 to 70 %, mostly with the truth outside
+# of the gap, rms: paths so far apart are two.  Of synthetic drops of which the model lacked something, six fits within 8 % of
+# the gap had peak forces off by 8 % at most; of eight beyond 10 %, six were off by 35 to 88 %, with the truth outside
 PARTED = 0.1
 
 

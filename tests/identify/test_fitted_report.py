@@ -235,6 +235,22 @@ def test_the_first_page_counts_the_contacts_that_its_tables_pair(analysed, fitte
     assert "not counted from the displacement alone" in alone and "fitted gaps" not in alone
 
 
+@pytest.mark.parametrize(("off", "told"), [(2e-6, False), (30e-6, True)])
+def test_a_circle_and_a_fit_whose_gaps_exclude_each_other_are_told(analysed, fitted, off, told) -> None:
+    """A circle 30 um wider, to 10 um, than a gap that is fitted to some um."""
+    gap = fitted.calibration.values["DE.radial_gap"]
+    circle = Estimate.from_sigma(gap.value + off, 5e-6, "um", "circle")
+    ends = analysed.ends | {"DE": replace(analysed.ends["DE"], air_gap=circle)}
+    found = fitted.beside(replace(analysed, ends=ends))
+    remarks = [remark for remark in found.calibration.remarks if "exclude each other" in remark]
+    assert bool(remarks) == told
+    shown = [b.text for b in summary_section(analysed, found).blocks if isinstance(b, Verdict)]
+    lines = force_lines(found.calibration, found.forces)
+    for words in (shown, lines):
+        assert any("DE: the clearance circle gives" in each for each in words) == told
+        assert not any("NDE: the clearance circle gives" in each for each in words)
+
+
 @pytest.fixture(scope="module")
 def lost(same_model):
     """A fit that leaves a path far from the shaft's: one probe reads four times too much."""

@@ -186,6 +186,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     ]
     return [
         *([] if calibration.explains else doubts),
+        *(Verdict(f"{note}.", "attention") for note in fitted.notes),
         Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
