@@ -85,9 +85,15 @@ class AnalysisView:
         ]
         rows = [(f.name, f.end, words(f.estimate, f.unit) + f.beside) for f in found if f.estimate.known]
         missing = sum(not f.estimate.known for f in found)
-        for end, forces in self.fitted.forces.ends.items() if self.fitted is not None else ():
-            rows.append(("Greatest normal force on the ring", end, words(forces.peak)))
-            rows.append(("Greatest Hertz stress of a ball", end, words(forces.stress.greatest)))
+        if self.fitted is not None:
+            from tdbmon.report.sections.forces import hardest
+
+            ends = tuple(self.fitted.forces.ends)
+            rows += [
+                (name, e, cell)
+                for name, *cells in (r.cells for r in hardest(self.fitted.forces))
+                for e, cell in zip(ends, cells, strict=True)
+            ]
         caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
         return _table(caption, ("Quantity", "End", "Value"), rows)
 
@@ -174,7 +180,7 @@ class TouchdownAccessor:
             return AnalysisView(result)
         from tdbmon.identify.fitted import fit_drop
 
-        fitted = fit_drop(plan, self._record, silent, also, workers)
+        fitted = fit_drop(plan, self._record, silent, also, workers).beside(result)
         return AnalysisView(result, fitted.with_coast_down(result))
 
     def compare(self, archive: str | Path, machine: str | Path | None = None, forces: bool = False) -> ComparisonView:

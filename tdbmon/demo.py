@@ -55,7 +55,7 @@ def _coastdown(name: str, out: Path, progress: Progress) -> list[str]:
 
     machine, record = load_machine(shipped("coastdown/machine.toml")), read(shipped(f"coastdown/{name}.nc"))
     result = analyse(record, machine, tell)
-    fitted = fit_drop(machine, record, tell, workers=all_cores())
+    fitted = fit_drop(machine, record, tell, workers=all_cores()).beside(result)
     tell("simulating on to the end of the record")
     fitted = fitted.with_coast_down(result)
     tell("drawing the figures and writing the reports")

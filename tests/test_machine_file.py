@@ -246,6 +246,7 @@ def fit_of(machine, values):
         undetermined=(Undetermined("NDE.friction", 0.9, ()),),
         drops=(DropFit("drop_100.nc", 100.0, nothing, ()),),
         horizon=0.1,
+        trusted=0.06,
         misfit=1.25,
         remarks=(),
         seconds=30.0,

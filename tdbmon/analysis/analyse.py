@@ -124,7 +124,10 @@ def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.D
         if not laid.rotation.known:
             told = next((f" ({c.channel}: {c.detail})" for c in checks if not c.passed), "")
             raise InputError(f"{laid.record.attrs.get('source_file', 'record')}: {error}{told}") from None
-        checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
+        if laid.machine.probes:
+            checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
+        else:  # which the machine file says: as for a shaft that stands upright
+            checks.append(Check("orbit", "", True, "the machine file has no probes: only the speed is analysed"))
         return None
 
 

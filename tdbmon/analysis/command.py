@@ -45,7 +45,7 @@ def analyse(
             from tdbmon.identify.crew import all_cores
             from tdbmon.identify.fitted import fit_drop
 
-            fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []], all_cores())
+            fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []], all_cores()).beside(result)
             if writers or json_file is not None:
                 tell("simulating on to the end of the record")
                 fitted = fitted.with_coast_down(result)

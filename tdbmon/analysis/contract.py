@@ -116,7 +116,8 @@ def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
 def _unseen(end: str, analysis: Analysis) -> EndResult:
     """Return the result of an end where the record shows no orbit at all."""
     found = next(
-        (c.detail for c in analysis.checks if c.check == "orbit" and not c.passed), f"no orbit is seen at {end}"
+        (c.detail for c in analysis.checks if c.check == "orbit" and not (c.passed and c.channel)),
+        f"no orbit is seen at {end}",
     )
     bearing, load = analysis.machine.bearing(end), static_loads(analysis.machine, analysis.rotor)[end]
     return EndResult.without_contact(end, "none", load, rest_travel(bearing, load), found)

@@ -63,10 +63,16 @@ def _beside(value: Estimate, holds: str) -> str:
 
 
 def weight(analysis: Analysis) -> str:
-    """Return mass and static loads of the machine file's rotor: a wrong dimension shows there first."""
+    """Return mass and static loads of the machine file's rotor: a wrong dimension shows there first.
+
+    A shaft without probes may stand upright, and then rests on no radial bearing.
+    """
+    mass = f"{analysis.rotor.total_mass:.4g} kg by the machine file"
+    if not analysis.machine.probes:
+        return mass
     loads = static_loads(analysis.machine, analysis.rotor)
     resting = ", ".join(f"{loads[end]:.0f} N on {end}" for end in analysis.machine.ends)
-    return f"{analysis.rotor.total_mass:.4g} kg by the machine file, {resting}"
+    return f"{mass}, {resting}"
 
 
 def _whirls(analysis: Analysis) -> list[str]:

@@ -19,7 +19,7 @@ from tdbmon.record.keyphasor import speed_over_pulses
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
-_NO_FORCES = "needs the fitted simulation: file the drop with --forces"
+NO_FORCES = "needs the fitted simulation: file the drop with --forces"
 
 
 def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:
@@ -125,7 +125,9 @@ def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
 def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
     names = [name for name, kind in KINDS.items() if kind.forces]
     if fitted is None or end not in fitted.forces.ends:
-        return [Feature(name, end, Estimate.missing(KINDS[name].unit, _NO_FORCES)) for name in names]
+        return [Feature(name, end, Estimate.missing(KINDS[name].unit, NO_FORCES)) for name in names]
+    if why := fitted.forces.withheld:  # the values are those of the same fit
+        return [Feature(name, end, Estimate.missing(KINDS[name].unit, why)) for name in names]
     forces, values = fitted.forces.ends[end], fitted.calibration.values
     stated = "the machine file states it without a tolerance, so that it was not fitted"
     stress = forces.stress

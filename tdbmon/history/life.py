@@ -113,7 +113,7 @@ def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -
         return Estimate.missing("1", "no drop of this machine is filed yet")
     without = sum(not a and not b for a, b in zip(counted, greatest, strict=True))
     if without:
-        why = f"{without} of {len(counted)} drops were filed without forces: file them with --forces"
+        why = f"{without} of {len(counted)} drops were filed without forces, or with a fit that tells none: --forces"
         return Estimate.missing("1", why)
     old = sum(not each for each in counted)
     if not old:

@@ -88,7 +88,7 @@ def study_record(
     if forces:
         from tdbmon.identify.fitted import fit_drop
 
-        fitted = fit_drop(machine, record, progress)
+        fitted = fit_drop(machine, record, progress).beside(result)
     content = analysis_json(result)
     boxes = []
     if fitted is not None:

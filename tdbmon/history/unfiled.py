@@ -13,7 +13,6 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import filed_drop
 from tdbmon.history.drop import Drop
-from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
 from tdbmon.history.study import study_record
 from tdbmon.history.twin import at_same_instant, laid, twin_of
@@ -113,7 +112,7 @@ def _filed(archive: Archive, drop: str, machine: Path | None, forces: bool) -> D
             f"{machine}: is of machine '{name}', and drop {drop} ({found.entry.raw_name}) is filed as one of"
             f" '{found.entry.machine}'; leave --machine out"
         )
-    if forces and not any(f.estimate.known for f in found.features if f.name in KINDS and KINDS[f.name].forces):
+    if forces and not archive.has_forces(found.entry):
         raise InputError(
             f"drop {drop} ({found.entry.raw_name}) is filed without forces; add its record again with"
             f" tdbmon archive add --archive {archive.folder} --forces, then compare it"

@@ -127,12 +127,14 @@ def fit_drops(
         undetermined=_undetermined(problem, point, covariance),
         drops=fits,
         horizon=usable[-1],
+        trusted=trusted,
         misfit=misfit,
         remarks=tuple(remarks),
         seconds=time.monotonic() - began,
         problem=problem,
         point=point,
         covariance=covariance,
+        mistaken=mistaken or "",
     )
 
 

@@ -34,6 +34,7 @@ def end_json(calibration: Calibration, forces: EndForces, release: float | None)
 
     Times are from the record's first sample, as all in that JSON; `release` is the instant of the release so, s.
 
+    Peak and stress are the greatest of `tdbmon.identify.forces.SECONDS` after the release, which their method states.
     Contacts are told from the release until the ensemble's members have parted.  The rest replaces the entries of the
     same names under ``ends`` in the JSON of `tdbmon analyse`.
     """
@@ -201,6 +202,11 @@ def _span(contact: Contact | None) -> list[float] | None:
 def _stress_json(stress: Stress) -> dict[str, Any]:
     """Return the box of a stress in MPa."""
     factor = OUTSIDE["MPa"]
+    if not stress.greatest.known:
+        box = dict.fromkeys(
+            ("mean", "median", "q1", "q3", "outliers", "outliers_tukey", "outlier_level", "outlier_level_tukey")
+        )
+        return {"max": stress.greatest.to_json(), **box, "assumption": stress.assumption, "why": stress.greatest.why}
     return {
         "max": stress.greatest.to_json(),
         "mean": factor * stress.mean,
@@ -224,7 +230,9 @@ def _with_forces(calibration: Calibration, forces: tuple[DropForces, ...]) -> li
 def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     """Return the forces and stresses of a drop as lines of text."""
     lines = [f"fitted model: {calibration.misfit:.2f} times the noise is left of the first contacts"]
-    for name, end in forces.ends.items():
+    if forces.withheld:
+        lines.append(f"forces and stresses: not estimated ({forces.withheld})")
+    for name, end in () if forces.withheld else forces.ends.items():
         lines.append(f"{name}  (fitted model, first {forces.seconds:g} s)")
         lines.append(f"  {'peak force on the ring':<24}{printed(end.peak)}")
         lines.append(f"  {'peak stress of a ball':<24}{printed(end.stress.greatest)}")

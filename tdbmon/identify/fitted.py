@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import xarray as xr
 from tdbsim.machine import Machine
@@ -18,6 +19,7 @@ from tdbmon.identify.forces import DropForces, forces_of, later_remarks
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
 from tdbmon.progress import Progress
+from tdbmon.quantity import printed
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,17 +35,28 @@ class FittedDrop:
         The drop simulated to its record's end; None where that was not asked for, or the record holds no coast-down.
     others : tuple of DropForces
         Of the drops that were fitted together with this one.
+    notes : tuple of str
+        What belongs on the first page, beside the forces: blows that come later, gaps that contradict each other.
     """
 
     calibration: Calibration
     forces: DropForces
     coast_down: CoastDown | None = None
     others: tuple[DropForces, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def all_forces(self) -> tuple[DropForces, ...]:
         """Of this drop and the others, in the order of the calibration's drops."""
         return (self.forces, *self.others)
+
+    def beside(self, measured: Analysis) -> FittedDrop:
+        """Return the same with a remark on each end whose gap the analysis of the record tells otherwise."""
+        if self.forces.withheld:
+            return self
+        found = gap_contradictions(self.calibration, measured)
+        calibration = replace(self.calibration, remarks=(*self.calibration.remarks, *found))
+        return replace(self, calibration=calibration, notes=(*self.notes, *found))
 
     def with_coast_down(self, measured: Analysis) -> FittedDrop:
         """Return the same with the whole coast-down simulated, for the analysis of its record."""
@@ -89,8 +102,29 @@ def fit_drop(
     calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
     measured = calibration.problem.drops
     faults = [fault for drop in measured[1:] for fault in drop.faults]  # the analysis tells those of the first
-    later = [remark for drop in measured for remark in later_remarks(drop, machine)]
-    calibration = replace(calibration, remarks=(*faults, *calibration.remarks, *later))
+    later = [later_remarks(drop, machine) for drop in measured]
+    calibration = replace(calibration, remarks=(*faults, *calibration.remarks, *chain.from_iterable(later)))
     progress("simulating the forces")
     first, *others = forces_of(calibration)
-    return FittedDrop(calibration, first, others=tuple(others))
+    return FittedDrop(calibration, first, others=tuple(others), notes=later[0])
+
+
+def gap_contradictions(calibration: Calibration, measured: Analysis) -> tuple[str, ...]:
+    """Say of which ends the clearance circle of the settled shaft and the fit tell gaps that exclude each other.
+
+    They rest on other things: the circle on an arc about the bottom and on a straight line through the probes, the fit on
+    falls and blows and on the machine file.
+    """
+    found = []
+    for name, end in measured.ends.items():
+        circle, fit = end.air_gap, calibration.values.get(f"{name}.radial_gap")
+        if fit is None or circle.low is None or circle.high is None or fit.low is None or fit.high is None:
+            continue
+        if circle.low > fit.high or fit.low > circle.high:
+            found.append(
+                f"{name}: the clearance circle gives an air gap of {printed(circle)}, the fit {printed(fit)}: they exclude each"
+                " other. The circle rests on the settled arc and on a straight line through the probes, the fit on falls and"
+                f" blows, of which it leaves {calibration.misfit:.2f} times the noise: check the probes' positions and"
+                " sensitivities and the balls' clearance"
+            )
+    return tuple(found)

@@ -27,7 +27,7 @@ class Stress:
     greatest : Estimate
         Over the whole time.
     mean, median, q1, q3 : float
-        Of the fitted drop.
+        Of the fitted drop; these and what follows mean nothing where the greatest is missing.
     least : float
         Least stress within Tukey's lower fence.
     outliers, tukey : tuple of float
@@ -50,6 +50,11 @@ class Stress:
     tukey_level: float
     assumption: str
 
+    @classmethod
+    def missing(cls, bearing: TouchdownBearing, why: str) -> Stress:
+        """Return the box of a stress that is not told, with the reason."""
+        return cls(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumed(bearing))
+
 
 def ball_stress(bearing: TouchdownBearing, load: Array) -> Array:
     """Return the greater of the inner and the outer race's peak pressure, Pa, for ball loads in N."""
@@ -71,16 +76,20 @@ def assumed(bearing: TouchdownBearing) -> str:
     return f"assumes {', '.join(found)}, which the machine file does not tell" if found else ""
 
 
-def stress_box(members: list[Array], bearing: TouchdownBearing) -> Stress:
-    """Return the box of a drop from the stress over time (k,) of an ensemble's members, the fitted one first, Pa."""
+def first(seconds: float) -> str:
+    """Return in words the time after the release that forces and stresses are told of, s."""
+    return f"the first {seconds:g} s after the release"
+
+
+def stress_box(members: list[Array], bearing: TouchdownBearing, seconds: float) -> Stress:
+    """Return the box of so many seconds from the stress over time (k,) of an ensemble's members, the fitted one first, Pa."""
     fitted = members[0]
     loaded = fitted[fitted > 0]
     greatest = np.array([member.max() for member in members])
     assumption = assumed(bearing)
-    rule = "Hertz, most loaded ball" + (f"; {assumption}" if assumption else "")
+    rule = f"Hertz, most loaded ball, greatest of {first(seconds)}" + (f"; {assumption}" if assumption else "")
     if not loaded.size:
-        why = f"no ball of bearing '{bearing.name}' is loaded in the fitted drop"
-        return Stress(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumption)
+        return Stress.missing(bearing, f"no ball of bearing '{bearing.name}' is loaded in the fitted drop")
     mean, spread = float(loaded.mean()), float(loaded.std())
     q1, median, q3 = (float(q) for q in np.quantile(loaded, (0.25, 0.5, 0.75)))
     levels = mean + _SIGMAS * spread, q3 + _TUKEY * (q3 - q1)

@@ -7,7 +7,8 @@ The form of a record as read (`read`)
     Channel attributes: ``units`` (SI: "m", "Hz", "V", "1", ... or the file's own text where it is not known),
     ``source_units`` (as in the file), ``long_name``; where the file tells them, ``full_scale`` ([low, high] in ``units``)
     and ``group``.
-    A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven.
+    A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven, and ``counted``
+    (why, in words) where it was counted by a stated rate.
     Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
     ``drop_time_from`` (what that time is in the file, where it need not be the drop's), ``incomplete`` (what is missing, where
     a file was cut off), ``left_out`` (names of channels whose samples have no time, with the reason; only where there are

@@ -17,6 +17,9 @@ from tdbsim.units import si_unit_of
 from tdbmon.record.timebase import LONG
 from tdbmon.sha256 import sha256_of
 
+_COUNTED = "the file's times repeat themselves: counted by the rate that it states"
+_OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
+_DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
 _DAYS = ("%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%b-%y", "%d %b %Y")
@@ -39,7 +42,7 @@ class Channel:
     unit : str
         As in the file; "" where the file states none.
     start, interval : float
-        First sample and sampling interval, s; used where `time` is None.
+        First sample and sampling interval, s; used where `time` is None, the interval also where that repeats itself.
     time : numpy.ndarray, shape (n,), optional
         Time of every sample, s.
     scale, offset : float
@@ -235,6 +238,7 @@ class _TimeBases:
 
     def __init__(self, channels: Iterable[Channel], path: Path) -> None:
         self._times: list[np.ndarray] = []
+        self._counted: set[int] = set()
         self._dimensions: dict[str, int] = {}
         regular: dict[tuple[float, float, int], int] = {}
         given: dict[int, int] = {}
@@ -244,7 +248,10 @@ class _TimeBases:
                 _check_length(channel, channel.time, path)
                 index = given.get(id(channel.time))
                 if index is None:
-                    index = self._add(_checked(channel, path))
+                    counted = _counted(channel)
+                    index = self._add(_checked(channel, path) if counted is None else counted)
+                    if counted is not None:
+                        self._counted.add(index)
                     given[id(channel.time)] = index
             else:
                 if channel.interval is None or not np.isfinite(channel.interval) or channel.interval <= 0:
@@ -287,7 +294,11 @@ class _TimeBases:
 
     def coordinates(self) -> dict[str, xr.DataArray]:
         return {
-            self._name(i): xr.DataArray(time - self._first, dims=(self._name(i),), attrs=_clock(time))
+            self._name(i): xr.DataArray(
+                time - self._first,
+                dims=(self._name(i),),
+                attrs=_clock(time) | ({"counted": _COUNTED} if i in self._counted else {}),
+            )
             for i, time in enumerate(self._times)
         }
 
@@ -314,6 +325,23 @@ def _check_length(channel: Channel, time: np.ndarray, path: Path) -> None:
         )
 
 
+def _counted(channel: Channel) -> np.ndarray | None:
+    """Return times that a stated rate counts from the first stamp, where stamps repeat themselves; else None.
+
+    Stamps in ms say little of samples at 20 kHz, and the rate says it all, if both agree on how long the record is.
+    """
+    if channel.time is None or channel.interval is None or len(channel.time) < 2:
+        return None
+    time = np.asarray(channel.time, dtype=np.float64)
+    steps = np.diff(time)
+    if not np.isfinite(steps).all() or steps.min() != 0 or steps.max() == 0:
+        return None
+    seconds, coarse = channel.interval * len(steps), float(steps[steps > 0].min())
+    if abs(time[-1] - time[0] - seconds) > 2 * coarse + _DRIFT * seconds:
+        return None
+    return np.asarray(time[0] + channel.interval * np.arange(len(time)))
+
+
 def _checked(channel: Channel, path: Path) -> np.ndarray:
     time = np.asarray(channel.time, dtype=np.float64)
     if time.size == 0:
@@ -328,12 +356,22 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
         at = int(back[0])
         step = time[at + 1] - time[at]
         why = (
-            "it repeats: the time may have been written with too few digits"
+            f"it repeats: the time may have been written with too few digits{_other_length(channel, time)}"
             if step == 0
             else "it runs backwards: pieces may have been joined in the wrong order"
         )
         raise InputError(
             f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s);"
-            f" {why}; export it again (channel '{channel.name}')"
+            f" {why}; export it again{_OR_RATE if step == 0 else ''} (channel '{channel.name}')"
         )
     return time
+
+
+def _other_length(channel: Channel, time: np.ndarray) -> str:
+    """Say how a stated rate contradicts times that repeat themselves."""
+    if channel.interval is None:
+        return ""
+    return (
+        f", and last {time[-1] - time[0]:.4g} s where {len(time)} samples at the stated {1 / channel.interval:.6g} Hz last"
+        f" {channel.interval * (len(time) - 1):.4g} s"
+    )

@@ -10,12 +10,14 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.runs import runs_of
 
 _NEAR = 6  # intervals on either side that hold at least one without a missed pulse
 _WINDOW = 9  # pulses around an interval that tell what is usual there
 _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
 _LONG = 1.5  # times the usual interval: above, a pulse was missed
 _NO_LEVELS = 0.3  # of the difference of the levels: noise alone, cut at its middle, scatters by 0.37 around the two
+_WIDE = 0.1  # of the pulses; if no more have two samples, most are shorter than one
 _BOUNCE = 0.1  # of the long intervals around: an edge that follows so soon belongs to the same pulse
 # quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
 _PASSES, _FEW = 0.75, 0.375
@@ -112,6 +114,31 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
 def pulses_if_any(ds: xr.Dataset, machine: Machine) -> Pulses | None:
     """Return the keyphasor's pulses (see `pulses`), None where the record or the machine has no keyphasor."""
     return pulses(ds, machine) if machine.keyphasor is not None and "keyphasor" in ds else None
+
+
+def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
+    """Return the sampling rate that gives each pulse two samples, Hz; None where pulses last longer than a sample.
+
+    A pulse shorter than a sample falls between two as often as not, and none then holds more than one.  The share of the
+    time that they take tells how short they are, by the fastest speed that the record states.
+    """
+    if machine.keyphasor is None or "keyphasor" not in ds:
+        return None
+    array = ds["keyphasor"]
+    time, values = array[array.dims[0]].values, array.values
+    levels = _levels(values[np.isfinite(values)])
+    if levels is None:
+        return None
+    high = values > sum(levels) / 2
+    found = runs_of(high if high.mean() < 0.5 else ~high)  # some sensors pull down at the mark
+    if len(found) < _WINDOW or np.mean(found.length > 1) > _WIDE:
+        return None
+    fastest = 1 / float(np.diff(time[found.first]).min())
+    if "speed" in ds and np.isfinite(ds["speed"].values).any():
+        fastest = max(
+            fastest, machine.keyphasor.pulses_per_revolution * float(np.nanmedian(np.abs(ds["speed"].values)))
+        )
+    return 2 * fastest * len(values) / found.total
 
 
 def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarray:

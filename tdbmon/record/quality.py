@@ -12,12 +12,18 @@ from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
 from tdbmon.record.direction_checks import fall_directions, whirl_directions
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses_if_any
+from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
 from tdbmon.record.slow_roll import without_slow_roll
-from tdbmon.record.speed_checks import dead_speed, first_speed, keyphasor_speed_check, speed_check
+from tdbmon.record.speed_checks import (
+    dead_speed,
+    first_speed,
+    keyphasor_speed_check,
+    shorter_than_a_sample,
+    speed_check,
+)
 from tdbmon.record.speed_spikes import check_speed_spikes, without_speed_spikes
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import runs_of
@@ -80,7 +86,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         )
     found += fall_directions(ds, machine)
     if marks is not None:
-        found.append(_keyphasor(marks))
+        found.append(_keyphasor(marks, sampling_for_pulses(ds, machine)))
     found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
@@ -274,6 +280,7 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     if rate < (1 - _ROUNDING) * _SLOWEST and not probes.isdisjoint(held):
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
     detail = f"{rate:.6g} Hz, {time.size} samples, {time[-1] - time[0]:.4g} s"
+    detail += f"; {ds[dimension].attrs['counted']}" if "counted" in ds[dimension].attrs else ""
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
@@ -293,7 +300,8 @@ def _key_signal(ds: xr.Dataset) -> list[Check]:
     return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
 
 
-def _keyphasor(marks: Pulses) -> Check:
+def _keyphasor(marks: Pulses, wanted: float | None) -> Check:
+    """Check the pulses; `wanted` is the sampling rate that they ask for where they are shorter than a sample, Hz."""
     if marks.times.size < 2:
         return Check(
             "keyphasor",
@@ -305,4 +313,6 @@ def _keyphasor(marks: Pulses) -> Check:
     cure = (
         "; surplus pulses were dropped and missed ones counted: check the sensor's gap and the mark" if faulty else ""
     )
+    if faulty and wanted is not None:
+        cure = f"; {shorter_than_a_sample(wanted)}"
     return Check("keyphasor", "keyphasor", not faulty, marks.quality + cure)

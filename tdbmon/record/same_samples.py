@@ -1,21 +1,32 @@
-"""Two records of one measurement: the same samples in two files, but for the rounding of formats and what was cut off."""
+"""Two records of one measurement: the same samples in two files, but for the rounding of formats and what was cut off.
+
+Tools that export again may also set the zeros of probes anew, or sample at another rate.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 import xarray as xr
 
 _ROUNDING = 1e-3  # of a probe's standard deviation: so little are two exports of its samples apart
+_RESAMPLED = 0.01  # the same of two exports at two rates
 _CUT = 0.9  # of the samples, that the shorter of two exports must hold to be compared from their first samples on
 _LEAST_SAMPLES = 100  # that tell where a cut record lies in another
 _CHANGE = 0.3  # of the change from sample to sample: noise of two drops at rest is apart by all of it
 
 
 def same_samples(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """Return whether the displacements of two records are the same but for rounding and what was cut off at start and end."""
+    """Return whether the displacements of two records are the same but for rounding and what was cut off at start and end.
+
+    Whole records are the same also where their zeros or their sampling rates differ.
+    """
     names = [name for name in one.data_vars if name in other and one[name].attrs.get("units") == "m"]
     pairs = [(one[name].to_numpy(), other[name].to_numpy()) for name in names]
-    return bool(pairs) and (all(_same(a, b) for a, b in pairs) or _share_a_stretch(pairs))
+    if not pairs:
+        return False
+    return all(_same(a, b) for a, b in pairs) or _share_a_stretch(pairs) or _same_motion(one, other, names)
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:
@@ -25,6 +36,34 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
     apart, spread = a[:size] - b[:size], float(np.nanstd(a)) if np.isfinite(a).any() else 0.0
     seen = np.isfinite(apart)
     return not seen.any() or float(np.sqrt(np.mean(apart[seen] ** 2))) <= _ROUNDING * spread
+
+
+def _same_motion(one: xr.Dataset, other: xr.Dataset, names: Sequence[Hashable]) -> bool:
+    """Return whether all probes show one motion from the first samples on, at the times of the slower record, zeros aside.
+
+    A filter before the lower rate takes some of the contacts' shocks away; of two drops even the noise differs by more.
+    """
+    tells = False
+    for name in names:
+        slow, fast = sorted((each[name] for each in (one, other)), key=lambda each: each.sizes[each.dims[0]])
+        (t, y), (time, x) = (_from_start(each) for each in (slow, fast))
+        if min(t.size, time.size) < _LEAST_SAMPLES or min(t[-1], time[-1]) < _CUT * max(t[-1], time[-1]):
+            return False
+        t, y = t[t <= time[-1]], y[t <= time[-1]]
+        apart = np.interp(t, time, x) - y
+        change = float(np.sqrt(np.mean(np.diff(y) ** 2)))
+        if float(np.std(apart)) > min(_RESAMPLED * float(np.std(y)), _CHANGE * change):
+            return False
+        tells |= change > 0
+    return tells
+
+
+def _from_start(channel: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times since the first sample, s, and values of a channel where it has any."""
+    values = channel.to_numpy()
+    seen = np.isfinite(values)
+    time = channel[channel.dims[0]].to_numpy()[seen]
+    return time - time[:1], values[seen]
 
 
 def _share_a_stretch(pairs: list[tuple[np.ndarray, np.ndarray]]) -> bool:

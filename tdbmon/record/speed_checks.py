@@ -12,7 +12,7 @@ from tdbsim.machine import Machine
 from tdbmon.quantity import percent
 from tdbmon.record import faults
 from tdbmon.record.finding import Check
-from tdbmon.record.keyphasor import Pulses, pulses_if_any, speed, stated_over_counted
+from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses, speed, stated_over_counted
 from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
@@ -74,6 +74,11 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
+        if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
+            detail = (
+                f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
+            )
+            return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
         if not compared.agree:
             left_out = "".join(refuted(ds, machine))
             return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
@@ -259,10 +264,11 @@ def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float
 def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
     """Return which channels of the speed are wrong, "speed" and "keyphasor"; none where that is not decided.
 
-    Signal and keyphasor that differ are judged by the lines of the levitated shaft at the one and at the other; where these
-    do not decide and the two are near each other, the keyphasor counts.  Those that agree, and either alone, are refuted
-    where the shaft turns at a half or a third of what they count; a signal alone also where the shaft's line is a unit's
-    factor away, or elsewhere while none stands at the stated speed.
+    A keyphasor that counts too few since its pulses are shorter than a sample goes.  Else signal and keyphasor that differ are
+    judged by the lines of the levitated shaft at the one and at the other; where these do not decide and the two are near each
+    other, the keyphasor counts.  Those that agree, and either alone, are refuted where the shaft turns at a half or a third of
+    what they count; a signal alone also where the shaft's line is a unit's factor away, or elsewhere while none stands at the
+    stated speed.
     """
     marks = pulses_if_any(ds, machine)
     lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
@@ -271,6 +277,8 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
         return ()
     compared = _over_pulses(ds, marks)
     if compared is not None and not compared.agree:
+        if _too_short(ds, machine, compared) is not None:
+            return ("keyphasor",)
         counted = stated / compared.ratio
         if lines is not None and lines.outdoes(counted, stated, _LIKELIER):
             return ("speed",)
@@ -286,6 +294,19 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
         return ()
     elsewhere = _elsewhere(ds, lines, stated, machine.mains) is not None
     return ("speed",) if elsewhere or _unit_factor(lines, stated, machine.mains) is not None else ()
+
+
+def _too_short(ds: xr.Dataset, machine: Machine, compared: _Ratio) -> float | None:
+    """Return the sampling rate, Hz, that a keyphasor asks for which counts too few as its pulses are shorter than a sample."""
+    return sampling_for_pulses(ds, machine) if compared.ratio > 1 else None
+
+
+def shorter_than_a_sample(wanted: float) -> str:
+    """Say why pulses are missed at a low sampling rate, and the rate that gives each two samples, Hz."""
+    return (
+        "its pulses are shorter than a sample, so that many fall between two: record the keyphasor at"
+        f" {wanted / 1e3:.2g} kHz or more, or make the mark wider"
+    )
 
 
 def _misscaled(compared: _Ratio, machine: Machine) -> bool:

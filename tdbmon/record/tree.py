@@ -135,7 +135,7 @@ def _collect(
         if interval is None and leaf.values.size == longest:
             interval = interval_of(entries)
         if time is not None:
-            found.append((place, _without_padding(channel, time)))
+            found.append((place, replace(_without_padding(channel, time), interval=interval)))
         elif interval is not None:
             own_start = start_of(leaf.attributes)  # 0 is stated as well as any other
             start = start_of(entries) if own_start is None else own_start

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -15,11 +16,12 @@ from tdbsim.simulate import DropPlan, simulate
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.release import springing_back
-from tdbmon.analysis.summary import summary_lines
+from tdbmon.analysis.summary import summary_lines, weight
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.forces import later_remarks
 from tdbmon.quantity import printed
+from tdbmon.report import build_report
 from tdbmon.report.sections import whirl as whirl_section
 
 MACHINES = Path(__file__).parent.parent / "machines"
@@ -138,3 +140,17 @@ def test_forces_of_the_first_fifth_of_a_second_are_not_those_of_a_whirl_that_set
     assert all("may be far greater later" in remark for remark in remarks)
     slow = drop(expander, 200.0, 0.3)
     assert later_remarks(measured_drop(slow, expander), expander) == ()
+
+
+def test_a_machine_without_probes_is_told_its_run_down_and_no_load(expander):
+    """What a shaft that stands upright is sent to: it rests on no radial bearing, and nothing is wrong with the record."""
+    slowing = drop(expander, 200.0, 0.5)
+    found = analyse(slowing, expander.model_copy(update={"probes": ()}))
+    assert found.rundown is not None
+    (orbit,) = [check for check in found.checks if check.check == "orbit"]
+    assert orbit.passed and "no probes" in orbit.detail
+    assert weight(found) == f"{found.rotor.total_mass:.4g} kg by the machine file"
+    words = "\n".join(summary_lines(found)) + str(build_report(found)) + json.dumps(analysis_json(found))
+    assert "displacement probe of this machine" not in words
+    assert not re.search(r"\d+ N on ", words)
+    assert re.search(r"\d+ N on ", "\n".join(summary_lines(analyse(slowing, expander))))

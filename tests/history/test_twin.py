@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.signal import resample_poly
 from tdbsim.errors import InputError
 
 from tdbmon.estimate import Estimate
@@ -165,6 +168,26 @@ def test_no_stretch_of_a_shipped_drop_lies_in_another():
                 size = one.sizes["time"]
                 part = one.isel(time=slice(int(start * size), int(end * size)))
                 assert [same_samples(part, other) for other in drops] == [other is one for other in drops]
+
+
+@pytest.mark.parametrize("rate", [0.8, 0.4, 1.25])
+def test_another_sampling_rate_and_other_zeros_are_the_same_measurement(rate):
+    """As tools export again: through a filter at another rate, and with the levitated shaft set to nought."""
+    machine = YEARS / "machine.toml"
+    drops = [read_and_laid(YEARS / f"drop_{k:02d}.nc", machine) for k in (1, 2, 3)]
+    up, down = Fraction(rate).limit_denominator(10).as_integer_ratio()
+    whole = drops[0]
+    again = xr.Dataset(
+        {
+            name: ("time", resample_poly(channel.values - channel.values[:900].mean(), up, down), channel.attrs)
+            for name, channel in whole.items()
+            if channel.attrs.get("units") == "m"
+        }
+    )
+    step = float(whole.time[1] - whole.time[0]) / rate
+    again = again.assign_coords(time=5.0 + step * np.arange(again.sizes["time"]))
+    assert [same_samples(again, each) for each in drops] == [True, False, False]
+    assert [same_samples(each, again) for each in drops] == [True, False, False]
 
 
 def test_what_two_cut_records_have_in_common_tells_that_they_are_one_drop():

@@ -17,6 +17,8 @@ from tdbmon.analysis.lines import Line
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
 from tdbmon.figures.forces import forces
+from tdbmon.history.extract import features_of
+from tdbmon.history.feature import KINDS
 from tdbmon.identify import fitted as module
 from tdbmon.identify.agreement import agreement
 from tdbmon.identify.calibrate import fit_drops
@@ -220,6 +222,84 @@ def test_the_first_page_doubts_forces_of_a_model_that_fails(analysed, fitted, mi
     assert any("does not follow the first contacts" in text for text in said) == doubted
 
 
+def test_the_first_page_counts_the_contacts_that_its_tables_pair(analysed, fitted) -> None:
+    """The record of 70 ms holds no clearance circle; the fit knows where the shaft touches all the same."""
+    assert all(end.contacts is None for end in analysed.ends.values())
+    story = next(b.text for b in summary_section(analysed, fitted).blocks if isinstance(b, Paragraph))
+    pairs = {name: end.contacts for name, end in fitted.agreement.ends.items()}
+    for name, found in pairs.items():
+        seen = sum(pair.measured is not None for pair in found)
+        assert seen > 2 and f"{seen} contacts at {name}" in story
+    assert "told apart" not in story
+    alone = next(b.text for b in summary_section(analysed).blocks if isinstance(b, Paragraph))
+    assert "not counted from the displacement alone" in alone and "fitted gaps" not in alone
+
+
+@pytest.mark.parametrize(("off", "told"), [(2e-6, False), (30e-6, True)])
+def test_a_circle_and_a_fit_whose_gaps_exclude_each_other_are_told(analysed, fitted, off, told) -> None:
+    """A circle 30 um wider, to 10 um, than a gap that is fitted to some um."""
+    gap = fitted.calibration.values["DE.radial_gap"]
+    circle = Estimate.from_sigma(gap.value + off, 5e-6, "um", "circle")
+    ends = analysed.ends | {"DE": replace(analysed.ends["DE"], air_gap=circle)}
+    found = fitted.beside(replace(analysed, ends=ends))
+    remarks = [remark for remark in found.calibration.remarks if "exclude each other" in remark]
+    assert bool(remarks) == told
+    shown = [b.text for b in summary_section(analysed, found).blocks if isinstance(b, Verdict)]
+    lines = force_lines(found.calibration, found.forces)
+    for words in (shown, lines):
+        assert any("DE: the clearance circle gives" in each for each in words) == told
+        assert not any("NDE: the clearance circle gives" in each for each in words)
+
+
+@pytest.fixture(scope="module")
+def lost(same_model):
+    """A fit that leaves a path far from the shaft's: one probe reads four times too much."""
+    machine, (record, _) = same_model
+    wrong = record.copy()
+    wrong["NDE_B"] = 4 * record["NDE_B"]
+    calibration = fit_drops(machine, [wrong], horizons=(0.012,))
+    return FittedDrop(calibration, *forces_of(calibration, seconds=0.03, members=8))
+
+
+def test_no_force_is_told_of_a_path_that_is_not_the_shafts(lost) -> None:
+    """Such numbers look like any others: value, interval and verdict of the stress, all of another drop."""
+    gap = lost.calibration.machine.bearing("NDE").radial_gap.nominal
+    assert lost.calibration.drops[0].residual_to(0.012).whole > 0.1 * gap
+    for end in fitted_json(lost)["calibration"]["drops"][0]["ends"].values():
+        for quantity in (end["peak_force_n"], end["stress_mpa"]["max"], end["ring_at_speed_s"]):
+            assert quantity["value"] is None and "of the gap" in quantity["why"]
+        assert end["stress_mpa"]["mean"] is None and end["contact_forces"] == []
+    lines = force_lines(lost.calibration, lost.forces)
+    assert sum("forces and stresses: not estimated" in line for line in lines) == 1
+    assert not any("peak force" in line or "MPa" in line for line in lines)
+
+
+def test_a_withheld_force_is_in_no_report_and_no_archive(analysed, lost) -> None:
+    document = build_report(analysed, fitted=lost)
+    summary = next(s for s in document.sections if s.title == "Summary")
+    assert any(isinstance(b, Verdict) and b.text.startswith("How hard") for b in summary.blocks)
+    rows = [row.cells for s in document.sections for b in s.blocks if isinstance(b, Table) for row in b.rows]
+    assert not any("Greatest" in cells[0] or "4200 MPa" in cells[0] for cells in rows)
+    section = next(s for s in document.sections if s.title.startswith("Forces and stresses"))
+    assert not any(isinstance(block, Figure) for block in section.blocks)
+    filed = [f for f in features_of(analysed, lost) if KINDS[f.name].forces]
+    assert len(filed) > 10
+    assert all(f.estimate.value is None and "of the gap" in f.estimate.why for f in filed)
+
+
+def test_one_lost_drop_does_not_withhold_the_forces_of_those_fitted_with_it(fitted, lost) -> None:
+    calibration = fitted.calibration
+    drops_ = (calibration.drops[0], lost.calibration.drops[0])
+    mixed = replace(calibration, drops=drops_, trusted=0.012)
+    first, other = forces_of(mixed, seconds=0.02, members=8)
+    assert first.ends["NDE"].peak.known and not first.withheld and other.withheld
+    section = forces_section(FittedDrop(mixed, first, others=(other,)))
+    table = next(b for b in section.blocks if isinstance(b, Table) and b.caption.startswith("All drops"))
+    assert "withheld" in table.rows[1].cells and "withheld" not in table.rows[0].cells
+    boxes = rendered(next(b for b in section.blocks if isinstance(b, Figure) and b.name == "stress-outliers").draw())
+    assert [label.get_text() for label in boxes.axes[0].get_xticklabels()] == ["drop_97"]
+
+
 def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report: Document) -> None:
     """Words that carry the numbers themselves go stale when the fit changes, and nothing shows it."""
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
@@ -279,7 +359,7 @@ def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) ->
     assert FORCES_TELL in repr(AnalysisView(analysed))
     shown = repr(AnalysisView(analysed, fitted))
     assert FORCES_TELL not in shown and "peak force on the ring" in shown
-    greatest = ">Greatest normal force on the ring</td>"
+    greatest = ">Greatest normal force on the ring, first 0.05 s</td>"
     assert AnalysisView(analysed, fitted)._repr_html_().count(greatest) == len(fitted.forces.ends)
     assert greatest not in AnalysisView(analysed)._repr_html_()
 

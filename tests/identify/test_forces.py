@@ -13,9 +13,11 @@ from tdbsim.hertz import BearingGeometry
 from tdbmon.estimate import Estimate
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.identify.contract import calibration_json, end_json
-from tdbmon.identify.forces import _at_speed, _contacts, _Member, _peak, forces_of
+from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.forces import _at_speed, _contacts, _Member, _peak, forces_of, later_remarks
 from tdbmon.identify.model_share import FORCE
 from tdbmon.identify.stress import ball_stress, stress_box
+from tests.identify import drops
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +109,7 @@ def test_stress_is_hertz_of_the_load(calibration):
 def test_box_of_known_values(calibration):
     bearing = calibration.machine.bearing("NDE")
     values = np.concatenate([np.zeros(50), np.tile([1.0, 2.0, 3.0, 4.0], 100), [40.0, 41.0], [2.0]]) * 1e8
-    box = stress_box([values] * 8, bearing)
+    box = stress_box([values] * 8, bearing, 0.2)
     assert box.greatest.value == 41e8
     assert (box.q1, box.median, box.q3) == (2e8, 3e8, 4e8)
     assert box.least == 1e8  # the lower whisker
@@ -122,8 +124,8 @@ def test_box_of_known_values(calibration):
 def test_force_stress_and_fatigue_share_one_error_of_the_model(calibration):
     """Of members that agree it alone is left: of a load, of its cube root, and of the ninth power of that."""
     bearing = calibration.machine.bearing("NDE")
-    peak = _peak(np.full(8, 4000.0))
-    stress = stress_box([ball_stress(bearing, np.array([0.0, 4000.0]))] * 8, bearing).greatest
+    peak = _peak(np.full(8, 4000.0), 0.2)
+    stress = stress_box([ball_stress(bearing, np.array([0.0, 4000.0]))] * 8, bearing, 0.2).greatest
     cycles = fatigue_of([DropFatigue(np.array([3.0]), 2e9, False)] * 8, "NDE")
     shares = [e.log_sigma for e in (peak, stress, cycles)]
     assert shares == pytest.approx([FORCE, FORCE / 3, 3 * FORCE], rel=1e-3)
@@ -154,7 +156,7 @@ def test_the_interval_of_an_impulse_holds_the_fitted_drop():
     """Of 39 members with half the force of the fitted one, the 95 % band of all is that half."""
     time = np.linspace(0.0, 0.01, 401)
     blow = np.where((time > 0.002) & (time < 0.006), 1000 * np.sin(np.pi * (time - 0.002) / 0.004), 0.0)
-    found = _contacts(time, np.stack([blow, *[0.5 * blow] * 39]), 0.01)
+    found = _contacts(time, np.stack([blow, *[0.5 * blow] * 39]), 0.01, 0.01)
     (contact,) = found
     whole = 1000 * 0.004 * 2 / np.pi
     assert contact.impulse == pytest.approx(whole, rel=1e-3)
@@ -163,7 +165,7 @@ def test_the_interval_of_an_impulse_holds_the_fitted_drop():
 
 
 def test_unloaded_bearing_has_no_stress(calibration):
-    box = stress_box([np.zeros(10)] * 8, calibration.machine.bearing("DE"))
+    box = stress_box([np.zeros(10)] * 8, calibration.machine.bearing("DE"), 0.2)
     assert box.greatest.value is None and "no ball" in box.greatest.why
 
 
@@ -191,6 +193,25 @@ def test_json_is_plain_and_complete(calibration, forces):
 def test_ensembles_are_repeatable(calibration, forces):
     again = forces_of(calibration, seconds=0.05, members=12)
     assert again[0].ends["DE"].peak == forces[0].ends["DE"].peak
+
+
+def test_the_time_that_a_greatest_force_is_of_is_told_with_it(forces):
+    for end in forces[0].ends.values():
+        for told in (end.peak, end.stress.greatest):
+            assert "of the first 0.05 s after the release" in told.method
+
+
+@pytest.mark.parametrize(("speed", "seed", "told"), [(700.0, 2, True), (300.0, 1, False)])
+def test_a_shaft_that_strikes_as_hard_after_the_time_simulated_is_told(speed, seed, told):
+    """At 42000 rpm it bounces on for a second, with the hardest blow after 0.4 s; at 18000 rpm later ones are far weaker."""
+    record = drops.drop(speed=speed, seed=seed, seconds=0.5)
+    since = record.time.values - record.attrs["release_time_s"]
+    force = record.normal_force.sel(end="NDE").values
+    before, later = force[(since > 0) & (since <= 0.2)].max(), force[since > 0.2].max()
+    assert before > 3000 and later > 1000  # it does strike, also later
+    assert (later > before) == told
+    remarks = later_remarks(measured_drop(record, drops.machine()), drops.machine())
+    assert any("NDE: the shaft has not settled 0.2 s after the release" in remark for remark in remarks) == told
 
 
 def test_bad_requests(calibration):

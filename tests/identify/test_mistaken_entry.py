@@ -120,9 +120,13 @@ def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
 
 def test_forces_say_which_entry_is_not_to_be_trusted(tmp_path):
     machine = written(tmp_path, 'nominal = "250 um"', 'nominal = "500 um"')
-    command = ["analyse", str(machine), str(records()[1]), "--forces"]
+    out = tmp_path / "a.json"
+    command = ["analyse", str(machine), str(records()[1]), "--forces", "--json", str(out)]
     run = CliRunner().invoke(app, command, catch_exceptions=False)
     assert run.exit_code == 0
     told = " ".join(run.output.split())
+    for end in json.loads(out.read_text())["ends"].values():
+        assert end["peak_force_n"]["value"] is None and "contradict the machine file" in end["peak_force_n"]["why"]
+    assert "peak force" not in told and "forces and stresses: not estimated" in told
     assert "not to be trusted" in told
     assert "radial_gap" in told.split("not to be trusted")[1]

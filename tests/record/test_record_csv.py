@@ -282,6 +282,29 @@ def test_bad_tables_are_refused_with_their_line(kind: str, tmp_path: Path) -> No
     assert "\n" not in str(caught.value)
 
 
+def _stamped(rate: float, stated: float) -> str:
+    """A table of 0.1 s whose clock stamps are cut to ms."""
+    stamps = (f"09:59:59.{int(1e3 * k / rate + 1e-9):03d},{k}" for k in range(int(0.1 * rate)))
+    return "\n".join([f"Sample rate [Hz],{stated:g}", "Time,A (um)", *stamps, ""])
+
+
+def test_stamps_that_repeat_give_way_to_the_stated_rate(tmp_path: Path) -> None:
+    """At 20 kHz twenty samples have one stamp in ms."""
+    record = _read(tmp_path, _stamped(20e3, 20e3))
+    assert np.allclose(np.diff(record["time"].values), 5e-5, rtol=1e-9)
+    assert record["A"].size == 2000 and record["A"].values[-1] == pytest.approx(1999e-6)
+    assert "counted" in record["time"].attrs
+    fine = _read(tmp_path, _stamped(500.0, 20e3))  # stamps that go on tell the time themselves
+    assert np.allclose(np.diff(fine["time"].values), 2e-3) and "counted" not in fine["time"].attrs
+
+
+def test_a_rate_that_stamps_contradict_is_not_taken(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="last 0.099 s where 2000 samples at the stated 10000 Hz last 0.1999 s"):
+        _read(tmp_path, _stamped(20e3, 10e3))
+    with pytest.raises(InputError, match="or state the true rate in the file"):
+        _read(tmp_path, _stamped(20e3, 20e3).partition("\n")[2])
+
+
 def test_a_huge_header_does_not_take_long(tmp_path: Path) -> None:
     record = _read(tmp_path, "".join(f"# remark {k}\n" for k in range(4000)) + "time,A\n0,1\n1,2\n")
     assert record["A"].size == 2

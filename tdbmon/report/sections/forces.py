@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tdbmon.identify.forces import DropForces, EndForces
     from tdbmon.identify.stress import Stress
 
+_TITLE = "Forces and stresses (fitted model)"
 _LISTED = 12  # contacts of an end
 _CONTACTS = (
     "A contact lasts here as long as the simulated force acts: one that is told from the displacement may hold several. The"
@@ -31,10 +32,10 @@ _STEEP = (
 
 def hardest(drop: DropForces) -> tuple[Row, ...]:
     """Return the greatest force and stress of each end as rows."""
-    ends = drop.ends.values()
+    ends, within = drop.ends.values(), f"first {drop.seconds:g} s"
     return (
-        Row((f"Greatest normal force on the ring, first {drop.seconds:g} s", *(words(end.peak) for end in ends))),
-        Row(("Greatest Hertz stress of a ball", *(words(end.stress.greatest) for end in ends))),
+        Row((f"Greatest normal force on the ring, {within}", *(words(end.peak) for end in ends))),
+        Row((f"Greatest Hertz stress of a ball, {within}", *(words(end.stress.greatest) for end in ends))),
     )
 
 
@@ -44,6 +45,8 @@ def section(fitted: FittedDrop) -> Section:
     from tdbmon.figures.stress_outliers import stress_outliers
 
     drop, calibration = fitted.forces, fitted.calibration
+    if drop.withheld:
+        return Section(_TITLE, (*_withheld(fitted), *(_drops(fitted) if fitted.others else ()), _values(fitted)))
     ends = drop.ends.values()
     rows = [
         *hardest(drop),
@@ -85,10 +88,7 @@ def section(fitted: FittedDrop) -> Section:
             f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over"
             f" {drop.seconds:g} s."
         ),
-        *(
-            Verdict(remark, "attention")
-            for remark in grouped(calibration.remarks, [each.name for each in fitted.all_forces])
-        ),
+        *_remarks(fitted),
         Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(_STEEP),
         Paragraph(
@@ -102,7 +102,7 @@ def section(fitted: FittedDrop) -> Section:
             " greatest value within Tukey's fences. Dots and rings: peaks beyond the fence and beyond three standard deviations,"
             " where there are any.",
             "Box plots of the stress over time, a panel for each end and a box for each drop, with outliers by two rules.",
-            partial(stress_outliers, fitted.all_forces),
+            partial(stress_outliers, [each for each in fitted.all_forces if not each.withheld]),
         ),
         *(_drops(fitted) if fitted.others else ()),
         Figure(
@@ -118,7 +118,26 @@ def section(fitted: FittedDrop) -> Section:
         *(_contacts(end) for end in ends if end.contacts),
         _values(fitted),
     ]
-    return Section("Forces and stresses (fitted model)", tuple(blocks))
+    return Section(_TITLE, tuple(blocks))
+
+
+def _withheld(fitted: FittedDrop) -> list[Block]:
+    """Return why no force and no stress is told, and what the fit says."""
+    calibration = fitted.calibration
+    return [
+        Verdict(f"No force and no stress is told: {fitted.forces.withheld}.", "attention"),
+        *_remarks(fitted),
+        Paragraph(
+            f"The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the release"
+            f"{_of_several(calibration)} within the tolerances of the machine file, and does not follow. The values below are"
+            " those at which it ended: where they stand may help to see what is wrong, but they are not those of the machine."
+        ),
+    ]
+
+
+def _remarks(fitted: FittedDrop) -> list[Block]:
+    names = [each.name for each in fitted.all_forces]
+    return [Verdict(remark, "attention") for remark in grouped(fitted.calibration.remarks, names)]
 
 
 def _of_several(calibration: Calibration) -> str:
@@ -132,6 +151,9 @@ def _drops(fitted: FittedDrop) -> list[Block]:
     for fit, drop in zip(fitted.calibration.drops, fitted.all_forces, strict=True):
         cells = []
         for end in drop.ends.values():
+            if drop.withheld:
+                cells += ["withheld", "–", "–"]
+                continue
             outliers = f"{len(end.stress.outliers)} / {len(end.stress.tukey)}"
             cells += [words(end.peak), f"{_greatest(end.stress)} / {end.stress.mean / 1e6:.0f} MPa", outliers]
         rows.append(Row((f"{drop.name}, {fit.speed:.0f} Hz", *cells)))

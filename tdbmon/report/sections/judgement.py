@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.extract import NO_FORCES
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
@@ -99,6 +100,9 @@ def _hit(comparison: Comparison) -> list[Block]:
             against = f"{percent(change.estimate.value / limit)} of {limit * 1e-6:.0f} MPa"
         rows.append(Row((change.title, quantity(change.estimate), before, against or "–")))
     if not asked:
+        hardest = [c.estimate.why for c in comparison.changes if c.kind.name in _HARDEST]
+        if withheld := next((why for why in hardest if why != NO_FORCES), ""):
+            return [Finding(f"Force and stress are not told: {withheld}.", "attention")]
         said = (
             "Force and stress were not told: compare the record, or add it to the archive, with --forces to have them."
         )

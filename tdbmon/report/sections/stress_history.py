@@ -44,6 +44,9 @@ def section(comparison: Comparison) -> Section:
     ]
     if without:
         blocks.append(
-            Paragraph(f"Filed without forces, so that they have no box: {', '.join(map(comparison.record, without))}.")
+            Paragraph(
+                "Filed without forces, or with a fit that told none, so that they have no box:"
+                f" {', '.join(map(comparison.record, without))}."
+            )
         )
     return Section("Hertz stress", tuple(blocks))

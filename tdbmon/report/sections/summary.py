@@ -9,7 +9,7 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.estimate import Estimate
-from tdbmon.quantity import moment, number, percent, rpm, words
+from tdbmon.quantity import counted, moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
 from tdbmon.report.sections.findings import (
     RESTITUTION,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     """Return the summary; with a fitted model, how hard the bearings were hit comes first."""
-    blocks: list[Block] = [Paragraph(_story(analysis)), _trust(analysis)]
+    blocks: list[Block] = [Paragraph(_story(analysis, fitted)), _trust(analysis)]
     against = _against_drawing(analysis)
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
     blocks += _whirl_verdicts(analysis)
@@ -55,7 +55,7 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     return Section("Summary", tuple(blocks))
 
 
-def _story(analysis: Analysis) -> str:
+def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
     """What happened, in plain words."""
     attributes = analysis.record.attrs
     when = f" on {moment(str(attributes['drop_time']))}" if attributes.get("drop_time") else ""
@@ -85,7 +85,9 @@ def _story(analysis: Analysis) -> str:
         lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
         parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
     elif analysis.ends:
-        parts.append("No contacts could be told apart.")
+        parts.append(
+            "Contacts are not counted from the displacement alone, for the reason below." + _in_the_fit(fitted)
+        )
     if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
         verb = "stood still" if still.low is not None else "would stand still, if the fitted law held down to rest,"
         parts.append(f"It {verb} {words(still)} after the record's first sample.")
@@ -94,6 +96,21 @@ def _story(analysis: Analysis) -> str:
     if not (release := analysis.release_time).known:
         parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
     return " ".join(parts)
+
+
+def _in_the_fit(fitted: FittedDrop | None) -> str:
+    """Return how many contacts the record has by the gaps of a fit that follows it, which takes no clearance circle."""
+    if fitted is None or fitted.forces.withheld:
+        return ""
+    found = fitted.agreement
+    counts = {name: sum(p.measured is not None for p in end.contacts) for name, end in found.ends.items()}
+    if not any(counts.values()):
+        return ""
+    told = " and ".join(f"{counted(number, 'contact')} at {name}" for name, number in counts.items())
+    seconds = min(fitted.forces.seconds, float(found.time[-1]))
+    return (
+        f" By the fitted gaps it shows {told} within {seconds:.3g} s of the release (see Measured against simulated)."
+    )
 
 
 def _trust(analysis: Analysis) -> Verdict:
@@ -136,7 +153,9 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     """How hard the bearings were hit, which no sensor measured: against their static load, and against a dent."""
     from tdbsim.fatigue import STATIC_LIMIT
 
-    ends = fitted.forces.ends
+    ends, within = fitted.forces.ends, f"first {fitted.forces.seconds:g} s"
+    if fitted.forces.withheld:
+        return [Verdict(f"How hard the bearings were hit is not told: {fitted.forces.withheld}.", "attention")]
     loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
     dented = [end.stress.greatest.high or 0.0 for end in ends.values()]
     hybrid = any(bearing.balls.material != "steel" for bearing in analysis.machine.touchdown_bearings)
@@ -145,13 +164,13 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         *hardest(fitted.forces),
         Row(
             (
-                "Greatest force over the load at rest",
+                f"Greatest force over the load at rest, {within}",
                 *(_over(end.peak, load) for end, load in zip(ends.values(), loads, strict=True)),
             )
         ),
         Row(
             (
-                f"Greatest stress against {STATIC_LIMIT * 1e-6:.0f} MPa, where a ball dents its race (ISO 76{steel})",
+                f"Greatest stress, {within}, against {STATIC_LIMIT * 1e-6:.0f} MPa, where a ball dents its race (ISO 76{steel})",
                 *(_against_denting(end.stress.greatest) for end in ends.values()),
             ),
             "attention" if max(dented) > STATIC_LIMIT else "plain",
@@ -167,12 +186,24 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     ]
     return [
         *([] if calibration.explains else doubts),
+        *(Verdict(f"{note}.", "attention") for note in fitted.notes),
         Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
+            f"{_later(fitted.forces.seconds, analysis.settle_time)}"
         ),
     ]
+
+
+def _later(seconds: float, settled: Estimate) -> str:
+    """Return that blows come after the time that forces are told of, s; nothing where the shaft has settled by then."""
+    if settled.value is not None and settled.value <= seconds:
+        return ""
+    then = f"settles only {words(settled)} after the release" if settled.known else "is not seen to settle by then"
+    return (
+        f" All are of the first {seconds:g} s after the release; the shaft {then}, and later blows are not among them."
+    )
 
 
 def _over(force: Estimate, load: float) -> str:
