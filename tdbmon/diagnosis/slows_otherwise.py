@@ -16,6 +16,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
 _DRAG_SIGMA = 0.02  # of the drag, at least
+_AS_STATED = 1e-6  # the same of a drag that is held
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 WORTH = 60.0  # sum of squares from which on a cause is sought
 _TAKES_AWAY = 0.25  # of what lag and drag leave, that a torque may leave: friction that ends with slip is none
@@ -60,7 +61,7 @@ def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[floa
 
     Some tens of milliseconds tell little of a decay of many seconds, and an error of it counts by the square of the time.
     """
-    found, covariance, _ = _solved(slowings, machine, torques=False)
+    found, covariance, _ = _solved(slowings, _known_drag(machine), torques=False)
     return 1 + float(found[0]), math.sqrt(covariance[0, 0])
 
 
@@ -71,17 +72,19 @@ def torques_beside_lag(slowings: Sequence[Slowing], contender: Contender) -> NDA
     the time.  A torque is plain where all drops have one of the same sign, and it takes away most of what is left without.
     """
     machine = contender.problem.model.machine
-    *_, without = _solved(slowings, machine, torques=False)
-    found, covariance, left = _solved(slowings, machine, torques=True)
+    *_, without = _solved(slowings, _known_drag(machine), torques=False)
+    found, covariance, left = _solved(slowings, _known_drag(machine), torques=True)
     rates, sigmas = found[2:], np.sqrt(np.diag(covariance)[2:])
     told = bool((rates > _CERTAINLY * sigmas).all() or (rates < -_CERTAINLY * sigmas).all())
     if not told or without < _PLAINLY_SLOWS or left > _TAKES_AWAY * without:
         return None
+    # beside the drag as the machine file has it: a torque that grows as the rotor slows would else pass for more of it, less drag
+    rates = _solved(slowings, _AS_STATED, torques=True)[0][2:]
     return rates * float(contender.problem.model.arrays.spin[INERTIA])
 
 
 def _solved(
-    slowings: Sequence[Slowing], machine: Machine, torques: bool
+    slowings: Sequence[Slowing], drag_sigma: float, torques: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Return what lag and drag are off by, and each drop's rate of slowing beside them, rad/s^2, where `torques` are asked for.
 
@@ -93,7 +96,7 @@ def _solved(
     rates = [np.where(drops == i, held, 0.0) for i in range(len(slowings))] if torques else []
     design = np.column_stack([lag, drag, *rates]) / sigma[:, None]
     known = np.zeros(design.shape[1])
-    known[1] = _known_drag(machine) ** -2
+    known[1] = drag_sigma**-2
     covariance = np.linalg.pinv(design.T @ design + np.diag(known))
     found = covariance @ design.T @ (left / sigma)
     return found, covariance, float(np.sum((left / sigma - design @ found) ** 2) + known @ found**2)
@@ -109,7 +112,7 @@ def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
         most, friction = most_friction(machine, build_rotor(machine))
         asked = (
             f"more than contacts rub with ({most:.2g} N m at a friction of {friction:g}): does the drive brake?"
-            if low > most
+            if high > most
             else "beside drag and contacts: does the drive brake, or are the rings hard to turn?"
         )
         said = f"falls back as by an extra torque of {size}, {asked}"
