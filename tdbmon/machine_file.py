@@ -155,8 +155,11 @@ def check_suffix(path: Path | None) -> None:
         )
 
 
-def calibration_head(calibration: Calibration, machine_file: Path) -> str:
-    """Return the comment at the top of a calibrated machine's file: from what it was made, and what to know of it."""
+def calibration_head(calibration: Calibration, machine_file: Path, remark: str = "") -> str:
+    """Return the comment at the top of a calibrated machine's file: from what it was made, and what to know of it.
+
+    `remark` is what else there is to know of its values.
+    """
     from tdbmon import __version__
 
     drops = ", ".join(fit.name for fit in calibration.drops)
@@ -171,6 +174,8 @@ def calibration_head(calibration: Calibration, machine_file: Path) -> str:
     if calibration.at_bound:
         names = ", ".join(each.name for each in calibration.at_bound)
         lines.append(f"Gone as far as they may, so the truth may lie beyond: {names}.")
+    if remark:
+        lines.append(remark)
     return "\n".join(lines)
 
 

@@ -15,6 +15,7 @@ from tdbmon.analysis.axes import seen_ends
 from tdbmon.analysis.bearing_orders import name_bearing_orders
 from tdbmon.analysis.bearing_planes import apart_from_misread, bearing_planes
 from tdbmon.analysis.bent_line import LevitatedMiss, levitated_misses
+from tdbmon.analysis.braked import beyond_contacts
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
@@ -153,7 +154,8 @@ def _drop(
             checks += check_probe_scales(release, machine)  # by how the rotor of the machine file bends
 
     progress("fitting the run-down")
-    rundown = rotation.run_down(released, rotor, checks)
+    whirl = _whirl(planes, machine, ends, released, drawn)
+    rundown = _run_down(laid, released, whirl, checks)
     before = rotation.before(released)
     levitated, misses = _levitation(laid, planes, released, before, ends, checks)
 
@@ -179,9 +181,21 @@ def _drop(
         waterfall=_spectra(seen),
         lines=lines,
         drifting=_drifting(laid, seen, bands, lines),
-        whirl=_whirl(planes, machine, ends, released, drawn),
+        whirl=whirl,
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
+
+
+def _run_down(laid: _Laid, released: float | None, whirl: Mapping[str, Whirl], checks: list[Check]) -> RunDown | None:
+    """Return the run-down; a failed check says where no coasting rotor slows so.  `whirl` is that of the ends seen."""
+    rundown = laid.rotation.run_down(released, laid.rotor, checks)
+    if rundown is None:
+        return None
+    if released is not None and whirl and not any(each.worst or each.hidden for each in whirl.values()):
+        rundown = beyond_contacts(rundown, laid.machine, laid.rotor, released)
+    if rundown.doubt:
+        checks.append(Check("run-down", "", False, rundown.doubt))
+    return rundown
 
 
 def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
@@ -192,7 +206,7 @@ def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 def _speed_only(laid: _Laid, checks: list[Check]) -> Analysis:
     rotation = laid.rotation
-    rundown = rotation.run_down(None, laid.rotor, checks) if falls(checks) else rotation.without_drop()
+    rundown = _run_down(laid, None, {}, checks) if falls(checks) else rotation.without_drop()
     return Analysis(
         machine=laid.machine,
         rotor=laid.rotor,

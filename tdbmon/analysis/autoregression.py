@@ -56,3 +56,8 @@ def noise_of(residual: np.ndarray, parameters: int) -> Noise:
             freedom = max(len(white) - parameters, 1)
             best, least = Noise(ar, float(np.sqrt(max(white @ white / freedom, floor)))), bic
     return best
+
+
+def scatter(mean: np.ndarray) -> float:
+    """Standard deviation of noise from mean to mean (n,): by third differences, which no smooth course adds to."""
+    return float(np.std(np.diff(mean, 3)) / np.sqrt(20)) if len(mean) > 3 else 0.0

@@ -1,19 +1,20 @@
 """Coast-down times: when the speed has fallen to a half, and to a tenth, of that at the release.
 
 Where the record reaches that speed, the time is read off the means of the speed about it, without a law: a parabola in time
-goes through them.  Beyond the record's end the chosen law is carried on; its interval then holds what laws of one term more
-leave possible.
+goes through them, over as wide a band of speeds as it fits; where none fits, as at the end of a braking, the time lies between
+two means.  Beyond the record's end the chosen law is carried on; its interval then holds what laws of one term more leave
+possible.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
 
-from tdbmon.analysis.autoregression import noise_of
+from tdbmon.analysis.autoregression import noise_of, scatter
 from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
 from tdbmon.analysis.observed_speed import Observed
 from tdbmon.analysis.standstill import FARTHEST
@@ -22,7 +23,12 @@ from tdbmon.quantity import percent
 
 HALF, TENTH = 0.5, 0.1
 _MEASURED, _EXTRAPOLATED = "measured", "extrapolated by the chosen law"
-_BAND = 0.1  # of the speed that is looked for, to both sides: there a parabola is true to some 1e-5 of it
+# of the speed that is looked for, to both sides: in the first a parabola is true to some 1e-5 of it
+_BANDS = (0.1, 0.05, 0.025, 0.0125)
+_BENT, _BENDS = (
+    3.0,
+    5e-4,
+)  # times the noise, and of the speed: what a parabola leaves where the course of the speed bends
 _EACH_SIDE = 5  # means at least, to each side of the crossing
 _FEWEST = 8  # in all, where the record ends soon after
 _SMOOTH = 5  # means whose median is compared with the speed looked for
@@ -65,7 +71,7 @@ def coast_down_times(
     observed : Observed
         Means of the speed.
     laws : sequence of LawFit
-        The chosen law, then those of one term more.
+        The chosen law, then those of one term more; empty with a reason in `hidden`.
     hidden : str
         Why the law cannot be carried on beyond the record; empty where it can.
     release, last : float
@@ -98,17 +104,28 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
     if not below.size or not below[0]:
         return None
     at = int(below[0])
-    above = np.flatnonzero(smooth[:at] > (1 + _BAND) * wanted)
-    under = np.flatnonzero(smooth[at:] < (1 - _BAND) * wanted)
-    first = max(min(int(above[-1]) + 1 if above.size else 0, at - _EACH_SIDE), 0)
-    stop = min(max(at + int(under[0]) if under.size else len(smooth), at + _EACH_SIDE), len(smooth))
-    if stop - first < _FEWEST:
-        return None
-    middle = float(after.middle[at])
-    time, speed = after.middle[first:stop] - middle, after.mean[first:stop]
-    scale = float(np.abs(time).max())
-    design = np.vander(time / scale, 3)
-    found, *_ = np.linalg.lstsq(design, speed, rcond=None)
+    for band in _BANDS:
+        above = np.flatnonzero(smooth[:at] > (1 + band) * wanted)
+        under = np.flatnonzero(smooth[at:] < (1 - band) * wanted)
+        first = max(min(int(above[-1]) + 1 if above.size else 0, at - _EACH_SIDE), 0)
+        stop = min(max(at + int(under[0]) if under.size else len(smooth), at + _EACH_SIDE), len(smooth))
+        if stop - first < _FEWEST:
+            return None
+        near = replace(after, begin=after.begin[first:stop], end=after.end[first:stop], mean=after.mean[first:stop])
+        middle = float(after.middle[at])
+        scale = float(np.abs(near.middle - middle).max())
+        design = np.vander((near.middle - middle) / scale, 3)
+        found, *_ = np.linalg.lstsq(design, near.mean, rcond=None)
+        left = near.mean - design @ found
+        if float(np.std(left)) < max(_BENT * scatter(near.mean), _BENDS * wanted):
+            return _crossing(found, left, design, wanted, sigma, middle, scale)
+    return _between(after.middle, smooth, at, wanted, float(np.hypot(sigma, scatter(after.mean[first:stop]))))
+
+
+def _crossing(
+    found: np.ndarray, left: np.ndarray, design: np.ndarray, wanted: float, sigma: float, middle: float, scale: float
+) -> Estimate | None:
+    """Return when a parabola of coefficients `found`, which leaves `left`, falls below a speed; its unit of time is `scale`."""
     roots = np.roots(found - [0.0, 0.0, wanted])
     real = roots.real[np.abs(roots.imag) < 1e-9]
     if not real.size:
@@ -117,12 +134,26 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
     slope = 2 * found[0] * crossing + found[1]
     if abs(crossing) > 1 or slope >= 0:
         return None
-    noise = noise_of(speed - design @ found, 3).slow
+    noise = noise_of(left, 3).slow
     row = np.array([crossing**2, crossing, 1.0])
     own = noise * float(np.sqrt(row @ np.linalg.pinv(design.T @ design) @ row))
-    half = float(np.hypot(stdtrit(len(speed) - 3, 0.975) * own, Z95 * sigma)) / -slope * scale
+    half = float(np.hypot(stdtrit(len(left) - 3, 0.975) * own, Z95 * sigma)) / -slope * scale
     when = middle + crossing * scale
     return Estimate(when, when - half, when + half, "s", f"{_MEASURED}: parabola through the speed about it")
+
+
+def _between(time: np.ndarray, smooth: np.ndarray, at: int, wanted: float, sigma: float) -> Estimate | None:
+    """Return when the speed falls below one known to `sigma` at a bend: between two means, and by the flatter of its sides."""
+    step = float(time[at] - time[at - 1])
+    first, last = max(at - _EACH_SIDE, 0), min(at + _EACH_SIDE, len(time) - 1)
+    sides = [(smooth[i] - smooth[k]) / (time[k] - time[i]) for i, k in ((first, at), (at, last)) if k > i]
+    if min(sides) <= 0:
+        return None
+    when = float(time[at] - step * (wanted - smooth[at]) / (smooth[at - 1] - smooth[at]))
+    half = step + Z95 * sigma / float(min(sides))
+    return Estimate(
+        when, when - half, when + half, "s", f"{_MEASURED}: between two means of the speed, which bends there"
+    )
 
 
 def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, release: float, last: float) -> Estimate:

@@ -62,7 +62,10 @@ def analyse(
 
         lines += force_lines(fitted.calibration, fitted.forces)
         if calibrated is not None:
-            write_machine(fitted.calibration.calibrated, calibrated, calibration_head(fitted.calibration, machine))
+            from tdbmon.identify.measured_decay import with_measured_decay
+
+            made, remark = with_measured_decay(fitted.calibration, result.rundown)
+            write_machine(made, calibrated, calibration_head(fitted.calibration, machine, remark))
             written.append(f"machine: {calibrated}")
     if json_file is not None:
         written += write_json(json_file, _content(result, fitted))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tdbmon.analysis.autoregression import WHITE, Noise, noise_of
+from tdbmon.analysis.autoregression import WHITE, Noise, noise_of, scatter
 from tdbmon.analysis.drag_law import Coast, LawFit, fit_law
 
 MODELS: dict[str, tuple[str, ...]] = {
@@ -30,6 +30,12 @@ _PREFERENCE = (
     10.0  # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
 )
 _FOLDS = 8
+NO_LAW = "no law of drag fits how the speed falls"
+_BEYOND = 3.0  # times the noise, and times what laws of free signs leave: a misfit that is told
+_MATTERS, _FAR = (
+    1e-3,
+    0.02,
+)  # of what the speed fell by: a misfit that such laws take away, and one that no law takes away
 
 
 @dataclass(frozen=True)
@@ -208,6 +214,30 @@ def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate
     candidates = [_against_simpler(c, candidates) for c in candidates]
     standing = [c for c in candidates if not c.refused]
     return candidates, min(standing, key=lambda c: c.score) if standing else None
+
+
+def misfit_of(chosen: Candidate, candidates: list[Candidate], stretch: Coast) -> str:
+    """Say why not even the chosen law is that of a drag; empty where it may be."""
+    if not _misses(chosen, candidates, stretch):
+        return ""
+    left = f"{chosen.name}, the best, leaves {chosen.rms:.2g} Hz rms beside {scatter(stretch.mean):.2g} Hz of noise"
+    return (
+        f"{NO_LAW} from {stretch.begin[0]:.3g} to {stretch.end[-1]:.3g} s ({left}): does the drive brake, do the rings still"
+        " slip, or does the speed signal wander?"
+    )
+
+
+def _misses(candidate: Candidate, candidates: list[Candidate], stretch: Coast) -> bool:
+    """True where a law plainly misses the speed.
+
+    Noise that remembers would take any misfit for its own, so that the misfit is held against the scatter from mean to mean.
+    And either another law, be it one that partly drives the rotor, has far less of it, or it is too large for the wander of a
+    speed signal.
+    """
+    fallen = float(stretch.mean[0] - stretch.mean[-1])
+    if candidate.rms < _BEYOND * scatter(stretch.mean) or candidate.rms < _MATTERS * fallen:
+        return False
+    return candidate.rms > min(_BEYOND * min(c.rms for c in candidates), _FAR * fallen)
 
 
 def _rms(stretch: Coast, fit: LawFit) -> float:

@@ -20,11 +20,11 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.autoregression import Noise
 from tdbmon.analysis.coast_down_times import CoastDownTimes, coast_down_times
 from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit
-from tdbmon.analysis.law_choice import FEWEST, Candidate, choose_law, find_stretch, noise_in
+from tdbmon.analysis.law_choice import FEWEST, NO_LAW, Candidate, choose_law, find_stretch, misfit_of, noise_in
 from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
 from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
 from tdbmon.analysis.speed_model import SpeedModel, speed_model, term_of
-from tdbmon.analysis.standstill import stop_time
+from tdbmon.analysis.standstill import stop_seen, stop_time
 from tdbmon.analysis.unbroken import without_holes
 from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
@@ -37,6 +37,7 @@ _STEADY = 0.5
 _TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
 _FALLING = 4.0  # standard deviations by which the speed must fall
 _TURNS_HZ = 1.0  # a steady reading below is no speed that a rotor lost some of
+_PLAINLY = 1e-3  # of the speed at the release, that a law takes more than was lost
 _HIDDEN = (
     f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
     " levitated one, which this record does not show well enough; a longer record is needed"
@@ -80,6 +81,8 @@ class RunDown:
         The chosen law; `speed_at` and `torque_at` evaluate it.
     polar_inertia : float or None
         kg m^2.
+    doubt : str
+        What no coasting rotor does, so that a drive may brake; empty where there is nothing.
     """
 
     initial: Estimate
@@ -95,6 +98,7 @@ class RunDown:
     pulse_ratio: Estimate
     law: DragLaw | None
     polar_inertia: float | None
+    doubt: str = ""
 
     @classmethod
     def missing(
@@ -265,16 +269,22 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     models = tuple(speed_model(c, c is chosen) for c in candidates)
     levitated = _coasting(stretch, before)
     slip = _slip(stretch, fit, levitated) if levitated else ""
-    if slip:
-        return without(slip, tuple(replace(m, chosen=False) for m in models))
+    misfit = misfit_of(chosen, candidates, stretch)
+    if slip or misfit:
+        if not slip:
+            before = None  # levitation tells its own noise better than what no law fits
+        run = without(slip or NO_LAW, tuple(replace(m, chosen=False) for m in models))
+        return run if slip else _seen(run, observed, release, last, misfit)
     initial = speed_at_release(before, release, source, Z95, _unsure(observed, before))
     decay = _decay_time(chosen, levitated, stretch)
     # what no law may be carried on by
     hidden = "" if reached else "the fitted law does not hold down to the slowest measured speed"
     hidden = hidden or (decay.why if levitated is None and _short(stretch) else "")
+    lost = _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch)
+    gained = _gained(lost, float(stretch.begin[0]))
     return RunDown(
         initial=initial,
-        lost_speed=_turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch),
+        lost_speed=Estimate.missing("Hz", gained) if gained else lost,
         decay_time=_inexact(decay, candidates, chosen, stretch),
         drag_torque=_torque(candidates, chosen, polar_inertia),
         standstill_time=stop_time(fit, rest, reached, last, release),
@@ -288,6 +298,18 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         pulse_ratio=ratio,
         law=fit.law,
         polar_inertia=polar_inertia,
+        # less than that is an error of the law rather than a drive
+        doubt=gained if -float(lost.high or 0.0) > _PLAINLY * float(initial.value or 0.0) else "",
+    )
+
+
+def _seen(run: RunDown, observed: Observed, release: float, last: float, misfit: str) -> RunDown:
+    """Return a run-down that no law fits with what the speed itself shows: when it is half and a tenth, and nought."""
+    return replace(
+        run,
+        standstill_time=stop_seen(observed.rest, NO_LAW),
+        coast_down=coast_down_times(run.initial, observed, (), NO_LAW, release, last),
+        doubt=misfit,
     )
 
 
@@ -319,6 +341,16 @@ def _lost(initial: Estimate, fit: LawFit, release: float, method: str) -> Estima
     lost = initial.value - float(fit.law.speed_at(release))
     sigma = float(np.hypot(initial.sigma, fit.speed_sigma(release)))
     return Estimate.from_sigma(lost, sigma, "Hz", method)
+
+
+def _gained(lost: Estimate, begin: float) -> str:
+    """Say that a rotor lost less than nothing to its contacts, s and Hz; empty where the interval reaches to nought."""
+    if lost.value is None or lost.high is None or lost.high >= 0:
+        return ""
+    return (
+        f"carried back to the release, the law that the speed follows from {begin:.3g} s on takes {-lost.value:.3g} Hz more than"
+        " was lost, and contacts drive no rotor: does the drive brake, or was it still on after the release?"
+    )
 
 
 def _turned(

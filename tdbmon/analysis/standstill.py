@@ -38,6 +38,8 @@ class Rest:
         The same where the rotor may still creep: what the level may have fallen unseen, Hz.
     resolution : float
         Smallest speed that is told from rest, Hz.
+    turned_at : float
+        When the part that ends at `turning_until` begins, or the last pulse came, s: within that part the rotor may stop.
     """
 
     found: bool
@@ -48,6 +50,7 @@ class Rest:
     level_sigma: float = 0.0
     creep: float = 0.0
     resolution: float = 0.0
+    turned_at: float = 0.0
 
 
 def find_rest(coast: Coast, turns: Coast | None) -> Rest:
@@ -85,13 +88,25 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     lost = np.flatnonzero(mean[final:] < _LOST * one)
     lost_from = float(end[final + lost[0]]) if lost.size else last
     until = float(end[final])
-    fading = lost_from - until
+    fading, turned = lost_from - until, float(coast.begin[final * size])
     if turns is not None and len(turns):
-        until, lost_from = max(until, float(turns.end[-1])), max(lost_from, float(turns.end[-1]))
+        pulse = float(turns.end[-1])
+        until, lost_from, turned = max(until, pulse), max(lost_from, pulse), max(turned, pulse)
     if last - lost_from < _QUIET * fading:
         return none
     creep = float(np.hypot(sigma, _CREEP * max(fall, 0.0)))
-    return Rest(True, until, lost_from, level=level, level_sigma=sigma, creep=creep, resolution=_TURNING * one)
+    resolution = _TURNING * one
+    return Rest(
+        True, until, lost_from, level=level, level_sigma=sigma, creep=creep, resolution=resolution, turned_at=turned
+    )
+
+
+def stop_seen(rest: Rest, why: str) -> Estimate:
+    """Return when the signal shows the rotor come to rest, without a law; missing for the reason `why` where it does not."""
+    if not rest.found:
+        return Estimate.missing("s", f"the record ends before standstill, and {why}")
+    method = f"speed signal below what it resolves ({rest.resolution * 1e3:.1f} mHz)"
+    return Estimate(0.5 * (rest.turned_at + rest.lost_from), rest.turned_at, rest.lost_from, "s", method)
 
 
 def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: float) -> Estimate:
@@ -110,8 +125,7 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
     """
     stop = fit.law.standstill
     if rest.found and not (reached and np.isfinite(stop)):
-        method = f"speed signal below what it resolves ({rest.resolution * 1e3:.1f} mHz)"
-        return Estimate(0.5 * (rest.turning_until + rest.lost_from), rest.turning_until, rest.lost_from, "s", method)
+        return stop_seen(rest, "")
     if not np.isfinite(stop):
         return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
     if not reached:

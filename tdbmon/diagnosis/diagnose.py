@@ -20,7 +20,7 @@ from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
-from tdbmon.diagnosis.slows_otherwise import slowing_remarks
+from tdbmon.diagnosis.slows_otherwise import has_drive_torque, slowing_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, strained, verdict
 from tdbmon.estimate import Estimate
@@ -141,6 +141,7 @@ def diagnose(
         believed = found.plain if found.verdict.kind is Kind.UNKNOWN else found.likeliest
         unlike = unlike_drops(believed.problem, believed.fit) if obstacle is None else []
         slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
+        driven = bool(slowed_otherwise) and has_drive_torque(found.likeliest)
         judged, remarked = _against(found, obstacle, otherwise)
     return Diagnosis(
         machine=machine,
@@ -152,7 +153,7 @@ def diagnose(
         late=late,
         late_before=late_before,
         mistaken=mistaken.why if mistaken is not None else None,
-        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field),
+        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field, driven),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),

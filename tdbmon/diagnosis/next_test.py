@@ -16,6 +16,7 @@ DRIFT = (
     "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
     " at, or of the machine"
 )
+DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
 _ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 
 
@@ -25,8 +26,8 @@ def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
     return max(speeds) < _ALIKE * min(speeds)
 
 
-def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
-    """Return one piece of advice."""
+def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False) -> str:
+    """Return one piece of advice; `driven` says that the drops slow as by a torque of a drive."""
     drops = contenders[0].problem.drops
     speeds, alike = sorted(drop.speed for drop in drops), of_one_speed(drops)
     if verdict.kind is Kind.NONE and alike:
@@ -37,6 +38,8 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...]) -> str:
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:
+        if driven:
+            return DRIVE_OFF
         faulty = [drop.name for drop in drops if drop.faults]
         first = (
             f"put right what the checks of {', '.join(faulty)} say, and diagnose the same drops again; if it stays, "

@@ -6,15 +6,20 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from tdbsim.columns import INERTIA
 from tdbsim.machine import Machine
+from tdbsim.rotor import build_rotor
 
+from tdbmon.analysis.braked import most_friction
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
 _DRAG_SIGMA = 0.02  # of the drag, at least
+_AS_STATED = 1e-6  # the same of a drag that is held
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 WORTH = 60.0  # sum of squares from which on a cause is sought
+_TAKES_AWAY = 0.25  # of what lag and drag leave, that a torque may leave: friction that ends with slip is none
 _PLAINLY_SLOWS = 2 * WORTH  # the same from which on it is the likeliest cause there is
 
 
@@ -29,7 +34,11 @@ def slowing_remarks(contender: Contender) -> list[str]:
     slowings = slowings_of(contender)
     if slowings is None:
         return []
-    factor, sigma = lag_beside_drag(slowings, contender.problem.model.machine)
+    machine = contender.problem.model.machine
+    torques = torques_beside_lag(slowings, contender)
+    if torques is not None:
+        return [torque_in_words(torques, machine)]
+    factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return []
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
@@ -41,18 +50,73 @@ def slowing_remarks(contender: Contender) -> list[str]:
     ]
 
 
+def has_drive_torque(contender: Contender) -> bool:
+    """True where drops slow as by a torque that acts from the release on."""
+    slowings = slowings_of(contender)
+    return slowings is not None and torques_beside_lag(slowings, contender) is not None
+
+
 def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float]:
     """Return the factor of the lag and its standard deviation, where the machine's drag may be off by its tolerance.
 
     Some tens of milliseconds tell little of a decay of many seconds, and an error of it counts by the square of the time.
     """
-    known = _known_drag(machine)
-    columns = ("lag", "drag", "left", "sigma")
-    lag, drag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in columns)
-    design = np.column_stack([lag, drag]) / sigma[:, None]
-    covariance = np.linalg.pinv(design.T @ design + np.diag([0.0, known**-2]))
-    off, _ = covariance @ design.T @ (left / sigma)
-    return 1 + float(off), math.sqrt(covariance[0, 0])
+    found, covariance, _ = _solved(slowings, _known_drag(machine), torques=False)
+    return 1 + float(found[0]), math.sqrt(covariance[0, 0])
+
+
+def torques_beside_lag(slowings: Sequence[Slowing], contender: Contender) -> NDArray[np.float64] | None:
+    """Return the torque, N m, that slows each drop from the release on beside lag and drag; None where none is plain.
+
+    The lag behind a rotor that only coasts grows until the rings turn with the shaft, that of a torque by half the square of
+    the time.  A torque is plain where all drops have one of the same sign, and it takes away most of what is left without.
+    """
+    machine = contender.problem.model.machine
+    *_, without = _solved(slowings, _known_drag(machine), torques=False)
+    found, covariance, left = _solved(slowings, _known_drag(machine), torques=True)
+    rates, sigmas = found[2:], np.sqrt(np.diag(covariance)[2:])
+    told = bool((rates > _CERTAINLY * sigmas).all() or (rates < -_CERTAINLY * sigmas).all())
+    if not told or without < _PLAINLY_SLOWS or left > _TAKES_AWAY * without:
+        return None
+    # beside the drag as the machine file has it: a torque that grows as the rotor slows would else pass for more of it, less drag
+    rates = _solved(slowings, _AS_STATED, torques=True)[0][2:]
+    return rates * float(contender.problem.model.arrays.spin[INERTIA])
+
+
+def _solved(
+    slowings: Sequence[Slowing], drag_sigma: float, torques: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Return what lag and drag are off by, and each drop's rate of slowing beside them, rad/s^2, where `torques` are asked for.
+
+    With their covariance, and the sum of squares that is left, what is known of the drag included.
+    """
+    columns = ("lag", "drag", "held", "left", "sigma")
+    lag, drag, held, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in columns)
+    drops = np.concatenate([np.full(len(s.time), i) for i, s in enumerate(slowings)])
+    rates = [np.where(drops == i, held, 0.0) for i in range(len(slowings))] if torques else []
+    design = np.column_stack([lag, drag, *rates]) / sigma[:, None]
+    known = np.zeros(design.shape[1])
+    known[1] = drag_sigma**-2
+    covariance = np.linalg.pinv(design.T @ design + np.diag(known))
+    found = covariance @ design.T @ (left / sigma)
+    return found, covariance, float(np.sum((left / sigma - design @ found) ** 2) + known @ found**2)
+
+
+def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
+    """Return what torques of `torques_beside_lag`, N m, may be, in words."""
+    low, high = sorted((float(np.abs(torques).min()), float(np.abs(torques).max())))
+    size = f"{low:.2g} to {high:.2g} N m" if f"{low:.2g}" != f"{high:.2g}" else f"{high:.2g} N m"
+    if torques[0] < 0:
+        said = f"runs ahead as by a torque of {size}: does the drive stay on?"
+    else:
+        most, friction = most_friction(machine, build_rotor(machine))
+        asked = (
+            f"more than contacts rub with ({most:.2g} N m at a friction of {friction:g}): does the drive brake?"
+            if high > most
+            else "beside drag and contacts: does the drive brake, or are the rings hard to turn?"
+        )
+        said = f"falls back as by an extra torque of {size}, {asked}"
+    return f"from the release on the shaft {said} The verdict does not rest on it"
 
 
 def _known_drag(machine: Machine) -> float:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.rundown import RunDown
 
 _BINS = 700
+_IN_HZ = 0.3  # of what a law leaves where it was fitted, from which on it is drawn in Hz
 
 
 @styled
@@ -54,7 +55,7 @@ def speed_decay(analysis: Analysis) -> Figure:
     figure = new_figure(
         height, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
     )
-    margins = Margins(15, 3, 11, 20, down=5)
+    margins = Margins(17, 3, 11, 20, down=5)  # on the left as wide as −50000 needs it
     upper, *lower = subplots(figure, len(ratios), 1, margins, height_ratios=ratios, sharex=True)[:, 0]
     upper.set_xlim(float(time[0]), float(time[-1]))
     mark_phases(upper, analysis, names=True)
@@ -62,7 +63,6 @@ def speed_decay(analysis: Analysis) -> Figure:
     upper.plot(at, means, color=BLUE, label="speed as recorded")
     upper.set_ylabel("speed [Hz]")
     for ax in lower:
-        ax.set_ylabel("residual [mHz]")
         _law(upper, ax, rundown, at, means)
     figure.axes[-1].set_xlabel("time from the record's first sample [s]")
     _coast_down(upper, rundown)
@@ -96,14 +96,17 @@ def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.n
     upper.plot(
         at, beyond, color=VERMILION, linewidth=0.7, linestyle=(0, (1, 1.5)), label="law beyond the fitted stretch"
     )
-    rest = (means - law) * 1e3
+    rest = means - law
+    near = 3.0 * float(np.quantile(np.abs(rest[fitted]), 0.99)) + 1e-12 if fitted.any() else float(np.abs(rest).max())
+    unit, factor = ("Hz", 1.0) if near > _IN_HZ else ("mHz", 1e3)
+    lower.set_ylabel(f"residual [{unit}]")
     lower.axhline(0.0, color=BLACK, linewidth=0.7)
-    lower.plot(at, rest, color=BLUE, linewidth=0.7)
+    lower.plot(at, rest * factor, color=BLUE, linewidth=0.7)
     if fitted.any():
-        _reach(lower, 3.0 * float(np.quantile(np.abs(rest[fitted]), 0.99)) + 1e-9, rest)
+        _reach(lower, near * factor, rest * factor, unit)
 
 
-def _reach(ax: Axes, near: float, rest: np.ndarray) -> None:
+def _reach(ax: Axes, near: float, rest: np.ndarray, unit: str) -> None:
     """Scale for what is left where the law was fitted, and logarithmic beyond: elsewhere a law may be far off."""
     near = _round(near)
     least, most = float(np.nanmin(rest)), float(np.nanmax(rest))
@@ -119,7 +122,7 @@ def _reach(ax: Axes, near: float, rest: np.ndarray) -> None:
     for edge in (-near, near):
         ax.axhline(edge, color=GREY, linewidth=0.5, linestyle=":")
     ax.annotate(
-        f"logarithmic beyond ±{near:g} mHz", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY
+        f"logarithmic beyond ±{near:g} {unit}", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY
     )
 
 

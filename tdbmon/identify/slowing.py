@@ -48,6 +48,8 @@ class Slowing:
         Simulated angle less that of a rotor that nothing touches, forward, rad.
     drag : (w,) array
         Angle of a rotor that only coasts less that of one that nothing slows, forward, rad.
+    held : (w,) array
+        Angle that each rad/s^2 of slowing from the release on takes, forward, s^2: half the square of the time.
     sigma : (w,) array
         Standard deviation of what is left, rad.
     """
@@ -56,6 +58,7 @@ class Slowing:
     left: Array
     lag: Array
     drag: Array
+    held: Array
     sigma: Array
 
     def rest(self, factor: float) -> Array:
@@ -92,14 +95,15 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     coasted = _coasted(model, speed, since - release)
     lag, drag = sense * turned - coasted, coasted - 2 * math.pi * speed * (since - release)
     left = sense * (angle - simulated)
+    held = -0.5 * np.clip(since - release, 0.0, None) ** 2
     rows = []
     for begin, end in spans:
         inside = (since >= begin) & (since < end)
         noise = measured.pulse_sigma / math.sqrt(inside.sum())
-        rows.append([(begin + end) / 2, *(each[inside].mean() for each in (left, lag, drag)), noise])
-    middle, apart, behind, dragged, noise_of = np.array(rows).T
+        rows.append([(begin + end) / 2, *(each[inside].mean() for each in (left, lag, drag, held)), noise])
+    middle, apart, behind, dragged, holding, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
-    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, sigma=sigma)
+    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, held=holding, sigma=sigma)
 
 
 def _coasted(model: DropModel, speed: float, since: Array) -> Array:

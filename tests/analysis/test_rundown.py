@@ -371,6 +371,75 @@ def test_gaps_in_the_signal_are_left_out() -> None:
     assert run.decay_time.value == pytest.approx(4.0, rel=2e-3)
 
 
+# a drive that brakes
+
+
+def braked_by_power(seconds: float, stop: float, seed: int, sigma: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
+    """A drive that takes constant power: the square of the speed falls linearly, from 100 Hz to nought in `stop`, s."""
+    t = np.arange(0, seconds, 1 / 2000)
+    true = 100.0 * np.sqrt(np.clip(1 - np.clip(t - RELEASE, 0, None) / stop, 0, 1))
+    return t, true + np.random.default_rng(seed).normal(0, sigma, len(t))
+
+
+@pytest.mark.parametrize("stop", [2.4, 6.0])
+def test_of_a_braked_rotor_the_speed_itself_tells_and_no_law_of_drag(stop: float) -> None:
+    """Half the speed is left after 3/4 of the time to standstill, a tenth after 99/100."""
+    held = np.zeros(3)
+    for seed in range(20):
+        run = fit_rundown(*braked_by_power(RELEASE + stop + 2.0, stop, seed), release_time=RELEASE, polar_inertia=0.3)
+        for estimate in (run.decay_time, run.drag_torque, run.lost_speed):
+            assert not estimate.known and "no law of drag fits" in estimate.why
+        assert "does the drive brake" in run.doubt
+        assert run.law is None and not any(m.chosen for m in run.models)
+        pairs = [(run.coast_down.half, 0.75), (run.coast_down.tenth, 0.99), (run.standstill_time, 1.0)]
+        held += [estimate.low <= RELEASE + share * stop <= estimate.high for estimate, share in pairs]
+        assert all(estimate.high - estimate.low < 0.03 * stop for estimate, _ in pairs)
+    assert np.all(held >= 18)
+
+
+@pytest.mark.parametrize("stop", [4.0, 8.0])
+def test_what_a_braked_rotor_does_after_the_record_is_not_told(stop: float) -> None:
+    run = fit_rundown(*braked_by_power(RELEASE + 2.9, stop, 0, 0.01), release_time=RELEASE, polar_inertia=0.3)
+    assert run.initial.low <= 100.0 <= run.initial.high
+    assert "does the drive brake" in run.doubt
+    for estimate in (run.standstill_time, run.coast_down.half, run.coast_down.tenth):
+        assert not estimate.known and "no law of drag fits" in estimate.why
+
+
+def test_half_the_speed_at_the_end_of_a_braking_is_where_the_speed_bends() -> None:
+    """From 120 Hz with 30 Hz/s down to the half of it, then coasting: a parabola through both sides has it 70 ms late."""
+    t = np.arange(0, 20, 1 / 2000)
+    braked, coasting = 120.0 - 30.0 * (t - RELEASE), DragLaw(RELEASE + 2.0, 60.0, 1 / 14.0)
+    true = np.where(t < RELEASE, 120.0, np.where(t < coasting.start, braked, coasting.speed_at(t)))
+    for seed in range(10):
+        speed = true + np.random.default_rng(seed).normal(0, 0.05, len(t))
+        half = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).coast_down.half
+        assert half.method.startswith("measured")
+        assert half.low <= RELEASE + 2.0 <= half.high
+        assert half.high - half.low < 0.05
+
+
+def test_contacts_give_a_rotor_no_speed() -> None:
+    """It coasts for a second before a drive brakes with a constant torque: that law alone had the contacts drive the rotor."""
+    t, coasting = np.arange(0, 4.0, 1 / 2000), DragLaw(RELEASE, 100.0, 1 / 14.0)
+    slow = float(coasting.speed_at(RELEASE + 1.0))
+    speed = np.where(t < RELEASE + 1.0, coasting.speed_at(np.maximum(t, RELEASE)), slow - 15.0 * (t - RELEASE - 1.0))
+    speed += np.random.default_rng(0).normal(0, 0.05, len(t))
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+    assert run.drag_torque.value == pytest.approx(2 * np.pi * 0.3 * 15.0, rel=1e-3)
+    assert not run.lost_speed.known
+    assert run.doubt == run.lost_speed.why and "does the drive brake" in run.doubt
+
+
+@pytest.mark.parametrize("rho", [0.9, 0.97])
+def test_a_speed_signal_that_wanders_is_no_drive_that_brakes(rho: float) -> None:
+    for seed in range(20):
+        t, speed = drop(DragLaw(RELEASE, 70.0, 1 / 5.0, 1.5), 20.0, 40.0)
+        speed = speed + coloured(np.random.default_rng(seed), len(t), 0.05, rho)
+        run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
+        assert run.law is not None and not run.doubt
+
+
 def test_without_inertia_the_torque_says_why() -> None:
     t, speed, _, _ = whole_drop(7)
     run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=None)

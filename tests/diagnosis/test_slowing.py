@@ -11,7 +11,7 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.slowing_cause import with_slowing
-from tdbmon.diagnosis.slows_otherwise import slowing_remarks, slowings_of
+from tdbmon.diagnosis.slows_otherwise import slowing_remarks, slowings_of, torques_beside_lag
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
 from tests.diagnosis import simulated
@@ -42,7 +42,7 @@ def settled_plain(problem):
 def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
     lag = np.array(lags)
     one = np.ones(len(lag))
-    each = Slowing(time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, sigma=0.02 * one)
+    each = Slowing(time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, held=0 * one, sigma=0.02 * one)
     assert lag_factor([each]) == pytest.approx(factor)
     assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
 
@@ -114,6 +114,40 @@ def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
     plain = settled_plain(replace(problem, model=replace(off, machine=machine)))
     assert abs(lag_factor(slowings_of(plain)) - 1) > 0.2
     assert slowing_remarks(plain) == []
+
+
+def slowed_from_the_release(problem, torques):
+    """The same drops with a torque each, N m, that holds the shaft back from the release on."""
+    inertia, sense = problem.model.arrays.spin[INERTIA], problem.model.machine.sense
+    return replace(
+        problem,
+        drops=tuple(
+            replace(
+                drop,
+                pulse_angles=drop.pulse_angles
+                - sense * 0.5 * torque / inertia * np.clip(drop.pulse_times - drop.release, 0.0, None) ** 2,
+            )
+            for drop, torque in zip(problem.drops, torques, strict=True)
+        ),
+    )
+
+
+@pytest.mark.parametrize("torques", [(25.0, 40.0), (3.0, 3.0), (-3.0, -4.0)])
+def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
+    """It grows by the square of the time, the lag by contacts no more once the rings turn: no inertia is blamed."""
+    plain = settled_plain(slowed_from_the_release(problem_of(crew, seconds=0.6), torques))
+    found = torques_beside_lag(slowings_of(plain), plain)
+    np.testing.assert_allclose(found, torques, rtol=0.05)
+    (said,) = slowing_remarks(plain)
+    assert "inertia" not in said
+    asked = "does the drive stay on" if torques[0] < 0 else "does the drive brake"
+    assert asked in said
+    assert ("more than contacts rub" in said) == (torques[0] > 20)
+
+
+def test_torques_of_either_sign_are_no_drive(crew):
+    plain = settled_plain(slowed_from_the_release(problem_of(crew, seconds=0.6), (4.0, -4.0)))
+    assert torques_beside_lag(slowings_of(plain), plain) is None
 
 
 def test_a_record_that_ends_early_tells_nothing(crew):

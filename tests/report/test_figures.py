@@ -200,6 +200,23 @@ def test_a_record_without_displacement_is_refused_in_words(name: str, short: Ana
         DRAW[name](replace(short, planes=None, waterfall=None, ends={}, tracks=None))
 
 
+def test_a_law_that_is_far_off_before_its_stretch_leaves_room_for_the_label(coastdown: Analysis) -> None:
+    """A drive that brakes at first: five figures of mHz and a sign stand beside the axis."""
+    time, run = coastdown.speed_time, coastdown.rundown
+    assert run is not None and run.fitted_from is not None
+    off = replace(coastdown, speed_hz=coastdown.speed_hz - 55.0 * (time < run.fitted_from))
+    figure = speed_decay(off)
+    assert faults(figure) == []
+    assert re.search("−[1-5]0000", texts(figure))
+
+
+def test_a_law_that_leaves_hertz_is_drawn_in_hertz(coastdown: Analysis) -> None:
+    noisy = coastdown.speed_hz + 2.0 * np.sin(coastdown.speed_time)
+    figure = speed_decay(replace(coastdown, speed_hz=noisy))
+    assert faults(figure) == []
+    assert "residual [Hz]" in texts(figure)
+
+
 def test_a_speed_decay_without_speed_is_refused_in_words(short: Analysis) -> None:
     with pytest.raises(InputError, match="no speed"):
         speed_decay(replace(short, rundown=None))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.slows_otherwise import lag_beside_drag
+from tdbmon.diagnosis.slows_otherwise import lag_beside_drag, torque_in_words, torques_beside_lag
 from tdbmon.identify.slowing import lag_factor
 from tdbmon.report.document import Figure, Paragraph, Section
 
@@ -22,7 +22,15 @@ def section(evidence: Evidence) -> Section | None:
         models["extended model"] = (lag_factor(evidence.extended_slowing), evidence.extended_slowing)
     counted = " and ".join(f"{factor:.2f} times ({name})" for name, (factor, _) in models.items())
     machine = evidence.diagnosis.plain.problem.model.machine
-    beside, _ = lag_beside_drag(models[list(models)[-1]][1], machine)
+    last = models[list(models)[-1]][1]
+    beside, _ = lag_beside_drag(last, machine)
+    torques = torques_beside_lag(last, evidence.extended or evidence.diagnosis.plain)
+    more = (
+        f", and {beside:.2f} times where the drag may be off by its tolerance as well. What remains tells of rings that are hard"
+        " to turn."
+        if torques is None
+        else f". That does not explain it: {torque_in_words(torques, machine)}."
+    )
     names = [drop.name for drop in evidence.diagnosis.plain.problem.drops]
     return Section(
         "How the rotor slows",
@@ -31,8 +39,7 @@ def section(evidence: Evidence) -> Section | None:
                 "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
                 " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
                 " the shaft. Polar inertia and friction at small loads are not known well, so that the angle by which contacts"
-                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated, and {beside:.2f}"
-                " times where the drag may be off by its tolerance as well. What remains tells of rings that are hard to turn."
+                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated{more}"
             ),
             Figure(
                 "slowing",

@@ -32,6 +32,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Speed signal over keyphasor", words(rundown.pulse_ratio))),
         Row(("Speed at the release", rpm(rundown.initial))),
         Row(("Speed lost to contacts and ring spin-up beyond the drag", words(rundown.lost_speed))),
+        *_spun_up(analysis, rundown),
         Row(("Decay time of the linear term", words(rundown.decay_time))),
         Row(
             (
@@ -119,7 +120,18 @@ def _torque(rundown: RunDown) -> str:
     """The chosen law's torque, at the speed of the release."""
     if rundown.law is None or rundown.polar_inertia is None or rundown.initial.value is None:
         return "not estimated: it needs a law and the rotor's polar inertia"
+    if rundown.doubt and not rundown.lost_speed.known:
+        return "not told: the chosen law is not that of the first seconds"
     return f"{float(rundown.torque_at(rundown.initial.value)):.3g} N m (chosen law, polar inertia of the machine file)"
+
+
+def _spun_up(analysis: Analysis, rundown: RunDown) -> list[Row]:
+    """What the inner rings take up, by the machine file, beside a speed lost that is known."""
+    if rundown.initial.value is None or not rundown.lost_speed.known:
+        return []
+    rings = sum(bearing.inner_ring_inertia for bearing in analysis.machine.touchdown_bearings)
+    taken = rundown.initial.value * rings / (rings + analysis.rotor.polar_inertia)
+    return [Row(("Speed that the inner rings take up, by the machine file", short(Estimate(taken, unit="Hz"))))]
 
 
 def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:

@@ -1,0 +1,59 @@
+"""Whether contacts can have slowed a rotor as its run-down says, or whether its drive brakes.
+
+All that contacts take from a rotor they take by friction, be it to spin up rings or to rub on them.  Over bounces the rotor
+presses on its bearings with no more than its weight m g, unless it whirls; so friction at the journal radius r slows it by
+mu m g r / I_p at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from tdbsim.machine import STANDARD_GRAVITY, Machine
+from tdbsim.rotor import RotorModel
+
+from tdbmon.analysis.rundown import RunDown
+from tdbmon.estimate import Estimate
+
+_STEEL = 0.5  # friction of dry steel on steel, about the highest
+
+
+def most_friction(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
+    """Return the greatest torque by which contacts slow a rotor that does not whirl, N m, and the friction taken for it."""
+    friction = max(_STEEL, *(bearing.friction.high for bearing in machine.touchdown_bearings))
+    radius = max(bearing.journal_radius for bearing in machine.touchdown_bearings)
+    return friction * rotor.total_mass * STANDARD_GRAVITY * radius, friction
+
+
+def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, release: float) -> RunDown:
+    """Return a run-down that says where a drive must have braked, of a rotor that did not whirl.
+
+    Parameters
+    ----------
+    rundown : RunDown
+    machine : Machine
+    rotor : RotorModel
+        Of the machine.
+    release : float
+        s.
+    """
+    torque, friction = most_friction(machine, rotor)
+    drag, lost = rundown.drag_torque, rundown.lost_speed
+    if drag.low is not None and drag.low > torque:
+        doubt = (
+            f"a constant drag of {drag.value:.3g} N m is more than contacts rub with ({torque:.2g} N m at a friction of"
+            f" {friction:g}, by the machine file's mass and polar inertia): does the drive brake?"
+        )
+        rundown = replace(rundown, doubt=rundown.doubt or doubt)
+    if lost.low is None or rundown.fitted_from is None:
+        return rundown
+    seconds = rundown.fitted_from - release
+    most = torque * seconds / (2 * np.pi * rotor.polar_inertia)
+    if lost.low <= most:
+        return rundown
+    doubt = (
+        f"the rotor loses {lost.value:.3g} Hz more in the first {seconds:.2g} s than by the drag that slows it later, where"
+        f" contacts and rings take {most:.2g} Hz at most (at a friction of {friction:g}): does the drive brake at first?"
+    )
+    return replace(rundown, lost_speed=Estimate.missing("Hz", doubt), doubt=doubt)
