@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
+from tdbmon.analysis.let_go_alone import let_go_alone
 from tdbmon.analysis.levitation import Levitation, held_bent, levitation, levitation_alone
 from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
@@ -41,6 +42,7 @@ from tdbmon.quantity import counted
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.finding import Check
+from tdbmon.record.held_end import held_check, held_ends, paths_of, said_held
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
@@ -134,15 +136,18 @@ def _drop(
     record, machine, rotor, rotation = laid.record, laid.machine, laid.rotor, laid.rotation
     progress("finding the release and the contacts")
     time = planes.time.to_numpy()
-    release, released, unscaled = _release(laid, planes, checks)
+    reaches = held_ends(paths_of(planes), machine)
+    release, released, unscaled = _release(laid, planes, reaches, checks)
+    held = {} if release is None else {end: said_held(end, reach, machine) for end, reach in reaches.items()}
+    checks += [held_check(end, reaches[end], machine) for end in held]
     wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
     planes = apart_from_misread(planes, record, machine, wrong, checks)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
-    checks += check_orientation(planes, *sound, released, back, checks, drawn)
+    checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, unscaled)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, held, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
@@ -178,6 +183,12 @@ def _drop(
         whirl=_whirl(planes, machine, ends, released, drawn),
         tracks=track(seen, angle, sense=machine.sense) if angle is not None else None,
     )
+
+
+def _without(planes: xr.Dataset, ends: Iterable[str]) -> xr.Dataset:
+    """Return the planes with ends that did not fall as ends that are not seen: what is asked of a fall is not asked of them."""
+    left = planes.end.isin(list(ends))
+    return planes.assign(plane=planes.plane.where(~left, "none"), displacement=planes.displacement.where(~left))
 
 
 def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
@@ -238,11 +249,17 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
     )
 
 
-def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Release | None, float | None, str]:
-    """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale."""
-    machine = laid.machine
-    sound = freed(without_flat_tops(laid.record, machine), machine)
-    release = release_of(*sound, planes, laid.rotation.before(None), springing_back(laid.rotor))
+def _release(
+    laid: _Laid, planes: xr.Dataset, held: Iterable[str], checks: list[Check]
+) -> tuple[Release | None, float | None, str]:
+    """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale.
+
+    It is that of the ends that fall, without those `held`.
+    """
+    machine = let_go_alone(laid.machine, laid.rotor, held)
+    record, upright = freed(without_flat_tops(laid.record, machine), machine)
+    seen = _without(planes, held)
+    release = release_of(record, upright, seen, laid.rotation.before(None), springing_back(laid.rotor))
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
@@ -250,7 +267,8 @@ def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Rele
         )
         checks.append(Check("levitated stretch", "", False, detail))
         return None, None, ""
-    checks += check_free_fall(release, machine, laid.over_pulses)
+    if machine is laid.machine:  # else it is not gravity alone with which the shaft falls
+        checks += check_free_fall(release, machine, laid.over_pulses)
     released, unscaled = release.time.value, undated(release, machine)
     if not unscaled:
         return release, released, ""
@@ -266,7 +284,7 @@ def _phases(
     touched = [
         end.contacts.events[0].start for end in ends.values() if end.contacts is not None and end.contacts.events
     ]
-    every_end = len(settled) == sum(end.plane != "none" for end in ends.values())
+    every_end = len(settled) == sum(end.plane != "none" and not end.held for end in ends.values())
     return split_phases(
         float(time[0]),
         float(time[-1]),

@@ -42,6 +42,7 @@ def analyse_ends(
     whirl: Mapping[str, Whirl],
     misread: Mapping[str, str],
     unused: Mapping[str, str],
+    held: Mapping[str, str],
     unscaled: str = "",
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
@@ -64,15 +65,18 @@ def analyse_ends(
         What `tdbmon.record.misread.misread` says of the probes.
     unused : mapping
         What `tdbmon.record.quality.left_out` says of the probes.
+    held : mapping
+        What `tdbmon.record.held_end.said_held` says of each end that stayed levitated.
     unscaled : str, optional
         Why times after the release are not told, where they are on a wrong scale.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
     seen = seen_ends(planes)
-    settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen}
+    stays = {end: NoCircle(why) for end, why in held.items()}
+    settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen} | stays
     swing, no_swing = _swing(planes, machine, rotor, settled)
-    settled |= _no_circle(planes, machine, seen, settled, start, back, misread)
+    settled |= _no_circle(planes, machine, seen, settled, start, back, misread) | stays
     settled |= {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends if end not in seen}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     shares = carried_shares(machine, rotor)
@@ -112,6 +116,7 @@ def analyse_ends(
             deepest=_bent(
                 _deepest(planes, end, circle, start, contacts), gap, machine.bearing(end), travel, load, beyond[end]
             ),
+            held=held.get(end, ""),
         )
     return ends, swing
 

@@ -24,6 +24,7 @@ from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
+from tdbmon.record.held_end import never_touches
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import check, left_out, repair_gaps
@@ -42,7 +43,6 @@ _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better a
 _COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
 _THERE = 0.6  # of them, that must be there
 _HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
-_TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,7 +352,7 @@ def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str
             continue
         start = np.median(moved[i][:, ~after], axis=1)
         reach = float(np.hypot(*(moved[i][:, after] - start[:, None])).max())
-        if reach < _TOUCHED * (bearing.radial_gap.low - float(np.hypot(*start))):
+        if never_touches(complex(*start), reach, bearing):
             raise InputError(
                 f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
                 f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"
