@@ -124,11 +124,14 @@ def analyse_ends(
 def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whirl: Whirl) -> float | NoCircle:
     """Return from when the shaft lies on the ring of an end and whirls no more, s."""
     settled = settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start)
-    whirled, last = whirl.last_s, float(planes.time[-1])
-    if isinstance(settled, NoCircle) or whirled <= settled:
+    whirled = whirl.last_s
+    left = float(planes.time[-1]) - whirled
+    if isinstance(settled, NoCircle):
+        if left >= SETTLED_S:
+            return settled
+    elif whirled <= settled:
         return settled
-    left = last - whirled
-    if left >= SETTLED_S:
+    elif left >= SETTLED_S:
         return whirled
     until = "to the end of the record" if left < _AT_ONCE_S else f"until {left:.2g} s before the record ends"
     return NoCircle(_WHIRLS.format(until=until))

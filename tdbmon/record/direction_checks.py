@@ -37,7 +37,8 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
     """A rotor falls down: the settled position must lie below the first one, seen by any pair of probes.
 
     Nothing is said of an end that at first does not stand still in the clearance: such a record begins after the release.
-    Nor of one that stays levitated while the other one falls.
+    Nor of one that stays levitated while the other one falls, nor of one that goes round wider than its mean place lies from
+    there: a shaft that whirls right round the clearance settles nowhere.
     """
     found = []
     motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
@@ -54,7 +55,10 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
         if z.size < _LEAST_SAMPLES:
             continue
         few = max(min(z.size // 50, 200), 10)
-        moved = np.median(z[-z.size // 4 :].real) + 1j * np.median(z[-z.size // 4 :].imag) - z[:few].mean()
+        last = z[-z.size // 4 :]
+        moved = np.median(last.real) + 1j * np.median(last.imag) - z[:few].mean()
+        if np.std(last) > abs(moved):
+            continue
         if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:
             continue
         off = float(np.degrees(np.angle(moved / -1j)))
