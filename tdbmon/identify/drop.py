@@ -15,7 +15,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
@@ -77,6 +77,9 @@ class MeasuredDrop:
         What the record lacks and how it was met.
     faults : tuple of str
         Other checks of the record's channels that failed.
+    scale_doubts : tuple of str
+        What the free fall says against scales of times and lengths, of it in `remarks` too: a model that follows the drop with
+        these scales refutes it.
     compensated : bool
         Whether slow roll that the machine file states was taken off the readings.
     divergence : float
@@ -101,6 +104,7 @@ class MeasuredDrop:
     pulse_sigma: float
     remarks: tuple[str, ...]
     faults: tuple[str, ...] = ()
+    scale_doubts: tuple[str, ...] = ()
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
     flight: float = Stages().flight
@@ -194,6 +198,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
         *(f"{each.channel}: {each.detail}" for each in check_free_fall(found, machine) if not each.passed),
     ]
+    scales = [
+        each for each in (*check_free_fall(found, machine), *check_probe_scales(found, machine)) if not each.passed
+    ]
     return MeasuredDrop(
         name=name,
         time=time,
@@ -215,6 +222,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             for each in failed
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
+        scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
     )
