@@ -23,6 +23,7 @@ from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent, printed
 from tdbmon.record.finding import Check, um
+from tdbmon.record.held_end import ends_in_fall
 from tdbmon.record.misread import FEW
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
@@ -123,6 +124,8 @@ def analyse_ends(
 
 def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whirl: Whirl) -> float | NoCircle:
     """Return from when the shaft lies on the ring of an end and whirls no more, s."""
+    if falling := ends_in_fall(planes, end, machine, start):
+        return NoCircle(falling)
     settled = settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start)
     whirled = whirl.last_s
     left = float(planes.time[-1]) - whirled

@@ -217,8 +217,16 @@ class Analysis:
 
     @property
     def forces_tell_contacts(self) -> bool:
-        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none."""
-        released = self.release is not None and self.release.time.known
+        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none.
+
+        It needs so much of the drop that both ends have touched.
+        """
+        from tdbmon.identify.stages import stages_of
+
+        if self.release is None or self.release.time.value is None or self.planes is None:
+            return False
         if any(end.held for end in self.ends.values()):  # a fit takes contacts at both ends
             return False
-        return released and any(end.gap is None and end.plane != "none" for end in self.ends.values())
+        if float(self.planes.time[-1]) - self.release.time.value < stages_of(self.machine).least:
+            return False
+        return any(end.gap is None and end.plane != "none" for end in self.ends.values())

@@ -143,12 +143,12 @@ def fit_drops(
 
 
 def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:
-    """Return remarks on drops that the model follows to the noise without the doubts of their scales, and that these are right."""
+    """Return the remarks without doubts of the scales of drops that the model follows to the noise, and that these are right."""
     doubts = {doubt for drop in drops for doubt in drop.scale_doubts}
     return [remark for remark in remarks if remark not in doubts] + [
-        f"{drop.name}: what the free fall says against the scales of times and probes (see free fall, probe scales) does not hold:"
-        f" with the scales as they are the model leaves {misfit:.2f} times the noise of fall and first contacts; once per revolution"
-        " explains it"
+        f"{drop.name}: what the free fall says against the scales of times and probes (see free fall, probe scales) does not"
+        f" hold: with the scales as they are the model leaves {misfit:.2f} times the noise of fall and first contacts; once per"
+        " revolution and bending make the fall look so"
         for drop in drops
         if drop.scale_doubts
     ]

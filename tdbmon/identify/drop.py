@@ -37,7 +37,6 @@ from tdbmon.record.timebase import usual_interval
 Array = NDArray[np.float64]
 
 USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
-_LEAST_S = 0.025  # in a usual gap: of record needed after the release: past the first contact of both ends
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
 _COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
@@ -182,10 +181,10 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
-    _check_unbroken(time, after_hole, release, stages.at(_LEAST_S), name)
+    _check_unbroken(time, after_hole, release, stages.least, name)
     counted = stages.at(_COUNTED_S)
     probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted)], lost, name)
-    _check_length(time, release, stages.at(_LEAST_S), name)
+    _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
     turning = fit_turning(laid, machine, release, name)
     compensated = without_slow_roll(laid, machine)

@@ -20,6 +20,7 @@ Path = tuple[NDArray[np.float64], NDArray[np.complex128]]
 _TOUCHED = 0.75  # of the smallest gap: who never gets so far from where he levitated touched nothing
 _HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
 _WAITS = 5.0  # times the fall through the gap: the other end has fallen for so long at least
+_FREE = 0.9  # of that time, before which nothing is touched
 _LATE = 0.25  # of what follows the other end's fall: there the shaft has settled, if it does
 _SETTLES = (
     0.5  # of the greatest excursion, by which a shaft that fell lies away at rest at least; three quarters are usual
@@ -35,6 +36,25 @@ _HUM = 0.05  # of the speed: mains so near look like once per revolution
 def never_touches(start: complex, reach: float, bearing: TouchdownBearing) -> bool:
     """Return whether a shaft that levitates at `start` (from the middle, m) and moves by `reach` at most touched nothing."""
     return reach < _TOUCHED * (bearing.radial_gap.low - abs(start))
+
+
+def ends_in_fall(planes: xr.Dataset, end: str, machine: Machine, release_s: float) -> str:
+    """Say that a record ends while an end still falls; "" where it may have touched, or had the time to."""
+    time, z = paths_of(planes)[end]
+    before, after = np.isfinite(z) & (time < release_s), np.isfinite(z) & (time >= release_s)
+    bearing, left = machine.bearing(end), float(time[-1]) - release_s
+    if not before.any() or not after.any() or machine.gravity <= 0:
+        return ""
+    start = complex(np.median(z[before]))
+    falls_for = float(np.sqrt(2 * bearing.radial_gap.nominal / machine.gravity))
+    if left > _WAITS * falls_for:
+        return ""
+    if left > _FREE * falls_for and not never_touches(start, float(np.abs(z[after] - start).max()), bearing):
+        return ""
+    return (
+        f"the record ends {left * 1e3:.2g} ms after the release, while the shaft still falls and has touched nothing: record for"
+        " a second or more after the release"
+    )
 
 
 def held_ends(paths: Mapping[str, Path], machine: Machine) -> dict[str, float]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tdbsim.errors import InputError
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
+from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
 from tdbmon.record.direction_checks import motion_at
 from tdbmon.record.held_end import held_ends
@@ -99,3 +101,23 @@ def test_an_end_that_falls_on_a_small_scale_is_not_held(scale, drop, machine):
     failed = {check.check for check in analyse(small, machine).checks if not check.passed and check.channel[:2] == "DE"}
     assert "fall" not in failed
     assert scale == 1.0 or failed & {"unit", "free fall"}  # which name the scale
+
+
+@pytest.mark.parametrize("after_ms", [4.0, 5.0, 6.3])
+def test_a_record_that_ends_in_the_fall_says_so_and_sends_to_no_fit(drop, machine, after_ms):
+    """The shaft falls through 250 um in 7 ms."""
+    found = analyse(drop.sel(time=slice(0, RELEASE_S + after_ms * 1e-3)), machine)
+    for end in found.ends.values():
+        assert "while the shaft still falls" in end.unsettled and "lifts off" not in end.unsettled
+    assert not found.forces_tell_contacts
+
+
+@pytest.mark.parametrize(("after_ms", "told"), [(20.0, False), (30.0, True)])
+def test_the_fit_is_named_where_it_can_be_made(drop, machine, after_ms, told):
+    cut = drop.sel(time=slice(0, RELEASE_S + after_ms * 1e-3))
+    assert analyse(cut, machine).forces_tell_contacts == told
+    if told:
+        measured_drop(cut, machine)
+    else:
+        with pytest.raises(InputError, match="before the first contacts are over"):
+            measured_drop(cut, machine)

@@ -299,7 +299,7 @@ def test_friction_that_falls_with_the_load_is_found_where_the_fit_fails_without(
 
 @pytest.mark.parametrize(("larger", "refuted"), [(1.0, True), (1.15, False)])
 def test_a_model_that_follows_a_drop_refutes_what_the_fall_says_of_its_scales(same_model, monkeypatch, larger, refuted):
-    """Whatever made the fall look too fast, a drop that gravity explains to the noise is on no wrong scale; one that is, is not."""
+    """Whatever made the fall look too fast, a drop that gravity explains to the noise is on no wrong scale."""
     machine, (record, _) = same_model
     accused = Check("free fall", "NDE", False, "falls with 14.9 m/s2")
     monkeypatch.setattr("tdbmon.identify.drop.check_free_fall", lambda *_: [accused])
