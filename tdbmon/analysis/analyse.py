@@ -51,6 +51,7 @@ from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import check_slow_roll
 from tdbmon.record.speed_checks import signal_over_pulses, without_refuted
+from tdbmon.record.taken_up import until_taken_up
 
 _FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
 
@@ -79,8 +80,9 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     """
     progress("checking the channels")
     record, lying = from_lift_off(assign(record, machine), machine)
+    record, lifted = until_taken_up(record, machine)
     _long_enough(record, machine)
-    checks = [*lying, *check(record, machine), *check_effects(machine)]
+    checks = [*lying, *lifted, *check(record, machine), *check_effects(machine)]
     over_pulses = signal_over_pulses(record, machine)
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
     checks += [*jumps, *check_slow_roll(record, machine)]
@@ -169,7 +171,7 @@ def _drop(
         planes=planes,
         checks=tuple(checks),
         release=None if release is None else _held_bent(release, misses, before),
-        phases=_phases(time, None if unscaled else released, ends, rundown),
+        phases=_phases(time, None if unscaled else released, ends, rundown) + _again(record),
         levitation=levitated,
         ends=ends,
         swing=swing,
@@ -293,6 +295,13 @@ def _phases(
         max(settled) if settled and every_end else None,
         rundown.standstill_time.value if rundown is not None else None,
     )
+
+
+def _again(record: xr.Dataset) -> tuple[Phase, ...]:
+    """Return the phase in which the shaft is levitated again, of which no sample is analysed."""
+    if "lifted_s" not in record.attrs:
+        return ()
+    return (Phase("levitated again", record.attrs["lifted_s"], record.attrs["hovers_s"]),)
 
 
 def _levitation(

@@ -32,6 +32,7 @@ from tdbmon.record.sensor_effects import freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import require_one_speed, without_refuted
+from tdbmon.record.taken_up import until_taken_up
 from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
@@ -158,8 +159,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     """
     name = str(record.attrs.get("source_file", "record"))
     laid, lying = from_lift_off(assign(record, machine), machine)
+    laid, lifted = until_taken_up(laid, machine)
     checks = check(laid, machine)
-    failed = [each for each in (*lying, *checks) if not each.passed]
+    failed = [each for each in (*lying, *lifted, *checks) if not each.passed]
     if still := next((each.detail for each in failed if each.check == "drop"), ""):
         raise InputError(f"{name}: {still}")
     unused = left_out(laid, machine, checks)
