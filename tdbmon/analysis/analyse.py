@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from tdbmon.analysis.ends import analyse_ends
 from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
+from tdbmon.analysis.let_go_alone import let_go_alone
 from tdbmon.analysis.levitation import Levitation, held_bent, levitation, levitation_alone
 from tdbmon.analysis.line_names import Band
 from tdbmon.analysis.lines import Line, find_lines, spectra_against_time
@@ -43,6 +44,7 @@ from tdbmon.quantity import counted
 from tdbmon.record.assign import assign
 from tdbmon.record.clock_jumps import without_clock_jumps
 from tdbmon.record.finding import Check
+from tdbmon.record.held_end import held_check, held_ends, paths_of, said_held
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
@@ -51,6 +53,7 @@ from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import check_slow_roll
 from tdbmon.record.speed_checks import signal_over_pulses, without_refuted
+from tdbmon.record.taken_up import until_taken_up
 
 _FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
 
@@ -79,8 +82,9 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     """
     progress("checking the channels")
     record, lying = from_lift_off(assign(record, machine), machine)
+    record, lifted = until_taken_up(record, machine)
     _long_enough(record, machine)
-    checks = [*lying, *check(record, machine), *check_effects(machine)]
+    checks = [*lying, *lifted, *check(record, machine), *check_effects(machine)]
     over_pulses = signal_over_pulses(record, machine)
     record, jumps = without_clock_jumps(without_refuted(record, machine), machine)
     checks += [*jumps, *check_slow_roll(record, machine)]
@@ -139,15 +143,18 @@ def _drop(
     record, machine, rotor, rotation = laid.record, laid.machine, laid.rotor, laid.rotation
     progress("finding the release and the contacts")
     time = planes.time.to_numpy()
-    release, released, unscaled = _release(laid, planes, checks)
+    reaches = held_ends(paths_of(planes), machine)
+    release, released, unscaled = _release(laid, planes, reaches, checks)
+    held = {} if release is None else {end: said_held(end, reach, machine) for end, reach in reaches.items()}
+    checks += [held_check(end, reaches[end], machine) for end in held]
     wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
     planes = apart_from_misread(planes, record, machine, wrong, checks)
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
-    checks += check_orientation(planes, *sound, released, back, checks, drawn)
+    checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
     checks += check_exchanged(planes, *sound, released)
-    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, unscaled)
+    ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, held, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
@@ -170,7 +177,7 @@ def _drop(
         planes=planes,
         checks=tuple(checks),
         release=None if release is None else _held_bent(release, misses, before),
-        phases=_phases(time, None if unscaled else released, ends, rundown),
+        phases=_phases(time, None if unscaled else released, ends, rundown) + _again(record),
         levitation=levitated,
         ends=ends,
         swing=swing,
@@ -196,6 +203,12 @@ def _run_down(laid: _Laid, released: float | None, whirl: Mapping[str, Whirl], c
     if rundown.doubt:
         checks.append(Check("run-down", "", False, rundown.doubt))
     return rundown
+
+
+def _without(planes: xr.Dataset, ends: Iterable[str]) -> xr.Dataset:
+    """Return the planes with ends that did not fall as ends that are not seen: what is asked of a fall is not asked of them."""
+    left = planes.end.isin(list(ends))
+    return planes.assign(plane=planes.plane.where(~left, "none"), displacement=planes.displacement.where(~left))
 
 
 def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
@@ -256,13 +269,18 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
     )
 
 
-def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Release | None, float | None, str]:
-    """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale."""
-    machine = laid.machine
-    sound = freed(without_flat_tops(laid.record, machine), machine)
-    release = release_of(
-        *sound, planes, laid.rotation.before(None), springing_back(laid.rotor), sag_of(machine, laid.rotor)
-    )
+def _release(
+    laid: _Laid, planes: xr.Dataset, held: Iterable[str], checks: list[Check]
+) -> tuple[Release | None, float | None, str]:
+    """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale.
+
+    It is that of the ends that fall, without those `held`.
+    """
+    machine = let_go_alone(laid.machine, laid.rotor, held)
+    record, upright = freed(without_flat_tops(laid.record, machine), machine)
+    seen = _without(planes, held)
+    sag = None if held else sag_of(machine, laid.rotor)  # on a bearing that holds the shaft swings otherwise
+    release = release_of(record, upright, seen, laid.rotation.before(None), springing_back(laid.rotor), sag)
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
@@ -270,7 +288,8 @@ def _release(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> tuple[Rele
         )
         checks.append(Check("levitated stretch", "", False, detail))
         return None, None, ""
-    checks += check_free_fall(release, machine, laid.over_pulses)
+    if machine is laid.machine:  # else it is not gravity alone with which the shaft falls
+        checks += check_free_fall(release, machine, laid.over_pulses)
     released, unscaled = release.time.value, undated(release, machine)
     if not unscaled:
         return release, released, ""
@@ -286,7 +305,7 @@ def _phases(
     touched = [
         end.contacts.events[0].start for end in ends.values() if end.contacts is not None and end.contacts.events
     ]
-    every_end = len(settled) == sum(end.plane != "none" for end in ends.values())
+    every_end = len(settled) == sum(end.plane != "none" and not end.held for end in ends.values())
     return split_phases(
         float(time[0]),
         float(time[-1]),
@@ -295,6 +314,13 @@ def _phases(
         max(settled) if settled and every_end else None,
         rundown.standstill_time.value if rundown is not None else None,
     )
+
+
+def _again(record: xr.Dataset) -> tuple[Phase, ...]:
+    """Return the phase in which the shaft is levitated again, of which no sample is analysed."""
+    if "lifted_s" not in record.attrs:
+        return ()
+    return (Phase("levitated again", record.attrs["lifted_s"], record.attrs["hovers_s"]),)
 
 
 def _levitation(

@@ -31,7 +31,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "machine": analysis.machine.name,
         "release_time_s": (release.time if release else Estimate.missing("s", no_release)).to_json(),
         "force_decay_ms": (release.force_decay if release else Estimate.missing("ms", no_release)).to_json(),
-        "release": {end: _state(release, end) for end in analysis.machine.ends},
+        "release": {end: _state(release, end, ends[end].held) for end in analysis.machine.ends},
         "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
         "speed": (_no_speed() if analysis.rundown is None else _speed(analysis.rundown)) | _coast_down(analysis),
@@ -87,10 +87,10 @@ def _record(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _state(release: Release | None, end: str) -> dict[str, Any]:
-    """Return place and velocity of an end at the release."""
+def _state(release: Release | None, end: str, held: str) -> dict[str, Any]:
+    """Return place and velocity of an end at the release; of one that is `held` there is none."""
     state = release.states.get(end) if release else None
-    why = f"no orbit is seen at {end} about the release" if release else "no release was found in the record"
+    why = held or f"no orbit is seen at {end} about the release" if release else "no release was found in the record"
     return {
         "x_um": (state.x if state else Estimate.missing("um", why)).to_json(),
         "y_um": (state.y if state else Estimate.missing("um", why)).to_json(),
@@ -172,6 +172,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
     return {
         "plane": end.plane,
         "static_load_n": end.load,
+        "fell": None if end.plane == "none" else analysis.falls and not end.held,
         "gap_lower_um": (gap.lower if gap else missing).to_json(),
         "gap_upper_um": (gap.upper if gap else missing).to_json(),
         "gap_centre_um": [(gap.centre[i] if gap else missing).to_json() for i in range(2)],

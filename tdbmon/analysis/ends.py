@@ -23,6 +23,7 @@ from tdbmon.analysis.whirl import Whirl
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent, printed
 from tdbmon.record.finding import Check, um
+from tdbmon.record.held_end import ends_in_fall
 from tdbmon.record.misread import FEW
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
@@ -42,6 +43,7 @@ def analyse_ends(
     whirl: Mapping[str, Whirl],
     misread: Mapping[str, str],
     unused: Mapping[str, str],
+    held: Mapping[str, str],
     unscaled: str = "",
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
@@ -64,15 +66,18 @@ def analyse_ends(
         What `tdbmon.record.misread.misread` says of the probes.
     unused : mapping
         What `tdbmon.record.quality.left_out` says of the probes.
+    held : mapping
+        What `tdbmon.record.held_end.said_held` says of each end that stayed levitated.
     unscaled : str, optional
         Why times after the release are not told, where they are on a wrong scale.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
     seen = seen_ends(planes)
-    settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen}
+    stays = {end: NoCircle(why) for end, why in held.items()}
+    settled = {end: _lies_from(planes, end, machine, start, whirl[end]) for end in seen} | stays
     swing, no_swing = _swing(planes, machine, rotor, settled)
-    settled |= _no_circle(planes, machine, seen, settled, start, back, misread)
+    settled |= _no_circle(planes, machine, seen, settled, start, back, misread) | stays
     settled |= {end: NoCircle(_unseen(machine, end, unused)) for end in machine.ends if end not in seen}
     travels = {end: rest_travel(machine.bearing(end), loads[end]) for end in machine.ends}
     shares = carried_shares(machine, rotor)
@@ -112,18 +117,24 @@ def analyse_ends(
             deepest=_bent(
                 _deepest(planes, end, circle, start, contacts), gap, machine.bearing(end), travel, load, beyond[end]
             ),
+            held=held.get(end, ""),
         )
     return ends, swing
 
 
 def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whirl: Whirl) -> float | NoCircle:
     """Return from when the shaft lies on the ring of an end and whirls no more, s."""
+    if falling := ends_in_fall(planes, end, machine, start):
+        return NoCircle(falling)
     settled = settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start)
-    whirled, last = whirl.last_s, float(planes.time[-1])
-    if isinstance(settled, NoCircle) or whirled <= settled:
+    whirled = whirl.last_s
+    left = float(planes.time[-1]) - whirled
+    if isinstance(settled, NoCircle):
+        if left >= SETTLED_S:
+            return settled
+    elif whirled <= settled:
         return settled
-    left = last - whirled
-    if left >= SETTLED_S:
+    elif left >= SETTLED_S:
         return whirled
     until = "to the end of the record" if left < _AT_ONCE_S else f"until {left:.2g} s before the record ends"
     return NoCircle(_WHIRLS.format(until=until))

@@ -46,12 +46,13 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
         detail = f"falls with {share * machine.gravity:.3g} m/s2, {share:.2f} of gravity, before it touches"
         others = [each.whirl for other, each in release.falls.items() if other != end]
         turning = fall.whirl + _ACROSS * max(others, default=0.0)
-        doubt = turning / machine.gravity
+        doubt = max(turning, fall.turning) / machine.gravity
         passed = _LEAST - doubt < share < _MOST + doubt and (scale is None or abs(scale - 1) <= PROBE_SCALE)
         if scale is not None:
             detail += ", from the release on: no magnetic force that dies away explains it as well"
         elif doubt > _TELLING:
-            detail += f", which tells little: the wide orbit turns with {turning:.3g} m/s2"
+            what = "the wide orbit turns" if turning >= fall.turning else "once per revolution shows"
+            detail += f", which tells little: {what} with {doubt * machine.gravity:.3g} m/s2"
         cure = (
             "" if passed else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None, held=held)}"
         )
@@ -132,7 +133,9 @@ def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
 
 
 def _telling(release: Release, machine: Machine, end: str) -> dict[str, Estimate]:
-    """Return the share of gravity that each probe of an end shows, of those that tell one."""
+    """Return the share of gravity that each probe of an end shows, of those that tell one; none beside a great 1X in the fall."""
+    if end in release.falls and release.falls[end].turning > _TELLING * machine.gravity:
+        return {}
     names = [probe.name for probe in machine.probes_at(end)]
     return {name: share for name in names if (share := _share(release, name)) is not None}
 

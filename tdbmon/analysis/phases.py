@@ -1,4 +1,7 @@
-"""The phases of a drop: levitated, fall, contacts, run-down, rest; fall and contacts are one where no first contact is told."""
+"""The phases of a drop: levitated, fall, contacts, run-down, rest; fall and contacts are one where no first contact is told.
+
+One that is taken up again is levitated again after them.
+"""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.bent_line import BENDS, LevitatedMiss
-from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone
+from tdbmon.analysis.fall_acceleration import fall_acceleration, gravity_alone, turning_alone
 from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
@@ -86,10 +86,13 @@ class Fall:
         Fitted to it (x, y), m/s^2.
     whirl : float
         Vertical acceleration of a wide levitated orbit, 0-pk, m/s^2; 0 where it is narrow.
+    turning : float
+        How much of the vertical acceleration may be once per revolution in the fall, m/s^2.
     """
 
     acceleration: tuple[float, float]
     whirl: float
+    turning: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,7 +252,11 @@ def _falls(fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str
     """Return how each end falls from a release near an instant, s; `wide` (2 n,) are the rows of wide orbits."""
     acceleration = fall_acceleration(fit, instant).reshape(-1, 2).tolist()
     whirl = np.where(wide, fit.whirl(instant), 0.0)[1::2].tolist()
-    return {end: Fall((ax, ay), turns) for end, (ax, ay), turns in zip(ends, acceleration, whirl, strict=True)}
+    turning = turning_alone(fit, instant)[1::2].tolist()
+    return {
+        end: Fall((ax, ay), wide_orbit, turns)
+        for end, (ax, ay), wide_orbit, turns in zip(ends, acceleration, whirl, turning, strict=True)
+    }
 
 
 def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:

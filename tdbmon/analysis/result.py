@@ -61,6 +61,8 @@ class EndResult:
         Single-mass stiffness of the first contact, N/m.
     deepest : Estimate
         Largest excursion from the clearance centre after the release, m.
+    held : str
+        That the end stayed levitated while the other one fell; "" where it did not.
     """
 
     name: str
@@ -73,6 +75,7 @@ class EndResult:
     contacts: Contacts | None
     stiffness: Estimate
     deepest: Estimate
+    held: str = ""
 
     @classmethod
     def without_contact(cls, name: str, plane: str, load: float, travel: RestTravel, why: str) -> EndResult:
@@ -177,18 +180,19 @@ class Analysis:
 
     @property
     def settled(self) -> Estimate:
-        """Instant from which both ends stay on their rings."""
+        """Instant from which both ends, or the one that fell, stay on their rings."""
         if not self.falls:
             return Estimate.missing("s", NO_DROP)
-        times = [end.gap.settled_from for end in self.ends.values() if end.gap is not None]
-        if not times or len(times) < len(self.ends):
+        fallen = [end for end in self.ends.values() if not end.held]
+        times = [end.gap.settled_from for end in fallen if end.gap is not None]
+        if not times or len(times) < len(fallen):
             return Estimate.missing("s", "not both ends have a clearance circle")
         rule = "last bounce of more than a tenth of the gap"
         return Estimate(max(times), unit="s", method=rule, why="stated to the sample")
 
     @property
     def settle_time(self) -> Estimate:
-        """Time from the release to the end of the last bounce of either end."""
+        """Time from the release to the end of the last bounce of either end, of those that fell."""
         return since(self.settled, self.release_time)
 
     @property
@@ -213,6 +217,16 @@ class Analysis:
 
     @property
     def forces_tell_contacts(self) -> bool:
-        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none."""
-        released = self.release is not None and self.release.time.known
-        return released and any(end.gap is None and end.plane != "none" for end in self.ends.values())
+        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none.
+
+        It needs so much of the drop that both ends have touched.
+        """
+        from tdbmon.identify.stages import stages_of
+
+        if self.release is None or self.release.time.value is None or self.planes is None:
+            return False
+        if any(end.held for end in self.ends.values()):  # a fit takes contacts at both ends
+            return False
+        if float(self.planes.time[-1]) - self.release.time.value < stages_of(self.machine).least:
+            return False
+        return any(end.gap is None and end.plane != "none" for end in self.ends.values())

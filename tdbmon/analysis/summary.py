@@ -50,6 +50,9 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         plane = {"bearing": "bearing plane", "probe": "probe plane"}.get(end.plane, "no orbit seen")
         released = None if analysis.release is None else analysis.release.time
         lines += [f"{name}  ({plane})", *_levitated(analysis, name)]
+        if end.held:
+            lines.append(f"  {end.held}")
+            continue
         if not analysis.falls:
             lines += _orbit_lines(analysis, name)
             continue

@@ -71,7 +71,7 @@ def _stretches(analysis: Analysis) -> list[tuple[str, float, float]]:
     found = []
     for phase in analysis.phases:
         # the fall is shorter than anything that a spectrum could tell apart
-        if phase.name in ("fall", "rest") or phase.end - phase.start < _LEAST_S:
+        if phase.name in ("fall", "rest", "levitated again") or phase.end - phase.start < _LEAST_S:
             continue
         start = phase.start
         found.append((phase.name, start, min(phase.end, start + _LONGEST_S)))

@@ -41,7 +41,7 @@ AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
 PHASE_COLOUR = {
     "levitated": "#E8F1F8", "fall": "#FFF3D6", "contacts": "#FBE3D6", "fall and contacts": "#FBE3D6",
-    "run-down": "#E6F4EE", "rest": "#F0F0F0",
+    "run-down": "#E6F4EE", "rest": "#F0F0F0", "levitated again": "#E8F1F8",
 }  # fmt: skip
 
 STYLE: dict[Any, Any] = {

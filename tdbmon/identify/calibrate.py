@@ -25,6 +25,7 @@ from tdbmon.identify.calibration import LACKS, AtBound, Calibration, DropFit, Re
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
+from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.follow import followed
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
@@ -43,6 +44,9 @@ Array = NDArray[np.float64]
 
 _EARLY = 0.025  # s in a usual gap; further on the path of one drop may part, and not those of the others
 TRUSTED = 0.06  # s in a usual gap: further on trajectories part
+_NOISE_ALONE = (
+    1.3  # times the noise, up to which a model explains drops altogether; scales a tenth off leave several times
+)
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 
@@ -109,6 +113,8 @@ def fit_drops(
         misfit = float(np.sqrt(np.mean([fit.residual_to(trusted).ratio ** 2 for fit in fits])))
     shared, _ = problem.values(point, 0)
     early = [each.fit for each in passed if each.horizon <= stages.at(_EARLY)][-1:] or [passed[0].fit]
+    if mistaken is None and misfit < _NOISE_ALONE:
+        remarks = _scales_right(drops, remarks, misfit)
     remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
@@ -136,6 +142,18 @@ def fit_drops(
         covariance=covariance,
         mistaken=mistaken or "",
     )
+
+
+def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:
+    """Return the remarks without doubts of the scales of drops that the model follows to the noise, and that these are right."""
+    doubts = {doubt for drop in drops for doubt in drop.scale_doubts}
+    return [remark for remark in remarks if remark not in doubts] + [
+        f"{drop.name}: what the free fall says against the scales of times and probes (see free fall, probe scales) does not"
+        f" hold: with the scales as they are the model leaves {misfit:.2f} times the noise of fall and first contacts; once per"
+        " revolution and bending make the fall look so"
+        for drop in drops
+        if drop.scale_doubts
+    ]
 
 
 def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, horizons: Sequence[float]) -> DropFit:

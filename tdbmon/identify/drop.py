@@ -15,7 +15,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.free_fall import check_free_fall
+from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
@@ -25,6 +25,7 @@ from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
+from tdbmon.record.held_end import never_touches
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.quality import check, left_out, repair_gaps
@@ -32,18 +33,17 @@ from tdbmon.record.sensor_effects import freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import require_one_speed, without_refuted
+from tdbmon.record.taken_up import until_taken_up
 from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
 
 USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
-_LEAST_S = 0.025  # in a usual gap: of record needed after the release: past the first contact of both ends
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
 _COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
 _THERE = 0.6  # of them, that must be there
 _HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
-_TOUCHED = 0.6  # of the smallest gap: who never gets so far from where he levitated touched nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +78,9 @@ class MeasuredDrop:
         What the record lacks and how it was met.
     faults : tuple of str
         Other checks of the record's channels that failed.
+    scale_doubts : tuple of str
+        What the free fall says against scales of times and lengths, of it in `remarks` too: a model that follows the drop with
+        these scales refutes it.
     compensated : bool
         Whether slow roll that the machine file states was taken off the readings.
     divergence : float
@@ -102,6 +105,7 @@ class MeasuredDrop:
     pulse_sigma: float
     remarks: tuple[str, ...]
     faults: tuple[str, ...] = ()
+    scale_doubts: tuple[str, ...] = ()
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
     flight: float = Stages().flight
@@ -156,8 +160,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     """
     name = str(record.attrs.get("source_file", "record"))
     laid, lying = from_lift_off(assign(record, machine), machine)
+    laid, lifted = until_taken_up(laid, machine)
     checks = check(laid, machine)
-    failed = [each for each in (*lying, *checks) if not each.passed]
+    failed = [each for each in (*lying, *lifted, *checks) if not each.passed]
     if still := next((each.detail for each in failed if each.check == "drop"), ""):
         raise InputError(f"{name}: {still}")
     unused = left_out(laid, machine, checks)
@@ -180,10 +185,10 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
-    _check_unbroken(time, after_hole, release, stages.at(_LEAST_S), name)
+    _check_unbroken(time, after_hole, release, stages.least, name)
     counted = stages.at(_COUNTED_S)
     probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted)], lost, name)
-    _check_length(time, release, stages.at(_LEAST_S), name)
+    _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
     turning = fit_turning(laid, machine, release, name)
     compensated = without_slow_roll(laid, machine)
@@ -195,6 +200,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         *wrong_speed,
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
         *(f"{each.channel}: {each.detail}" for each in check_free_fall(found, machine) if not each.passed),
+    ]
+    scales = [
+        each for each in (*check_free_fall(found, machine), *check_probe_scales(found, machine)) if not each.passed
     ]
     return MeasuredDrop(
         name=name,
@@ -217,6 +225,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             for each in failed
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
+        scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
     )
@@ -354,7 +363,7 @@ def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str
             continue
         start = np.median(moved[i][:, ~after], axis=1)
         reach = float(np.hypot(*(moved[i][:, after] - start[:, None])).max())
-        if reach < _TOUCHED * (bearing.radial_gap.low - float(np.hypot(*start))):
+        if never_touches(complex(*start), reach, bearing):
             raise InputError(
                 f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
                 f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"

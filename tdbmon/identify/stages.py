@@ -73,6 +73,11 @@ class Stages:
         return self.at(0.008)
 
     @property
+    def least(self) -> float:
+        """Both ends are past their first contact: so much of a record is needed for a fit."""
+        return self.at(0.025)
+
+    @property
     def loaded(self) -> float:
         """Before it the cages' angles do nothing."""
         return self.at(0.009)

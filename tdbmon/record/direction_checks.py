@@ -9,6 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
+from tdbmon.record.held_end import held_ends
 
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
 _STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
@@ -19,7 +20,7 @@ _MOVED = (0.3, 10.0)  # gaps between levitation and rest; less is no fall, more 
 _DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
 
 
-def _motion(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.ndarray] | None:
+def motion_at(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Return time and x + i y at the probes of an end, from two probes that span the plane; None without them."""
     there = [probe for probe in machine.probes_at(end) if probe.name in ds]
     for one, other in combinations(there, 2):
@@ -36,11 +37,14 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
     """A rotor falls down: the settled position must lie below the first one, seen by any pair of probes.
 
     Nothing is said of an end that at first does not stand still in the clearance: such a record begins after the release.
+    Nor of one that stays levitated while the other one falls, nor of one that goes round wider than its mean place lies from
+    there: a shaft that whirls right round the clearance settles nowhere.
     """
     found = []
-    for end in machine.ends:
-        motion = _motion(ds, machine, end)
-        if motion is None:
+    motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
+    held = held_ends(motions, machine)
+    for end, motion in motions.items():
+        if end in held:
             continue
         time, z = motion
         gap = machine.bearing(end).radial_gap.nominal
@@ -51,7 +55,10 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
         if z.size < _LEAST_SAMPLES:
             continue
         few = max(min(z.size // 50, 200), 10)
-        moved = np.median(z[-z.size // 4 :].real) + 1j * np.median(z[-z.size // 4 :].imag) - z[:few].mean()
+        last = z[-z.size // 4 :]
+        moved = np.median(last.real) + 1j * np.median(last.imag) - z[:few].mean()
+        if np.std(last) > abs(moved):
+            continue
         if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:
             continue
         off = float(np.degrees(np.angle(moved / -1j)))
@@ -69,7 +76,7 @@ def whirl_directions(ds: xr.Dataset, machine: Machine, hz: float | None) -> list
     if hz is None or hz <= 0:
         return found
     for end in machine.ends:
-        motion = _motion(ds, machine, end)
+        motion = motion_at(ds, machine, end)
         if motion is None:
             continue
         time, z = motion

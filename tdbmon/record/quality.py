@@ -10,8 +10,9 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
-from tdbmon.record.direction_checks import fall_directions, whirl_directions
+from tdbmon.record.direction_checks import fall_directions, motion_at, whirl_directions
 from tdbmon.record.finding import Check
+from tdbmon.record.held_end import falls_at, held_ends, turns_throughout
 from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
@@ -67,11 +68,18 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
     # a shaft that does not fall, or not yet in every direction, tells neither dead probes nor wrong units
     early = no_drop(ds, machine, probes) or cut_in_fall(ds, machine, probes)
+    marks = pulses_if_any(ds, machine)
+    hovers = [] if early is not None else _at_held_ends(ds, machine, first_speed(ds, marks))
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
+        if probe.name in hovers:
+            why = "moves little, since its end stays levitated: once per revolution is seen to the end of the fall and after it"
+            of_probe = [
+                Check("dead", probe.name, True, why),
+                *(each for each in of_probe if each.check not in ("dead", "unit")),
+            ]
         found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
     found += [early] if early is not None else []
-    marks = pulses_if_any(ds, machine)
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
         found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
@@ -93,6 +101,22 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     counted = keyphasor_speed_check(ds, machine, marks)
     found += [counted] if counted is not None else []
     return tuple(found)
+
+
+def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[str]:
+    """Return the probes that move little since their end stays levitated: both see the shaft turn before and after the fall."""
+    motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
+    held = held_ends(motions, machine)
+    fell = falls_at({end: motion for end, motion in motions.items() if end not in held}, machine)
+    if fell is None or hz is None:
+        return []
+    found = []
+    for end in held:
+        names = [probe.name for probe in machine.probes_at(end) if probe.name in ds]
+        channels = [ds[name].dropna(ds[name].dims[0]) for name in names]
+        if all(turns_throughout(each[each.dims[0]].values, each.values, hz, fell, machine.mains) for each in channels):
+            found += names
+    return found
 
 
 def left_out(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> dict[str, str]:

@@ -21,6 +21,8 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.forces import later_remarks
 from tdbmon.quantity import printed
+from tdbmon.record.assign import assign
+from tdbmon.record.direction_checks import fall_directions
 from tdbmon.report import build_report
 from tdbmon.report.sections import whirl as whirl_section
 
@@ -113,6 +115,34 @@ def test_a_shaft_that_whirls_is_not_at_rest_and_accuses_no_probe(whirling):
     for end in whirling.ends.values():
         assert end.contacts is None  # it fell 4.6 ms; the circle of the whirl told a first contact after 0.3 s
         assert "whirls" in end.unsettled or "lifts off" in end.unsettled
+
+
+@pytest.fixture(scope="module")
+def rolling(machine):
+    """The shaft rolls round its clearance against the rotation from the first contacts on: dry friction, 200 Hz."""
+    dry = [
+        b.model_copy(update={"friction": b.friction.model_copy(update={"nominal": 0.6})})
+        for b in machine.touchdown_bearings
+    ]
+    rough = machine.model_copy(update={"touchdown_bearings": tuple(dry)})
+    low = ((0.0, -9e-5), (0.0, -9e-5))  # held below the middle: it whirls about a place above where it was
+    record = simulate(rough, DropPlan(200.0, 0.5, levitated=RELEASE, sensors=SENSORS, set_point=low), bending=16)
+    assert (np.hypot(record.shaft_x, record.shaft_y).values[:, record.time.values > RELEASE + 0.05] > 2e-4).all()
+    return record, analyse(record, machine)
+
+
+@pytest.mark.parametrize("last_s", np.linspace(0.3, 0.6, 13))
+def test_probes_are_not_accused_of_where_a_whirl_is_when_a_record_ends(rolling, machine, last_s):
+    """Wherever in its round the shaft is cut off, its last quarter tells no place of rest."""
+    laid = assign(rolling[0].sel(time=slice(0, last_s)), machine)
+    assert all(row.passed for row in fall_directions(laid, machine))
+
+
+def test_the_whirl_is_why_no_circle_is_told(rolling):
+    found = rolling[1]
+    for end in found.ends.values():
+        assert found.whirl[end.name].backward
+        assert end.unsettled.startswith("the shaft whirls round its clearance to the end of the record")
 
 
 def test_a_shaft_that_stands_upright_dates_no_release(expander):

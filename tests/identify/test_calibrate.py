@@ -13,6 +13,7 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stages import Stages
+from tdbmon.record.finding import Check
 from tdbmon.shipped import shipped
 from tests.identify import drops
 
@@ -294,3 +295,15 @@ def test_friction_that_falls_with_the_load_is_found_where_the_fit_fails_without(
         assert found.values[f"{end}.friction_load_exponent"].value == pytest.approx(0.08, abs=0.03)
         assert bearing.friction_load_exponent == pytest.approx(0.08, abs=0.03)
     assert not any("exponent" in each.name for each in found.undetermined)
+
+
+@pytest.mark.parametrize(("larger", "refuted"), [(1.0, True), (1.15, False)])
+def test_a_model_that_follows_a_drop_refutes_what_the_fall_says_of_its_scales(same_model, monkeypatch, larger, refuted):
+    """Whatever made the fall look too fast, a drop that gravity explains to the noise is on no wrong scale."""
+    machine, (record, _) = same_model
+    accused = Check("free fall", "NDE", False, "falls with 14.9 m/s2")
+    monkeypatch.setattr("tdbmon.identify.drop.check_free_fall", lambda *_: [accused])
+    read = record.assign({p.name: record[p.name] * larger for p in machine.probes})
+    found = fit_drops(machine, [read], HORIZON)
+    assert any("14.9 m/s2" in remark for remark in found.remarks) == (not refuted)
+    assert any("does not hold" in remark for remark in found.remarks) == refuted

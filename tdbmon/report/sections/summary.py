@@ -68,8 +68,11 @@ def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
     if not analysis.falls:
         return f"The rotor of “{analysis.machine.name}” levitates throughout the record{when}, at {speed}: {NO_DROP}."
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
+    parts += [f"End {end.name} {end.held}." for end in analysis.ends.values() if end.held]
     counts, untold = [], []
     for end in analysis.ends.values():
+        if end.held:
+            continue
         if end.contacts is None or not end.contacts.events:
             untold.append(end.name)
             continue
@@ -81,7 +84,8 @@ def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
         counts.append(f"{number}{reach} {noun}{seen} at {end.name}")
     settle = analysis.settle_time
     if counts:
-        after = f" until it stayed on both rings {words(settle)} after the release" if settle.known else ""
+        rings = "the ring" if any(end.held for end in analysis.ends.values()) else "both rings"
+        after = f" until it stayed on {rings} {words(settle)} after the release" if settle.known else ""
         lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
         parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
     elif analysis.ends:
