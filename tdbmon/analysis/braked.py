@@ -54,6 +54,7 @@ def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, relea
         return rundown
     doubt = (
         f"the rotor loses {lost.value:.3g} Hz more in the first {seconds:.2g} s than by the drag that slows it later, where"
-        f" contacts and rings take {most:.2g} Hz at most (at a friction of {friction:g}): does the drive brake at first?"
+        f" contacts and rings take {most:.2g} Hz at most (at a friction of {friction:g}, by the machine file's mass and polar"
+        " inertia): does the drive brake at first?"
     )
     return replace(rundown, lost_speed=Estimate.missing("Hz", doubt), doubt=doubt)

@@ -26,7 +26,7 @@ from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import WIDE, ReleaseFit
-from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, search_release
+from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, follows_better, search_release
 from tdbmon.analysis.spring_back import Sag, SpringBack
 from tdbmon.analysis.surface_orders import surface_orders
 from tdbmon.analysis.turning_speed import turning_speed
@@ -182,7 +182,9 @@ def find_release(
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
     if sag is not None and turning and "weights" in planes:
-        fit = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
+        sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
+        # a rotor that is not the file's may not sag so at all
+        fit = follows_better(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):

@@ -69,6 +69,12 @@ def search_release(fit: ReleaseFit, low: float, high: float) -> FittedRelease:
     return _suddenly(_by_what_is_left(white, [(instant, 0.0) for instant in alone]), near)
 
 
+def follows_better(one: ReleaseFit, other: ReleaseFit, low: float, high: float) -> ReleaseFit:
+    """Return that of two fits which leaves less of a sudden release between two instants, the first if both leave the same."""
+    left = [each.cost(_sudden_together(each, low, high)) for each in (one, other)]
+    return one if left[0] <= left[1] else other
+
+
 def _by_noise(fit: ReleaseFit, t0: float) -> ReleaseFit:
     """Return the fit with each row counted by the noise that the levitated law leaves before an instant."""
     return replace(fit, variance=np.maximum(fit.noise(t0) ** 2, 1e-18))

@@ -31,7 +31,9 @@ def test_a_negative_gap_is_withheld_with_the_weight_that_leaves_none(tmp_path: P
         assert "Check diameters, lengths and masses" in estimate.why
     assert end.contacts is None
     assert end.no_contact == end.air_gap.why
-    assert [(c.check, c.channel) for c in found.checks if not c.passed] == [("machine and record", "NDE")]
+    # contacts hardly slow so heavy a rotor
+    failed = [("machine and record", "NDE"), ("run-down", "")]
+    assert [(c.check, c.channel) for c in found.checks if not c.passed] == failed
     assert any(line.startswith("rotor") and "5600 kg" in line for line in summary_lines(found))
 
 
