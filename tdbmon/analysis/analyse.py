@@ -194,13 +194,17 @@ def _drop(
 
 
 def _run_down(laid: _Laid, released: float | None, whirl: Mapping[str, Whirl], checks: list[Check]) -> RunDown | None:
-    """Return the run-down; a failed check says where no coasting rotor slows so.  `whirl` is that of the ends seen."""
+    """Return the run-down; a failed check says where no coasting rotor slows so.  `whirl` is that of the ends seen.
+
+    Whirl slows a rotor by no law of drag either, and is told itself.
+    """
     rundown = laid.rotation.run_down(released, laid.rotor, checks)
     if rundown is None:
         return None
-    if released is not None and whirl and not any(each.worst or each.hidden for each in whirl.values()):
+    whirls = any(each.worst or each.hidden for each in whirl.values())
+    if released is not None and whirl and not whirls:
         rundown = beyond_contacts(rundown, laid.machine, laid.rotor, released)
-    if rundown.doubt:
+    if rundown.doubt and not whirls:
         checks.append(Check("run-down", "", False, rundown.doubt))
     return rundown
 

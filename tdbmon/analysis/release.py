@@ -26,7 +26,7 @@ from tdbmon.analysis.floor_line import floor_line
 from tdbmon.analysis.leaving_orbit import falls_between, surely_levitated
 from tdbmon.analysis.missing_stretches import said
 from tdbmon.analysis.release_fit import WIDE, ReleaseFit
-from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, follows_better, search_release
+from tdbmon.analysis.release_search import PROBE_SCALE, FittedRelease, search_release, unless_worse
 from tdbmon.analysis.spring_back import Sag, SpringBack
 from tdbmon.analysis.surface_orders import surface_orders
 from tdbmon.analysis.turning_speed import turning_speed
@@ -184,7 +184,7 @@ def find_release(
     if sag is not None and turning and "weights" in planes:
         sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
         # a rotor that is not the file's may not sag so at all
-        fit = follows_better(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
+        fit = unless_worse(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
@@ -340,21 +340,24 @@ def _shares(
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
         return {}
     decay = 0.0 if release.decay is None else release.decay[0]
-    sag = None if fit.sag is None else fit.sag.mapped(np.linalg.inv(maps))
-    found = gravity_alone(replace(fit, data=np.linalg.solve(maps, fit.data), sag=sag), release.time, decay)
+    angles = {probe.name: probe.angle for probe in machine.probes}
+    pull = np.array([-machine.gravity * np.sin(angles[str(name)]) for name in names])
+    upright = np.abs(pull) > _UPRIGHT * machine.gravity
+    fit = replace(
+        fit, data=np.linalg.solve(maps, fit.data), sag=None if fit.sag is None else fit.sag.mapped(np.linalg.inv(maps))
+    )
+    found = gravity_alone(fit, release.time, decay)
+    if found is not None and fit.sag is not None:  # a probe that reads too much reads too much of the sag too
+        read = np.where(upright, found[0] / np.where(upright, pull, 1.0), 1.0)
+        found = gravity_alone(replace(fit, sag=fit.sag.mapped(np.diag(read))), release.time, decay)
     if found is None:
         return {}
-    acceleration, sigma = found
-    angles = {probe.name: probe.angle for probe in machine.probes}
-    shares = {}
-    for name, value, error in zip(names, acceleration, sigma, strict=True):
-        pull = -machine.gravity * float(np.sin(angles[str(name)]))
-        if abs(pull) > _UPRIGHT * machine.gravity:
-            rule = "free fall, freed of turning and springing back"
-            shares[str(name)] = Estimate.from_sigma(
-                float(value) / pull, float(np.hypot(error / pull, _SHARE_ERROR)), "1", rule
-            )
-    return shares
+    rule = "free fall, freed of turning and springing back"
+    return {
+        str(name): Estimate.from_sigma(float(value / p), float(np.hypot(error / p, _SHARE_ERROR)), "1", rule)
+        for name, value, error, p, seen in zip(names, *found, pull, upright, strict=True)
+        if seen
+    }
 
 
 def release_of(

@@ -22,6 +22,7 @@ _MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on syntheti
 _ALONE_S = 25e-6  # the same of one end alone: two ends' errors largely cancel
 _BENDING = 0.015  # of the bending frequencies by the machine file, standard deviation: an elastic modulus within 3 %
 _BENT_S = 1e-3  # as far as the instant may move with them
+_WORSE = 1.5  # times what is left without the sag; a probe that reads a tenth too much makes it 1.05
 _SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
 _SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
 _WITHIN = 3.84  # of a chi-square of one degree of freedom, 95 %
@@ -69,10 +70,10 @@ def search_release(fit: ReleaseFit, low: float, high: float) -> FittedRelease:
     return _suddenly(_by_what_is_left(white, [(instant, 0.0) for instant in alone]), near)
 
 
-def follows_better(one: ReleaseFit, other: ReleaseFit, low: float, high: float) -> ReleaseFit:
-    """Return that of two fits which leaves less of a sudden release between two instants, the first if both leave the same."""
+def unless_worse(one: ReleaseFit, other: ReleaseFit, low: float, high: float) -> ReleaseFit:
+    """Return the first of two fits, or the other where that plainly leaves less of a sudden release between two instants."""
     left = [each.cost(_sudden_together(each, low, high)) for each in (one, other)]
-    return one if left[0] <= left[1] else other
+    return one if left[0] <= _WORSE * left[1] else other
 
 
 def _by_noise(fit: ReleaseFit, t0: float) -> ReleaseFit:

@@ -61,7 +61,7 @@ def overhung(machine):
     return changed(machine, rotor={"disks": (heavy,)}, probes=probes)
 
 
-@pytest.mark.parametrize(("speed", "seed"), [(200.0, 3), (300.0, 3), (300.0, 4)])
+@pytest.mark.parametrize(("speed", "seed"), [(300.0, 3), (300.0, 4)])
 def test_once_per_revolution_in_the_fall_accuses_neither_scales_nor_probes(speed, seed, overhung):
     """A wheel that bends the shaft: it turns on in the fall with micrometres, which look like a half of gravity."""
     sensors = SensorChain(probe=ProbeChain(noise=0.25e-6, hum=0.1e-6), speed_noise_hz=0.05, keyphasor_width=0.1)
