@@ -20,7 +20,6 @@ from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
-from tdbmon.analysis.spring_back import sag_of
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
@@ -38,6 +37,7 @@ from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
 
+_TOUCHED = 0.6  # of the smallest gap: who never gets so far touched nothing, or the gap is stated as a diameter
 USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
 LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
@@ -179,9 +179,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     seen, upright = freed(laid, machine)
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
-    rotor, speed = build_rotor(machine), Rotation.of(laid, machine).before(None)
-    sag = sag_of(machine, rotor)
-    found = release_of(seen, upright, to_planes(seen, upright, names), speed, springing_back(rotor), sag)
+    # a first guess, which need not know the sag: the fit finds the instant
+    bending = springing_back(build_rotor(machine))
+    found = release_of(seen, upright, to_planes(seen, upright, names), Rotation.of(laid, machine).before(None), bending)
     found, release = _told(found, name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
@@ -363,7 +363,7 @@ def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str
             continue
         start = np.median(moved[i][:, ~after], axis=1)
         reach = float(np.hypot(*(moved[i][:, after] - start[:, None])).max())
-        if never_touches(complex(*start), reach, bearing):
+        if never_touches(complex(*start), reach, bearing, _TOUCHED):
             raise InputError(
                 f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
                 f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"

@@ -33,9 +33,12 @@ _SLOWER = 0.15  # of the speed, by which it falls until then at most
 _HUM = 0.05  # of the speed: mains so near look like once per revolution
 
 
-def never_touches(start: complex, reach: float, bearing: TouchdownBearing) -> bool:
-    """Return whether a shaft that levitates at `start` (from the middle, m) and moves by `reach` at most touched nothing."""
-    return reach < _TOUCHED * (bearing.radial_gap.low - abs(start))
+def never_touches(start: complex, reach: float, bearing: TouchdownBearing, share: float = _TOUCHED) -> bool:
+    """Return whether a shaft that levitates at `start` (from the middle, m) and moves by `reach` at most touched nothing.
+
+    That is less than a `share` of the smallest gap.
+    """
+    return reach < share * (bearing.radial_gap.low - abs(start))
 
 
 def ends_in_fall(planes: xr.Dataset, end: str, machine: Machine, release_s: float) -> str:
