@@ -65,7 +65,7 @@ class Stages:
     @property
     def fall(self) -> float:
         """Nothing touches so far, or only just, but in narrow gaps."""
-        return self.early[0]
+        return self.at(0.006)
 
     @property
     def flight(self) -> float:
@@ -85,32 +85,32 @@ class Stages:
     @property
     def met(self) -> float:
         """One end has met its bearing at least."""
-        return self.early[1]
+        return self.at(0.01)
 
     @property
     def touched(self) -> float:
         """Both ends have met their bearings."""
-        return self.early[2]
+        return self.at(0.014)
 
     @property
     def sound(self) -> float:
         """Paths have hardly parted: a model that held so far is judged there, if it fails further on."""
-        return self.early[3]
+        return self.at(0.018)
 
     @property
     def bounced(self) -> float:
         """Both ends have touched, and mostly twice."""
-        return self.early[4]
+        return self.at(0.022)
 
     @property
     def late(self) -> float:
         """A plain model that holds so far lacks no more than its laws do, more often than not."""
-        return self.early[6]
+        return self.at(0.033)
 
     @property
     def followed(self) -> float:
         """As far as all models are followed."""
-        return self.early[7]
+        return self.at(0.04)
 
 
 def stages_of(machine: Machine) -> Stages:
