@@ -10,9 +10,8 @@ import xarray as xr
 from tdbmon.analysis.gap import Gap, NoCircle
 
 _HEAD_S = 1e-3  # of the record, that shows where it begins
-_LEVITATED = (
-    0.3  # of the radius: a shaft so near to the centre comes from levitation (zone A of ISO 14839-2 ends there)
-)
+# of the radius: a shaft so near to the centre comes from levitation (zone A of ISO 14839-2 ends there)
+_LEVITATED = 0.3
 _PERHAPS = "the record begins after the release, and perhaps after the first contact"
 
 

@@ -26,9 +26,8 @@ _SLOWER = (0.05, 0.03, 0.02, 0.01, 0.005, 0.002)  # shares of the speed at relea
 _LATER = (0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0)  # shares of a stretch, back from its end
 _FEWEST_LAST = (4, 8)  # spans that tell a slope and that it stays, with noise that is known and that is not
 _CHANCE = {1: 10.83, 2: 13.82}  # 99.9 % quantiles of chi-square
-_PREFERENCE = (
-    10.0  # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
-)
+# BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
+_PREFERENCE = 10.0
 _FOLDS = 8
 NO_LAW = "no law of drag fits how the speed falls"
 _BEYOND = 3.0  # times the noise, and times what laws of free signs leave: a misfit that is told

@@ -29,9 +29,8 @@ _CLEAR = 0.05  # of the plain model's misfit
 _MUCH = 0.5  # of what the plain model leaves beyond the noise
 _TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
 _DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
-_FAILS = (
-    2.0  # times the noise, that shows a lack: of a drop that it was not fitted to a right model leaves up to 1.4 times
-)
+# times the noise, that shows a lack: of a drop that it was not fitted to a right model leaves up to 1.4 times
+_FAILS = 2.0
 
 
 class Judge(StrEnum):

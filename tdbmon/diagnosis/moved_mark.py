@@ -18,9 +18,8 @@ from tdbmon.identify.drop import MeasuredDrop
 _LEAST_DROPS = 4
 _CLEAR = 5.0  # standard deviations, of all phasors together, and of a turn
 _ALIKE = 0.15  # of their size, by which they may differ beyond noise once turned back
-_CHANCE = (
-    2.5  # times the squares that noise puts between two drops on average: one in a hundred is above (chi-square of 8)
-)
+# times the squares that noise puts between two drops on average: one in a hundred is above (chi-square of 8)
+_CHANCE = 2.5
 _MOVED = math.radians(10)  # a lag that all channels have turns them by less
 
 

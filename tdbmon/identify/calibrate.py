@@ -44,9 +44,8 @@ Array = NDArray[np.float64]
 
 _EARLY = 0.025  # s in a usual gap; further on the path of one drop may part, and not those of the others
 TRUSTED = 0.06  # s in a usual gap: further on trajectories part
-_NOISE_ALONE = (
-    1.3  # times the noise, up to which a model explains drops altogether; scales a tenth off leave several times
-)
+# times the noise, up to which a model explains drops altogether; scales a tenth off leave several times
+_NOISE_ALONE = 1.3
 _UNDETERMINED = 0.7  # of the standard deviation known beforehand
 _PARTNER = 0.4  # correlation from which on a value is named as partner
 

@@ -22,9 +22,8 @@ _HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
 _WAITS = 5.0  # times the fall through the gap: the other end has fallen for so long at least
 _FREE = 0.9  # of that time, before which nothing is touched
 _LATE = 0.25  # of what follows the other end's fall: there the shaft has settled, if it does
-_SETTLES = (
-    0.5  # of the greatest excursion, by which a shaft that fell lies away at rest at least; three quarters are usual
-)
+# of the greatest excursion, by which a shaft that fell lies away at rest at least; three quarters are usual
+_SETTLES = 0.5
 _MOVES = 0.5  # of it, rms: a whirl
 _DOWN_DEG = 60.0  # within which a fall goes down
 _LEAST_TURNS, _TURNS = 5, 20  # of the shaft, in which it is asked for once per revolution
