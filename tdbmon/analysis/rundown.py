@@ -278,13 +278,15 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     initial = speed_at_release(before, release, source, Z95, _unsure(observed, before))
     decay = _decay_time(chosen, levitated, stretch)
     # what no law may be carried on by
-    hidden = "" if reached else "the fitted law does not hold down to the slowest measured speed"
-    hidden = hidden or (decay.why if levitated is None and _short(stretch) else "")
+    slips = decay.why if levitated is None and _short(stretch) else ""
+    hidden = slips if reached else "the fitted law does not hold down to the slowest measured speed"
     lost = _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch)
     gained = _gained(lost, float(stretch.begin[0]))
+    # rings that may slip still take from the law what they took before it
+    untold = gained or slips
     return RunDown(
         initial=initial,
-        lost_speed=Estimate.missing("Hz", gained) if gained else lost,
+        lost_speed=Estimate.missing("Hz", untold) if untold else lost,
         decay_time=_inexact(decay, candidates, chosen, stretch),
         drag_torque=_torque(candidates, chosen, polar_inertia),
         standstill_time=stop_time(fit, rest, reached, last, release),
