@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, edges, top_frequency
-from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
+from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, styled, subplots
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,7 @@ def cascade(analysis: Analysis) -> Figure:
     at = np.interp(of_time.time.to_numpy(), analysis.speed_time, analysis.speed_hz)
     widest = max(float(np.max(np.abs(np.diff(at)), initial=0.0)), float(at.max()) / 100)
     spectra = against_speed(of_time, analysis.speed_time, analysis.speed_hz, widest)
-    ends = seen_ends(analysis)
+    ends = analysis.seen_ends
     frequency, speed = spectra.frequency.to_numpy(), spectra.speed.to_numpy()
     top_hz = top_frequency(analysis, float(frequency[-1]))
     keep = frequency <= top_hz

@@ -11,7 +11,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.spectral_map import decibel, top_frequency
-from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, seen_ends, styled, subplots
+from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, styled, subplots
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def full_spectrum(analysis: Analysis) -> Figure:
     """
     if analysis.planes is None:
         raise InputError("the record holds no displacement whose spectra could be drawn")
-    ends, stretches = seen_ends(analysis), _stretches(analysis)
+    ends, stretches = analysis.seen_ends, _stretches(analysis)
     known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tdbsim.errors import InputError
 
 from tdbmon.figures.spectral_map import colour_limits, constants_of, decibel, draw_lines, draw_map, edges, top_frequency
-from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, seen_ends, styled, subplots
+from tdbmon.figures.style import AXIS_WORD, Margins, colour_bar, new_figure, said, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
@@ -27,7 +27,7 @@ def waterfall(analysis: Analysis) -> Figure:
     spectra = analysis.waterfall
     if spectra is None or analysis.planes is None:
         raise InputError("the record holds no displacement whose spectra could be drawn")
-    ends = seen_ends(analysis)
+    ends = analysis.seen_ends
     frequency, time = spectra.frequency.to_numpy(), spectra.time.to_numpy()
     top_hz = top_frequency(analysis, float(frequency[-1]))
     keep = frequency <= top_hz
