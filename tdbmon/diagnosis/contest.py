@@ -11,6 +11,7 @@ The best is followed further than all are, for what acts later.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
@@ -35,7 +36,7 @@ from tdbmon.diagnosis.contender import (
     weighed,
 )
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, to_be_seen
+from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, proved_beside
 from tdbmon.diagnosis.met_alike import (
     at_other_angles,
     at_other_sizes,
@@ -215,12 +216,9 @@ class _Contest:
         wider = min(self.search.weak_beside(best), key=lambda each: each.bic, default=best)
         if wider.bic > best.bic - SIMPLER:
             return
-        try:
-            proof = proof_of(best, wider)
-        except InputError:
-            return
-        if proof.seen if to_be_seen(best, wider) else proof.shown:
-            self.others = [*self.others, wider]
+        with suppress(InputError):
+            if proved_beside(best, wider, proof_of(best, wider)):
+                self.others = [*self.others, wider]
 
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""
