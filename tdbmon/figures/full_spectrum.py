@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 _LONGEST_S = 1.0
 _LEAST_S = 0.04
-_TOP_HZ = 1000.0
 _SHARES = (0.03, 0.14, 0.25)  # of the height, below which an order's name may begin
 _NAME: dict[str, Any] = {
     "color": GREY, "fontsize": 6.0,
@@ -88,7 +87,7 @@ def _spectra(planes: xr.Dataset, ends: list[str], start: float, stop: float, sen
 
     part = planes.sel(end=ends, time=slice(start, stop))
     whole = part.sizes["time"] / planes.attrs["sampling_hz"]
-    return transform(part, sense, window_s=whole, top_hz=_TOP_HZ).isel(time=0)
+    return transform(part, sense, window_s=whole).isel(time=0)
 
 
 def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None:
