@@ -103,6 +103,11 @@ class RotorModel:
         rotation = self.rigid_rotation(self.centre_of_mass)
         return float(rotation @ self.plane_mass @ rotation)
 
+    def shares(self, first: float, second: float) -> tuple[float, float]:
+        """Return which shares of the weight two supports at axial positions carry, by the lever rule; negative: held down."""
+        share = (self.centre_of_mass - first) / (second - first)
+        return 1 - share, share
+
     def plane_rows(self, positions: ArrayLike) -> Array:
         """Return rows (k, 2m) that give the deflection of one plane at k positions.
 
@@ -183,15 +188,15 @@ def static_loads(machine: Machine, model: RotorModel) -> dict[str, float]:
 
 
 def end_mass(machine: Machine, model: RotorModel) -> dict[str, float]:
-    """Return each end's share of the rotor's mass by the lever rule, kg (raises as `static_loads`)."""
+    """Return each end's share of the rotor's mass, kg (raises as `static_loads`)."""
     first, second = machine.touchdown_bearings
-    share = (model.centre_of_mass - first.position) / (second.position - first.position)
-    if not 0 < share < 1:
+    shares = model.shares(first.position, second.position)
+    if not min(shares) > 0:
         raise InputError(
             f"the rotor's centre of mass, at {model.centre_of_mass * 1e3:.1f} mm, does not lie between the touchdown"
             f" bearings at {first.position * 1e3:g} and {second.position * 1e3:g} mm; check sections, disks, positions"
         )
-    return {first.name: model.total_mass * (1 - share), second.name: model.total_mass * share}
+    return {end: model.total_mass * share for end, share in zip(machine.ends, shares, strict=True)}
 
 
 def spring_positions(machine: Machine, stiffness: Mapping[str, Any]) -> list[tuple[float, Any]]:

@@ -309,7 +309,7 @@ def _phases(
     touched = [
         end.contacts.events[0].start for end in ends.values() if end.contacts is not None and end.contacts.events
     ]
-    every_end = len(settled) == sum(end.plane != "none" and not end.held for end in ends.values())
+    every_end = len(settled) == sum(end.seen and not end.held for end in ends.values())
     return split_phases(
         float(time[0]),
         float(time[-1]),
@@ -351,7 +351,7 @@ def _levitation(
             no_centre(checks, name),
         )
         for name, end in ends.items()
-        if end.plane != "none"
+        if end.seen
     }
     return _levitated_bent(laid, planes, speed_hz, found)
 

@@ -23,20 +23,29 @@ class Noise:
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Return x (n, ...) filtered to white noise of standard deviation one, (n - p, ...)."""
-        order = len(self.ar)
-        out = x[order:].copy()
-        for lag, coefficient in enumerate(self.ar, start=1):
-            out -= coefficient * x[order - lag : len(x) - lag]
-        return out / self.sigma
+        return whitened(x.T, self.ar).T[len(self.ar) :] / self.sigma
 
 
 WHITE = Noise(np.empty(0), 1.0)
 
 
+def whitened(values: np.ndarray, ar: np.ndarray) -> np.ndarray:
+    """Return values[t] - sum ar[k] values[t - k] along the last axis; a term of `ar` may differ from row to row.
+
+    Values before the first count as 0.
+    """
+    out = values.copy()
+    for lag, coefficient in enumerate(ar, start=1):
+        out[..., lag:] -= coefficient * values[..., :-lag]
+    return out
+
+
 def noise_of(residual: np.ndarray, parameters: int) -> Noise:
     """Fit an autoregression to a residual (n,) left by a fit of so many parameters.
 
-    Yule-Walker's equations; the order is the one with the least BIC, at most 6.
+    Yule-Walker's equations; the order is the one with the least BIC, at most 6.  They give stationary noise whatever is left,
+    of a few means or of nothing but rounding too.  Least squares, as `tdbmon.identify.noise` has them, do not; of long stretches
+    they keep sharp peaks, which Yule-Walker's equations flatten.
     """
     n = len(residual)
     top = max(0, min(_MAX_ORDER, (n - parameters) // 20))

@@ -172,7 +172,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
     return {
         "plane": end.plane,
         "static_load_n": end.load,
-        "fell": None if end.plane == "none" else analysis.falls and not end.held,
+        "fell": analysis.falls and not end.held if end.seen else None,
         "gap_lower_um": (gap.lower if gap else missing).to_json(),
         "gap_upper_um": (gap.upper if gap else missing).to_json(),
         "gap_centre_um": [(gap.centre[i] if gap else missing).to_json() for i in range(2)],

@@ -25,15 +25,12 @@ def let_go_alone(machine: Machine, rotor: RotorModel, held: Iterable[str]) -> Ma
     held : iterable of str
         The ends that stay levitated.
     """
-    place = {bearing.name: bearing.position - rotor.centre_of_mass for bearing in machine.magnetic_bearings}
-    stays, falls = (
-        [end for end in machine.ends if end in set(held)],
-        [end for end in machine.ends if end not in set(held)],
-    )
-    if len(stays) != 1 or len(falls) != 1 or set(place) != set(machine.ends):
+    place = {bearing.name: bearing.position for bearing in machine.magnetic_bearings}
+    stays = set(machine.ends) & set(held)
+    if len(stays) != 1 or set(place) != set(machine.ends):
         return machine
-    holds, lets_go = place[stays[0]], place[falls[0]]
-    end = machine.bearing(falls[0]).position - rotor.centre_of_mass
-    share = holds / (holds - lets_go)
-    faster = share * (1 + rotor.total_mass * lets_go * end / rotor.diametral_inertia)
+    (holds,), (falls,) = stays, set(machine.ends) - stays
+    share, _ = rotor.shares(place[falls], place[holds])
+    lever, end = (position - rotor.centre_of_mass for position in (place[falls], machine.bearing(falls).position))
+    faster = share * (1 + rotor.total_mass * lever * end / rotor.diametral_inertia)
     return machine.model_copy(update={"gravity": faster * machine.gravity}) if faster > 0 else machine

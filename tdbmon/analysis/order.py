@@ -8,7 +8,6 @@ the swing in the clearance is a hundred times greater than what stands beside it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +19,7 @@ from tdbmon.analysis.spectrum import cosine_window, window_gain
 from tdbmon.record.timebase import usual_interval
 
 PER_TURN = 128  # steps of angle a revolution: below 1 Hz the rotor's lines still fold to no order that is looked at
+_ORDERS = np.array([1.0, 2.0])  # of the speed
 _REVOLUTIONS = 32  # a window: an order is told from lines 4/32 of an order away
 _HOPS = 8  # windows begin every eighth of a window
 _HIGHEST = 0.4  # of the sampling rate: above, the loss in averaging is no longer made good
@@ -145,14 +145,8 @@ def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -
     return np.asarray(raw * np.exp(-1j * np.outer(turns.start + 2 * np.pi * first / PER_TURN, orders)))
 
 
-def track(
-    planes: xr.Dataset,
-    angle: np.ndarray,
-    orders: Sequence[float] = (1.0, 2.0),
-    sense: int = 1,
-    revolutions: int = _REVOLUTIONS,
-) -> xr.Dataset:
-    """Follow orders of rotation through the record.
+def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
+    """Follow 1X and 2X through the record, over windows of 32 revolutions, or a quarter of the record's if that is less.
 
     Parameters
     ----------
@@ -160,12 +154,8 @@ def track(
         ``displacement(end, axis, time)``, m.
     angle : ndarray, shape (time,)
         Shaft angle from +x towards +y, rad, continuous (it falls where the rotor turns clockwise); NaN where unknown.
-    orders : sequence of float
-        Multiples of the speed.
     sense : int
         +1 where the rotor turns from +x towards +y, -1 otherwise.
-    revolutions : int
-        Length of a window; a third of the record's revolutions where they are few.
 
     Returns
     -------
@@ -182,22 +172,19 @@ def track(
     Raises
     ------
     InputError
-        If `angle` does not fit the time axis, runs against `sense`, or an order is not positive.
+        If `angle` does not fit the time axis or runs against `sense`.
     """
-    wanted = np.asarray(orders, dtype=float)
-    if wanted.size == 0 or (wanted <= 0).any():
-        raise InputError(f"orders {wanted.tolist()} cannot be tracked; give positive multiples of the speed")
     time = planes.time.to_numpy()
     turned = turned_through(angle, time, sense)
     signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
     turns = resample(signals, time, turned)
-    revolutions = min(revolutions, turns.values.shape[-1] // PER_TURN // _FEWEST)
+    revolutions = min(_REVOLUTIONS, turns.values.shape[-1] // PER_TURN // _FEWEST)
     bins = np.concatenate([[0], _BESIDE])
     if revolutions < _FEWEST:
-        none = np.empty((*signals.shape[:2], 0, wanted.size), dtype=complex)
-        return _tracks(planes, wanted, none, np.empty((4, *none[:, 0].shape)), np.empty(0), np.empty(0), sense, 0)
+        none = np.empty((*signals.shape[:2], 0, _ORDERS.size), dtype=complex)
+        return _tracks(planes, none, np.empty((4, *none[:, 0].shape)), np.empty(0), np.empty(0), sense, 0)
     length, hop = revolutions * PER_TURN, max(1, revolutions // _HOPS) * PER_TURN
-    beside = wanted[:, None] + bins / revolutions
+    beside = _ORDERS[:, None] + bins / revolutions
     c = coefficients(turns, beside.ravel(), revolutions, hop)
     c = c.reshape(*c.shape[:-1], *beside.shape)  # (end, axis, window, order, bin)
     first = np.arange(c.shape[2]) * hop
@@ -207,7 +194,7 @@ def track(
     about = length // hop  # windows that begin within one window's length
     noise = np.stack([_noise(r, about) for r in _parts(residual, sense)])
     middle = turns.edges[first + length // 2]
-    return _tracks(planes, wanted, c[..., 0], noise, middle, turns.speed(first, length), sense, revolutions)
+    return _tracks(planes, c[..., 0], noise, middle, turns.speed(first, length), sense, revolutions)
 
 
 def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarray:
@@ -247,7 +234,6 @@ def _noise(residual: np.ndarray, about: int) -> np.ndarray:
 
 def _tracks(
     planes: xr.Dataset,
-    orders: np.ndarray,
     c: np.ndarray,
     noise: np.ndarray,
     time: np.ndarray,
@@ -275,7 +261,7 @@ def _tracks(
     return xr.Dataset(
         variables,
         coords={
-            "order": orders,
+            "order": _ORDERS,
             "end": planes.end,
             "axis": planes.axis,
             "time": ("time", time, {"units": "s"}),

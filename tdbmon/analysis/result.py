@@ -95,6 +95,11 @@ class EndResult:
         )
 
     @property
+    def seen(self) -> bool:
+        """True where the record holds the end's orbit."""
+        return self.plane != "none"
+
+    @property
     def unsettled(self) -> str:
         """Why there is no clearance circle, where there is none; no contact can be told then either."""
         return self.air_gap.why or "the clearance circle is not known"
@@ -170,6 +175,11 @@ class Analysis:
         return falls(self.checks)
 
     @property
+    def seen_ends(self) -> list[str]:
+        """Ends whose orbit the record holds."""
+        return [name for name, end in self.ends.items() if end.seen]
+
+    @property
     def release_time(self) -> Estimate:
         """Instant of the release."""
         if not self.falls:
@@ -229,4 +239,4 @@ class Analysis:
             return False
         if float(self.planes.time[-1]) - self.release.time.value < stages_of(self.machine).least:
             return False
-        return any(end.gap is None and end.plane != "none" for end in self.ends.values())
+        return any(end.gap is None and end.seen for end in self.ends.values())

@@ -10,7 +10,6 @@ Windows by F. J. Harris, Proc. IEEE 66, 1978, 51-83.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -19,9 +18,7 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.record.timebase import usual_interval
 
-Scale = Literal["0-pk", "pk-pk", "rms"]
-
-_FACTOR = {"0-pk": 1.0, "pk-pk": 2.0, "rms": 1 / np.sqrt(2)}
+_SCALE = "0-pk"  # what a tone reads
 _WINDOWS = {
     "hann": (0.5, 0.5),
     "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),  # four terms, sidelobes below -92 dB
@@ -114,14 +111,8 @@ def forward_backward(x: np.ndarray, y: np.ndarray, sense: int) -> tuple[np.ndarr
     return (ccw, cw) if sense > 0 else (cw, ccw)
 
 
-def waterfall(
-    planes: xr.Dataset,
-    window_s: float | None = None,
-    step_s: float | None = None,
-    scale: Scale = "0-pk",
-    top_hz: float = _TOP_HZ,
-) -> xr.Dataset:
-    """Amplitude spectra against time (Hann windows).
+def waterfall(planes: xr.Dataset, window_s: float | None = None, step_s: float | None = None) -> xr.Dataset:
+    """Amplitude spectra against time (Hann windows), 0-pk, up to 1 kHz or half the sampling rate.
 
     For the first second after the release hand in that stretch alone (``planes.sel(time=slice(t, t + 1))``): windows
     are an eighth of a short record.
@@ -134,10 +125,6 @@ def waterfall(
         Length of a window, s; by default 1 s, or an eighth of a record shorter than 8 s.
     step_s : float, optional
         From one window to the next, s; by default a quarter of a window.
-    scale : {"0-pk", "pk-pk", "rms"}
-        What a tone reads.
-    top_hz : float
-        Highest frequency kept; no more than half the sampling rate.
 
     Returns
     -------
@@ -152,20 +139,12 @@ def waterfall(
     InputError
         If a window is longer than the record or shorter than 16 samples, or the step is not positive.
     """
-    frame = _Frame.of(planes, window_s, step_s, top_hz)
-    data = frame.transform(planes)
-    amplitude = np.abs(data) * _FACTOR[_known(scale)]
-    return frame.dataset(planes, {"amplitude": (("end", "axis", "time", "frequency"), amplitude)}, scale)
+    frame = _Frame.of(planes, window_s, step_s)
+    amplitude = np.abs(frame.transform(planes))
+    return frame.dataset(planes, {"amplitude": (("end", "axis", "time", "frequency"), amplitude)})
 
 
-def full_spectrum(
-    planes: xr.Dataset,
-    sense: int,
-    window_s: float | None = None,
-    step_s: float | None = None,
-    scale: Scale = "0-pk",
-    top_hz: float = _TOP_HZ,
-) -> xr.Dataset:
+def full_spectrum(planes: xr.Dataset, sense: int, window_s: float | None = None) -> xr.Dataset:
     """Forward and backward amplitude spectra against time, relative to the rotation.
 
     Parameters are those of `waterfall`; `sense` is +1 where the rotor turns from +x towards +y, -1 otherwise.
@@ -173,23 +152,22 @@ def full_spectrum(
     Returns
     -------
     Dataset
-        ``forward`` and ``backward(end, time, frequency)`` in m: radii of the circles whose sum is the orbit (doubled on
-        the scale "pk-pk").  Coordinates and attributes as from `waterfall`.
+        ``forward`` and ``backward(end, time, frequency)`` in m: radii of the circles whose sum is the orbit.  Coordinates
+        and attributes as from `waterfall`.
 
     Raises
     ------
     InputError
         As `waterfall`.
     """
-    frame = _Frame.of(planes, window_s, step_s, top_hz)
+    frame = _Frame.of(planes, window_s, None)
     data = frame.transform(planes)
     parts = forward_backward(data[:, 0], data[:, 1], sense)
-    factor = _FACTOR[_known(scale)]
     variables = {
-        name: (("end", "time", "frequency"), np.abs(part) * factor)
+        name: (("end", "time", "frequency"), np.abs(part))
         for name, part in zip(("forward", "backward"), parts, strict=True)
     }
-    return frame.dataset(planes, variables, scale)
+    return frame.dataset(planes, variables)
 
 
 def cascade(
@@ -256,12 +234,6 @@ def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: f
     return np.where(length > 0, gain / np.where(length > 0, length, 1.0), np.interp(centre, time, values))
 
 
-def _known(scale: str) -> str:
-    if scale not in _FACTOR:
-        raise InputError(f"scale '{scale}' is not known; one of {', '.join(_FACTOR)}")
-    return scale
-
-
 @dataclass(frozen=True)
 class _Frame:
     """Where the windows lie, how long they are, and what of their spectra is kept."""
@@ -273,7 +245,7 @@ class _Frame:
     first: float
 
     @classmethod
-    def of(cls, planes: xr.Dataset, window_s: float | None, step_s: float | None, top_hz: float) -> _Frame:
+    def of(cls, planes: xr.Dataset, window_s: float | None, step_s: float | None) -> _Frame:
         rate, samples = float(planes.attrs["sampling_hz"]), planes.sizes["time"]
         duration = samples / rate
         wanted = min(_LONGEST_S, duration / _SHARE) if window_s is None else window_s
@@ -286,7 +258,7 @@ class _Frame:
         step = round((length / 4) if step_s is None else step_s * rate)
         if step < 1:
             raise InputError(f"a step of {step_s:g} s is less than one sample; give at least {1 / rate:g} s")
-        bins = min(length // 2, int(top_hz * length / rate)) + 1
+        bins = min(length // 2, int(_TOP_HZ * length / rate)) + 1
         return cls(rate, length, step, bins, float(planes.time[0]))
 
     def transform(self, planes: xr.Dataset) -> np.ndarray:
@@ -297,11 +269,11 @@ class _Frame:
             [[short_time_spectra(s, starts, self.length, self.bins, "hann") for s in end] for end in signals]
         )
 
-    def dataset(self, planes: xr.Dataset, variables: dict[str, tuple], scale: str) -> xr.Dataset:
+    def dataset(self, planes: xr.Dataset, variables: dict[str, tuple]) -> xr.Dataset:
         frames = next(iter(variables.values()))[1].shape[-2]
         weight = cosine_window("hann", self.length)
         bandwidth = float(self.length * np.sum(weight**2) / weight.sum() ** 2)
-        units = {"units": "m", "kind": scale}
+        units = {"units": "m", "kind": _SCALE}
         return xr.Dataset(
             {name: (dims, values, units) for name, (dims, values) in variables.items()},
             coords={
@@ -322,6 +294,6 @@ class _Frame:
                 "coherent_gain": float(weight.mean()),
                 "noise_bandwidth_bins": bandwidth,
                 "noise_bandwidth_hz": bandwidth * self.rate / self.length,
-                "scale": scale,
+                "scale": _SCALE,
             },
         )

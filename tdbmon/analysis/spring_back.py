@@ -64,8 +64,7 @@ def sag_of(machine: Machine, rotor: RotorModel) -> Sag | None:
     at = np.array([each.position for each in machine.magnetic_bearings])
     if len(at) != 2 or at[0] == at[1] or machine.gravity <= 0:
         return None
-    weight = rotor.total_mass * machine.gravity
-    held = weight * np.array([at[1] - rotor.centre_of_mass, rotor.centre_of_mass - at[0]]) / (at[1] - at[0])
+    held = rotor.total_mass * machine.gravity * np.array(rotor.shares(*at))
     modes = free_free(rotor, _BENDING)
     return Sag(modes, np.asarray(held @ modes.at(at)))
 

@@ -11,7 +11,9 @@ The best is followed further than all are, for what acts later.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from enum import Enum, auto
 
 from tdbsim.errors import InputError
 
@@ -34,7 +36,7 @@ from tdbmon.diagnosis.contender import (
     weighed,
 )
 from tdbmon.diagnosis.exchanged import exchanged
-from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, to_be_seen
+from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, proved_beside
 from tdbmon.diagnosis.met_alike import (
     at_other_angles,
     at_other_sizes,
@@ -104,6 +106,18 @@ def contest(
     return sorted([plain, *others], key=lambda each: each.bic)
 
 
+class _Way(Enum):
+    """A way out of a wrong minimum."""
+
+    VALLEY = auto()  # along the valley of the clearances
+    ANGLES = auto()
+    SIZES = auto()
+    ORDERS = auto()  # neighbouring ones
+    KINDS = auto()  # balls, waves and lobes in each other's place
+    EXCHANGED = auto()  # the last cause for another
+    STATED = auto()  # what the machine file states without tolerance let free
+
+
 @dataclass
 class _Contest:
     """A contest under way.
@@ -119,8 +133,7 @@ class _Contest:
     sound : tuple of Contender
         The other models, if one of them left noise alone there.
     tried : set of tuple
-        Ways out of a wrong minimum that would come to the same again: each way, and the model, cause or bearing that it was
-        tried with.
+        Ways that would come to the same again: each `_Way`, and the model, cause or bearing that it was tried with.
     other_kinds : bool
         Whether it may still help to try balls, waves and lobes in each other's place.
     freed : bool
@@ -151,6 +164,12 @@ class _Contest:
     def best(self) -> Contender:
         """The leader at the horizon."""
         return leader(self.plain, self.others, self.horizon)
+
+    def _untried(self, way: _Way, *of: object) -> bool:
+        """True where a way was not yet tried with something; from then on it was."""
+        new = (way, *of) not in self.tried
+        self.tried.add((way, *of))
+        return new
 
     def met(self, horizons: Sequence[float]) -> bool:
         """Let the models meet at horizons in turn; True where the contest was over before the last of them."""
@@ -197,12 +216,9 @@ class _Contest:
         wider = min(self.search.weak_beside(best), key=lambda each: each.bic, default=best)
         if wider.bic > best.bic - SIMPLER:
             return
-        try:
-            proof = proof_of(best, wider)
-        except InputError:
-            return
-        if proof.seen if to_be_seen(best, wider) else proof.shown:
-            self.others = [*self.others, wider]
+        with suppress(InputError):
+            if proved_beside(best, wider, proof_of(best, wider)):
+                self.others = [*self.others, wider]
 
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""
@@ -264,7 +280,7 @@ class _Contest:
         if horizon >= self.stages.bounced and self._may_be_led(best) and _nearly_holds(best):  # still
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.residuals):
-                self.tried.add(("led along the valley", best.name))
+                self.tried.add((_Way.VALLEY, best.name))
             best = self._replaced(best, replace(best, fit=led))
         if horizon <= self.stages.sound:
             best = self._replaced(best, self._at_other_sizes(best))
@@ -273,14 +289,11 @@ class _Contest:
         sought = best_paths(best.problem, best.fit, horizon)
         deeper = replace(best, fit=shaken(best.problem, sought, horizon))
         deeper = self._at_other_sizes(self._at_other_angles(deeper))
-        cause, early = deeper.much_fitting, horizon <= self.stages.sound
-        if cause is not None and deeper.fails_beside(self.plain) and ("orders", cause) not in self.tried and not early:
-            near = neighbours(cause, self.search.suspects)
-            self.tried |= {("orders", each) for each in (cause, *near)}
-            deeper = in_neighbouring_orders(self.search.fallen, deeper, cause, near, self.search.horizons)
-        # a wrong order holds for a while; that it did is no witness before the others were asked
-        if not early and ((bool(self.sound) and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP):
-            deeper = self._of_any_kind(deeper)
+        if horizon > self.stages.sound:
+            deeper = self._in_neighbouring_orders(deeper)
+            # a wrong order holds for a while; that it did is no witness before the others were asked
+            if (self.sound and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP:
+                deeper = self._of_any_kind(deeper)
         self._replaced(best, deeper)
 
     def _again_from_the_fall(self, best: Contender) -> Contender:
@@ -295,22 +308,27 @@ class _Contest:
 
     def _at_other_angles(self, best: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
-        way = "angles", best.name
-        if way in self.tried or not best.causes[-1].lies or not best.fails_beside(self.plain):
-            return best
-        self.tried.add(way)
-        return at_other_angles(self.search.fallen, best, self.search.horizons)
+        if best.causes[-1].lies and best.fails_beside(self.plain) and self._untried(_Way.ANGLES, best.name):
+            return at_other_angles(self.search.fallen, best, self.search.horizons)
+        return best
 
     def _at_other_sizes(self, best: Contender) -> Contender:
         """Return a model, or the best with one of its causes that have several values begun at other sizes."""
         early = self.horizon <= self.stages.sound  # what is left there is seldom a law that is a little off
         for cause in best.causes if self.horizon > self.stages.touched else ():
-            way = "sizes", cause.name, best.name
             fails = best.fails if early else best.fails_beside(self.plain)
-            if cause.many_valued and fails and way not in self.tried:
-                self.tried.add(way)
+            if cause.many_valued and fails and self._untried(_Way.SIZES, cause.name, best.name):
                 best = at_other_sizes(self.search.fallen, best, cause, self.search.horizons)
         return best
+
+    def _in_neighbouring_orders(self, best: Contender) -> Contender:
+        """Return a model, or the best with waves or lobes of a neighbouring order in the place of its own."""
+        cause = best.much_fitting
+        if cause is None or not best.fails_beside(self.plain) or (_Way.ORDERS, cause) in self.tried:
+            return best
+        near = neighbours(cause, self.search.suspects)
+        self.tried |= {(_Way.ORDERS, each) for each in (cause, *near)}
+        return in_neighbouring_orders(self.search.fallen, best, cause, near, self.search.horizons)
 
     def _met_by_another_kind(self, came: Contender) -> bool:
         """Try other waves, lobes or balls in the place of the best model's, which fails still; True where one of them is better.
@@ -335,10 +353,8 @@ class _Contest:
         if cause is None or search.began > self.stages.sound or not self.other_kinds:
             return best
         early = best.horizon <= self.stages.sound
-        way = "kinds", cause.where, early
-        if way in self.tried:
+        if not self._untried(_Way.KINDS, cause.where, early):
             return best
-        self.tried.add(way)
         anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, met=search.met)
         if early and anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
             again = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, afresh=True)
@@ -350,12 +366,10 @@ class _Contest:
     def _exchange(self) -> None:
         """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
         best = self.best
-        way = "exchanged", best.name
-        if not self._fails_with_causes(best) or not best.causes[-1].in_contacts or way in self.tried:
-            return
-        self.tried.add(way)
-        self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
-        self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
+        may = self._fails_with_causes(best) and best.causes[-1].in_contacts
+        if may and self._untried(_Way.EXCHANGED, best.name):
+            self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
+            self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
 
     def _fails_with_causes(self, best: Contender) -> bool:
         """True where the best model has causes that explain something, and fails all the same."""
@@ -363,7 +377,7 @@ class _Contest:
 
     def _may_be_led(self, best: Contender) -> bool:
         """True where leading the best model along the valley of the clearances may still decide something."""
-        in_vain = ("led along the valley", best.name) in self.tried
+        in_vain = (_Way.VALLEY, best.name) in self.tried
         return self.stages.touched < self.horizon <= self.stages.followed and not in_vain and not self.decided
 
     def _replaced(self, old: Contender, new: Contender) -> Contender:
@@ -399,11 +413,8 @@ class _Contest:
             return False
         if self.horizon >= self.stages.late:
             return True
-        way = ("stated values",)
-        mild = self.horizon >= self.stages.sound and best.ratio < _MILD * best.floor and way not in self.tried
-        if mild:
-            self.tried.add(way)
-        return mild
+        mild = self.horizon >= self.stages.sound and best.ratio < _MILD * best.floor
+        return mild and self._untried(_Way.STATED)
 
     def _earlier_witness(self) -> bool:
         """Go back to where models held that fail now, if the plain one had failed there already; True if so.

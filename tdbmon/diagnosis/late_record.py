@@ -140,7 +140,11 @@ class LateRecord:
 
     @property
     def departure(self) -> float:
-        """Sum of squares of these departures: some 1 where nothing acts that the simulations lack."""
+        """Sum of squares of how far whirl and places depart: some 1 where nothing acts that the simulations lack.
+
+        Not of the 1X vectors, whose length is in the whirl already.  What only turns them tells that something acts later
+        (`acts_later`), but no cause gains by explaining it.
+        """
         return self.whirl_departure**2 + float(np.sum(self.place_departures**2))
 
     @property
@@ -158,7 +162,7 @@ class LateRecord:
 
 
 def departure_of(records: Sequence[LateRecord]) -> float:
-    """Return the sum of squares of all departures of some drops."""
+    """Return the sum of `departure` over some drops."""
     return sum(each.departure for each in records)
 
 

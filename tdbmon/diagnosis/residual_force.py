@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, expm
 from tdbsim.drop_model import DropModel
 
+from tdbmon.analysis.autoregression import whitened
 from tdbmon.diagnosis.left_over import LeftOver
 from tdbmon.estimate import Z95
-from tdbmon.identify.noise import coloured
 from tdbmon.identify.prediction import shapes_at
 
 Array = NDArray[np.float64]
@@ -218,7 +218,7 @@ def _white(columns: Array, drop: LeftOver) -> Array:
     """Return columns (p, count, c) of readings as multiples of white noise, (rows, c); each probe's first samples go."""
     rows = []
     for block, noise in zip(columns, drop.noise, strict=True):
-        rows.append(coloured(block.T, noise.colour).T[len(noise.colour) :] / noise.innovation)
+        rows.append(whitened(block.T, noise.colour).T[len(noise.colour) :] / noise.innovation)
     return np.concatenate(rows)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tdbmon.diagnosis.contender import EXPLAINED, PLAIN_LEAD, Contender, plain_of
-from tdbmon.diagnosis.held_out import HeldOut, to_be_seen
+from tdbmon.diagnosis.held_out import HeldOut, proved
 from tdbmon.diagnosis.probability import (
     CERTAIN,
     ONE_OF_THREE,
@@ -19,7 +19,6 @@ from tdbmon.diagnosis.probability import (
 )
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.estimate import Estimate
-from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.stated_values import at_their_limits
 
 _MOST = 0.5  # of what the plain model leaves beyond noise
@@ -155,7 +154,7 @@ def _most_of_little_is_left(case: _Case) -> Verdict | None:
 
 def _not_proved(case: _Case) -> Verdict | None:
     best, proof = case.best, case.proof
-    if proof is None or _proved(best, case.plain, proof):
+    if proof is None or proved(case.plain, best, proof):
         return None
     gains = "too little" if proof.holds else "nothing"
     kind = Kind.NONE if case.plain_explains else Kind.UNKNOWN
@@ -307,18 +306,3 @@ def _clear(size: Estimate | None, off: float | str) -> bool:
     if size is None or size.low is None or size.high is None or isinstance(off, str):
         return size is not None and size.value != off
     return not size.low <= off <= size.high
-
-
-def _proved(best: Contender, plain: Contender, proof: HeldOut) -> bool:
-    """True where a model does better on a drop held out: to be seen in readings, if it has angles of its own in every drop.
-
-    To be seen, too, if a cause acts on the shaft and the plain model explains the drops, where readings can tell: with nothing
-    hidden some such cause made up for laws that are a little off, and took away 0.23 to 0.37 of what was left there in four
-    fits to synthetic drops.  Sensors have exact laws.
-    """
-    if to_be_seen(plain, best):
-        return proof.seen
-    on_shaft = not all(acts_on_sensors(cause.declared) for cause in best.causes)
-    if on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None:
-        return proof.seen
-    return proof.holds

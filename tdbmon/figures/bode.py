@@ -24,7 +24,6 @@ from tdbmon.figures.style import (
     new_figure,
     said,
     say,
-    seen_ends,
     styled,
     subplots,
 )
@@ -56,7 +55,7 @@ def bode(analysis: Analysis) -> Figure:
         If 1X was not tracked (`tracked_1x`).
     """
     first = tracked_1x(analysis)
-    ends = seen_ends(analysis)
+    ends = analysis.seen_ends
     polar = has_polar(first.sel(end=ends))
     height, ratios = (166, [1, 0.8, 1.8]) if polar else (92, [1, 0.8])
     figure = new_figure(height, said(analysis, "1X tracked over shaft angle", "phase lag positive against rotation"))

@@ -37,7 +37,7 @@ Course = tuple[np.ndarray, np.ndarray]  # middle times, s, and mean positions, Â
 Courses = dict[str, Course]
 
 _WINDOW_S = 0.2
-LEAST_S = 2 * _WINDOW_S  # after the release, that a course takes
+_LEAST_S = 2 * _WINDOW_S  # after the release, that a course takes
 _POINTS = 400
 _FEWEST = 2  # settled positions that show a course
 
@@ -51,11 +51,9 @@ def centreline(analysis: Analysis) -> Figure:
     Raises
     ------
     InputError
-        If no end has both a clearance circle and two windows after the release.
+        As `courses_of`.
     """
     courses = courses_of(analysis)
-    if not courses:
-        raise InputError(f"no end has both a clearance circle and {LEAST_S:g} s after the release")
     rows = 2 if any_settled(analysis, courses) else 1
     figure = new_figure(29 + 43 * rows + 17 * (rows - 1), said(analysis, f"mean over {_WINDOW_S:g} s"))
     axes = subplots(figure, rows, len(courses), Margins(16, 24, 11, 18, across=18, down=17))
@@ -133,21 +131,25 @@ def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, s
 def courses_of(analysis: Analysis) -> Courses:
     """Middle times (n,), s, and mean positions (n, 2), Âµm, of each end with a circle, from the release on.
 
-    Of the windows without a missing sample, thinned; empty where the record ends within two windows of the release.
+    Of the windows without a missing sample, thinned.
+
+    Raises
+    ------
+    InputError
+        If no end has both a clearance circle and two windows after the release.
     """
-    planes = analysis.planes
-    if planes is None:
-        return {}
-    after = planes.sel(time=slice(released(analysis), None))
-    if after.sizes["time"] < LEAST_S * planes.attrs["sampling_hz"]:
-        return {}
-    path, found = orbit.centreline(after, _WINDOW_S), {}
-    for end in circled_ends(analysis):
-        time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
-        whole = np.isfinite(mean).all(axis=1)
-        if whole.any():
-            thin = max(1, int(whole.sum()) // _POINTS)
-            found[end] = time[whole][::thin], mean[whole][::thin]
+    found: Courses = {}
+    after = None if analysis.planes is None else analysis.planes.sel(time=slice(released(analysis), None))
+    if after is not None and after.sizes["time"] >= _LEAST_S * after.attrs["sampling_hz"]:
+        path = orbit.centreline(after, _WINDOW_S)
+        for end in circled_ends(analysis):
+            time, mean = path.time.to_numpy(), path.position.sel(end=end).to_numpy().T * UM
+            whole = np.isfinite(mean).all(axis=1)
+            if whole.any():
+                thin = max(1, int(whole.sum()) // _POINTS)
+                found[end] = time[whole][::thin], mean[whole][::thin]
+    if not found:
+        raise InputError(f"no end has both a clearance circle and {_LEAST_S:g} s after the release")
     return found
 
 

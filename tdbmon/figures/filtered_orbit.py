@@ -23,7 +23,6 @@ from tdbmon.figures.style import (
     new_figure,
     said,
     say,
-    seen_ends,
     styled,
     subplots,
 )
@@ -91,7 +90,7 @@ def settled_stretch(analysis: Analysis) -> Stretch:
     planes, angle = analysis.planes, analysis.angle
     if planes is None or angle is None:
         raise InputError("an orbit cannot be filtered to 1X without displacement and the pulses of a keyphasor")
-    settled = {end: gap.settled_from for end in seen_ends(analysis) if (gap := analysis.ends[end].gap) is not None}
+    settled = {end: gap.settled_from for end in analysis.seen_ends if (gap := analysis.ends[end].gap) is not None}
     if not settled:
         raise InputError("no clearance circle is known at any end")
     start = max(settled.values())

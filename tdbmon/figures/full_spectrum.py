@@ -11,7 +11,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.spectral_map import decibel, top_frequency
-from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, seen_ends, styled, subplots
+from tdbmon.figures.style import BLUE, GREY, VERMILION, Margins, new_figure, said, say, styled, subplots
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 _LONGEST_S = 1.0
 _LEAST_S = 0.04
-_TOP_HZ = 1000.0
 _SHARES = (0.03, 0.14, 0.25)  # of the height, below which an order's name may begin
 _NAME: dict[str, Any] = {
     "color": GREY, "fontsize": 6.0,
@@ -39,7 +38,7 @@ def full_spectrum(analysis: Analysis) -> Figure:
     """
     if analysis.planes is None:
         raise InputError("the record holds no displacement whose spectra could be drawn")
-    ends, stretches = seen_ends(analysis), _stretches(analysis)
+    ends, stretches = analysis.seen_ends, _stretches(analysis)
     known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)
@@ -88,7 +87,7 @@ def _spectra(planes: xr.Dataset, ends: list[str], start: float, stop: float, sen
 
     part = planes.sel(end=ends, time=slice(start, stop))
     whole = part.sizes["time"] / planes.attrs["sampling_hz"]
-    return transform(part, sense, window_s=whole, top_hz=_TOP_HZ).isel(time=0)
+    return transform(part, sense, window_s=whole).isel(time=0)
 
 
 def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None:

@@ -106,7 +106,7 @@ def _whirl_span(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
 
 def _turns(analysis: Analysis, at: float) -> float:
     """Time of three revolutions, s; zero where the speed is not known."""
-    if len(analysis.speed_time) < 4:
+    if not analysis.has_speed:
         return 0.0
     near = slice(*np.searchsorted(analysis.speed_time, [at - 0.1, at + 0.1]))
     speed = float(np.mean(analysis.speed_hz[near])) if near.stop > near.start else 0.0

@@ -1,4 +1,4 @@
-"""A map of spectra (frequency across, time or speed up) with order lines and lines of constant frequency drawn in."""
+"""Maps of spectra (frequency across, time or speed up) with order lines and lines of constant frequency drawn in."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from tdbsim.errors import InputError
 
 from tdbmon.figures.labels import Labels, Place
-from tdbmon.figures.style import UM
+from tdbmon.figures.style import AXIS_WORD, UM, Margins, colour_bar, new_figure, said, subplots
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +33,72 @@ _NAME: dict[str, Any] = {
     "color": "white", "fontsize": 6.0, "zorder": 5,
     "bbox": {"facecolor": "#440154", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
 }  # fmt: skip
+
+
+def spectra_of(analysis: Analysis) -> xr.Dataset:
+    """Return the spectra against time.
+
+    Raises
+    ------
+    InputError
+        If the record holds no displacement, or no stretch as long as a window that has all its samples.
+    """
+    if analysis.planes is None:
+        raise InputError("the record holds no displacement")
+    if analysis.waterfall is None:
+        raise InputError("no stretch of the record as long as a window has all its samples")
+    return analysis.waterfall
+
+
+def draw_maps(
+    analysis: Analysis,
+    spectra: xr.Dataset,
+    height: float,
+    levels: tuple[str, float, float],
+    orders: tuple[np.ndarray, np.ndarray] | None,
+    notes: Sequence[str],
+) -> Figure:
+    """Draw spectra of each end (a column) and direction (a row) with order lines and lines of constant frequency.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    spectra : Dataset
+        ``amplitude(end, axis, level, frequency)``, m, its levels evenly apart.
+    height : float
+        mm.
+    levels : tuple
+        Label of the vertical axis, and from where to where it reaches.
+    orders : tuple of np.ndarray or None
+        As in `draw_lines`.
+    notes : sequence of str
+        What is told below, beside the window.
+    """
+    ends, (label, low, high) = analysis.seen_ends, levels
+    frequency = spectra.frequency.to_numpy()
+    top_hz = top_frequency(analysis, float(frequency[-1]))
+    keep = frequency <= top_hz
+    window = f"{spectra.attrs['window'].capitalize()} window of {spectra.attrs['window_s']:.3g} s"
+    figure = new_figure(height, said(analysis, window, *notes))
+    axes = subplots(figure, 2, len(ends), Margins(13, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)
+    limits = colour_limits(decibel(spectra.amplitude.sel(end=ends).to_numpy()))
+    extent = (*edges(frequency[keep], frequency[1]), low, high)
+    for column, end in enumerate(ends):
+        for row, axis in enumerate(("y", "x")):
+            ax = axes[row, column]
+            amplitude = spectra.amplitude.sel(end=end, axis=axis).transpose(..., "frequency").to_numpy()
+            image = draw_map(ax, decibel(amplitude[:, keep]), extent, limits)
+            ax.set_title(f"{end}, {AXIS_WORD[axis]}")
+            ax.set_xlim(0.0, extent[1])
+            ax.set_ylim(low, high)
+            draw_lines(ax, orders, constants_of(analysis, end, top_hz), top_hz)
+            ax.grid(False)
+            if row == 1:
+                ax.set_xlabel("frequency [Hz]")
+            if column == 0:
+                ax.set_ylabel(label)
+    colour_bar(figure, image, f"amplitude [dB re 1 µm {spectra.attrs['scale']}]")
+    return figure
 
 
 def decibel(amplitude: np.ndarray) -> np.ndarray:

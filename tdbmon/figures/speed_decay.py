@@ -46,7 +46,7 @@ def speed_decay(analysis: Analysis) -> Figure:
         If the record holds no speed.
     """
     rundown = analysis.rundown
-    if rundown is None or len(analysis.speed_time) < 4:
+    if rundown is None or not analysis.has_speed:
         raise InputError("the record holds no speed to draw")
     time, speed = analysis.speed_time, analysis.speed_hz
     means, spreads, at = _binned(time, speed)

@@ -176,7 +176,7 @@ def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
 
 def said(analysis: Analysis, *more: str) -> str:
     """Say at which plane displacement was drawn, how it was filtered, and whether runout was taken off."""
-    planes = {end: result.plane for end, result in analysis.ends.items() if result.plane != "none"}
+    planes = {end: result.plane for end, result in analysis.ends.items() if result.seen}
     if set(planes.values()) == {"bearing"}:
         where = "at the bearing planes"
     else:
@@ -233,14 +233,9 @@ def say(ax: Axes, words: str) -> None:
         ax.set_axis_off()
 
 
-def seen_ends(analysis: Analysis) -> list[str]:
-    """Ends whose orbit the record holds."""
-    return [end for end, result in analysis.ends.items() if result.plane != "none"]
-
-
 def circled_ends(analysis: Analysis) -> list[str]:
     """Ends whose clearance circle is known."""
-    return [end for end in seen_ends(analysis) if has_circle(analysis, end)]
+    return [end for end in analysis.seen_ends if has_circle(analysis, end)]
 
 
 def released(analysis: Analysis) -> float | None:

@@ -24,7 +24,6 @@ from tdbmon.figures.style import (
     new_figure,
     released,
     said,
-    seen_ends,
     styled,
     subplots,
 )
@@ -55,7 +54,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     inside = slice(*np.searchsorted(time, [start, stop]))
     thinned = inside.stop - inside.start > 2 * _BINS
     how = "least and largest of each bin drawn" if thinned else "every sample drawn"
-    ends = seen_ends(analysis)
+    ends = analysis.seen_ends
     figure = new_figure(16 + 23 * 2 * len(ends), said(analysis, "not filtered", how))
     axes = subplots(figure, 2 * len(ends), 1, Margins(17, 3, 10, 16, down=4), sharex=True)[:, 0]
     for i, end in enumerate(ends):

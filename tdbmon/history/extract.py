@@ -96,7 +96,7 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     names = ("levitated_x_um", "levitated_y_um", "levitated_1x_um", "levitated_noise_um")
     if analysis.planes is None or analysis.release is None or analysis.release.time.value is None:
         return dict.fromkeys(names, Estimate.missing("um", "the record holds no release"))
-    if end.plane == "none":
+    if not end.seen:
         return dict.fromkeys(names, Estimate.missing("um", "no orbit at this end"))
     found = analysis.levitation[end.name]
     return dict(zip(names, (found.x, found.y, found.once, found.noise), strict=True))

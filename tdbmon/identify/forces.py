@@ -167,9 +167,7 @@ class _Member:
     fatigue: tuple[DropFatigue, ...]
 
 
-def forces_of(
-    calibration: Calibration, seconds: float = SECONDS, members: int = _MEMBERS, seed: int = 0
-) -> tuple[DropForces, ...]:
+def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int = _MEMBERS) -> tuple[DropForces, ...]:
     """Simulate the calibrated drops on from their fitted states, and say what the bearings took.
 
     Where the calibration tells none of a drop (`Calibration.no_forces`) they are missing, with that reason.
@@ -181,8 +179,6 @@ def forces_of(
         After the release.
     members : int
         Simulations a drop, at least 8.
-    seed : int
-        Of the draws.
 
     Returns
     -------
@@ -199,7 +195,7 @@ def forces_of(
     if not 0 < seconds < math.inf:
         raise InputError(f"seconds {seconds:g} s is not positive and finite")
     problem = calibration.problem
-    points = draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(seed))
+    points = draws(problem, calibration.point, calibration.covariance, members, np.random.default_rng(0))
     found = []
     with Crew() as crew:
         for drop, measured in enumerate(problem.drops):
@@ -222,7 +218,7 @@ def forces_of(
     return tuple(found)
 
 
-def later_remarks(measured: MeasuredDrop, machine: Machine, seconds: float = SECONDS) -> tuple[str, ...]:
+def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
     """Say at which ends the shaft goes farther out, or strikes as hard, after the time that forces are told of.
 
     Whirl may set in late, and a fast rotor may bounce for seconds.
@@ -231,8 +227,6 @@ def later_remarks(measured: MeasuredDrop, machine: Machine, seconds: float = SEC
     ----------
     measured : MeasuredDrop
     machine : Machine
-    seconds : float
-        After the release.
     """
     since = measured.time - measured.release
     remarks = []
@@ -243,26 +237,26 @@ def later_remarks(measured: MeasuredDrop, machine: Machine, seconds: float = SEC
             continue
         x, y = np.linalg.lstsq(np.column_stack([np.cos(axes), np.sin(axes)]), measured.reading[rows], rcond=None)[0]
         out = np.hypot(x, y)
-        within, later = out[(since > 0) & (since <= seconds)], out[since > seconds]
+        within, later = out[(since > 0) & (since <= SECONDS)], out[since > SECONDS]
         if not np.isfinite(within).any() or not np.isfinite(later).any():
             continue
         farthest, before = float(np.nanmax(later)), float(np.nanmax(within))
         if farthest > before + _FARTHER * machine.bearing(end).radial_gap.nominal:
-            at = float(since[since > seconds][np.nanargmax(later)])
+            at = float(since[since > SECONDS][np.nanargmax(later)])
             remarks.append(
                 f"{measured.name}: {end}: {at:.3g} s after the release the shaft is {um(farthest)} from the probes' zero,"
-                f" within the {seconds:g} s that are simulated {um(before)} at most: forces and stresses are those of these"
-                f" {seconds:g} s, and may be far greater later (see whirl)"
+                f" within the {SECONDS:g} s that are simulated {um(before)} at most: forces and stresses are those of these"
+                f" {SECONDS:g} s, and may be far greater later (see whirl)"
             )
             continue
         speed = _outward(since, out)
-        within, later = speed[(since > 0) & (since <= seconds)], speed[since > seconds]
+        within, later = speed[(since > 0) & (since <= SECONDS)], speed[since > SECONDS]
         if np.nanmax(later, initial=0.0) > _AS_HARD * np.nanmax(within, initial=0.0):
-            at, fastest = float(since[since > seconds][np.nanargmax(later)]), float(np.nanmax(later))
+            at, fastest = float(since[since > SECONDS][np.nanargmax(later)]), float(np.nanmax(later))
             remarks.append(
-                f"{measured.name}: {end}: the shaft has not settled {seconds:g} s after the release: after {at:.3g} s it still"
-                f" flies outwards with {fastest * 1e3:.0f} mm/s, within the {seconds:g} s that are simulated with"
-                f" {float(np.nanmax(within)) * 1e3:.0f} mm/s at most: forces and stresses are those of these {seconds:g} s, and"
+                f"{measured.name}: {end}: the shaft has not settled {SECONDS:g} s after the release: after {at:.3g} s it still"
+                f" flies outwards with {fastest * 1e3:.0f} mm/s, within the {SECONDS:g} s that are simulated with"
+                f" {float(np.nanmax(within)) * 1e3:.0f} mm/s at most: forces and stresses are those of these {SECONDS:g} s, and"
                 " later blows may be harder"
             )
     return tuple(remarks)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.autoregression import whitened
 from tdbmon.analysis.turning_speed import told_from_orders
 
 Array = NDArray[np.float64]
@@ -57,15 +58,7 @@ class Noise:
 
     def whiten(self, residual: Array) -> Array:
         """Return residuals along the last axis as multiples of the white noise; the ones before the first count as 0."""
-        return coloured(residual, self.colour) / self.innovation
-
-
-def coloured(values: Array, colour: Array) -> Array:
-    """Return values[t] - sum colour[k] values[t - k] along the last axis; a term of `colour` may differ from row to row."""
-    out = values.copy()
-    for k, a in enumerate(colour, start=1):
-        out[..., k:] -= a * values[..., :-k]
-    return out
+        return whitened(residual, self.colour) / self.innovation
 
 
 def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, place: str = "probe") -> Noise:
@@ -107,15 +100,15 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
         )
     colour = np.empty(0)
     for _ in range(_ROUNDS):
-        white_design = coloured(design.T, colour).T[len(colour) :]
-        solution, *_ = np.linalg.lstsq(white_design, coloured(reading, colour)[len(colour) :], rcond=None)
+        white_design = whitened(design.T, colour).T[len(colour) :]
+        solution, *_ = np.linalg.lstsq(white_design, whitened(reading, colour)[len(colour) :], rcond=None)
         left = reading - design @ solution
         if not np.std(left) > 0:
             raise InputError(f"{place}: the reading holds no noise at all; it is dead or no measurement")
         colour = _colour(left)
-    white = coloured(left, colour)[len(colour) :]
+    white = whitened(left, colour)[len(colour) :]
     innovation = float(np.sqrt(np.sum(white**2) / (len(white) - design.shape[1])))
-    white_design = coloured(design.T, colour).T[len(colour) :]
+    white_design = whitened(design.T, colour).T[len(colour) :]
     covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
     spread = np.sqrt(np.diag(covariance))
     orders = solution[1 : 2 * HARMONICS : 2] + 1j * solution[2 : 2 * HARMONICS + 1 : 2]
@@ -132,7 +125,11 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
 
 
 def _colour(left: Array) -> Array:
-    """Return the autoregressive coefficients of the order with the least information criterion."""
+    """Return the autoregressive coefficients of the order with the least information criterion, by least squares.
+
+    Of so many samples they are safe, and keep sharp peaks, which Yule-Walker's equations flatten (see
+    `tdbmon.analysis.autoregression.noise_of`).
+    """
     least, best = np.inf, np.empty(0)
     target = left[_HIGHEST_ORDER:]
     n = len(target)

@@ -19,8 +19,8 @@ from tdbsim.rhs import windage_acceleration
 from tdbsim.sensors import SensorChain, clean_readings
 from tdbsim.simulate import DropPlan, Trajectory, run
 
+from tdbmon.analysis.autoregression import whitened
 from tdbmon.identify.drop import LEAD_S, MeasuredDrop
-from tdbmon.identify.noise import coloured
 from tdbmon.identify.runout import ORDERS, runout_at, runout_phasors
 
 Array = NDArray[np.float64]
@@ -261,7 +261,7 @@ def residuals(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors
     before = np.concatenate([still[..., None], apart.real, apart.imag], axis=-1)
     return np.concatenate(
         [
-            (coloured(left, scale.colour) / scale.reading_sigma)[..., scale.there],
+            (whitened(left, scale.colour) / scale.reading_sigma)[..., scale.there],
             _pulse_residuals(path, drop, scale),
             before.reshape(*before.shape[:-2], -1),
             _coasting_residual(path, drop)[..., None],
@@ -321,7 +321,7 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     return _Scale(
         colour=colour,
         reading_sigma=np.array([np.hypot(noise.innovation, model) for noise in drop.noise]),
-        there=np.isfinite(coloured(drop.reading[:, first : first + count], colour)),
+        there=np.isfinite(whitened(drop.reading[:, first : first + count], colour)),
         mean=np.array([noise.mean for noise in drop.noise]),
         orders=np.array([noise.orders[:2] for noise in drop.noise]),
         mean_sigma=np.array([np.hypot(noise.mean_sigma, _LEVITATED_FLOOR) for noise in drop.noise]),

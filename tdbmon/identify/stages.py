@@ -17,7 +17,8 @@ _USUAL_GAP = 250e-6  # m
 _WIDEST = 400e-6  # m: up to which nothing is stretched
 _MOST = 2.0  # what a shaft meets that hardly falls, is not told by its weight
 _STEP = 0.05  # of a stretch, which keeps the instants neat
-_EARLY = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)  # s at a usual gap
+# s at a usual gap, in small steps: a fit that is right to one leads into the right minimum of the next
+_EARLY = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 _CALIBRATION = (*_EARLY, 0.05, 0.06, 0.075, 0.09)
 _DIAGNOSIS = (*_EARLY, 0.047, 0.055, 0.065)
 
@@ -43,11 +44,6 @@ class Stages:
         return tuple(self.at(each) for each in usual)
 
     @property
-    def early(self) -> tuple[float, ...]:
-        """From the fall to `followed`, in small steps: a fit that is right to one leads into the right minimum of the next."""
-        return self.all_at(_EARLY)
-
-    @property
     def calibration(self) -> tuple[float, ...]:
         """To which values are calibrated, one after the other."""
         return self.all_at(_CALIBRATION)
@@ -60,7 +56,7 @@ class Stages:
     @property
     def first_contacts(self) -> tuple[float, ...]:
         """Past a first contact, and no more than takes a second or two."""
-        return self.early[1:4]
+        return self.all_at(_EARLY[1:4])
 
     @property
     def fall(self) -> float:

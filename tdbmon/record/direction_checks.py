@@ -9,7 +9,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
-from tdbmon.record.held_end import held_ends
+from tdbmon.record.held_end import Path, held_ends
 
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
 _STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
@@ -20,8 +20,12 @@ _MOVED = (0.3, 10.0)  # gaps between levitation and rest; less is no fall, more 
 _DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
 
 
-def motion_at(ds: xr.Dataset, machine: Machine, end: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return time and x + i y at the probes of an end, from two probes that span the plane; None without them."""
+def motions_of(ds: xr.Dataset, machine: Machine) -> dict[str, Path]:
+    """Return time, s, and x + i y at the probes, m, of each end that two probes see which span the plane."""
+    return {end: motion for end in machine.ends if (motion := _motion_at(ds, machine, end)) is not None}
+
+
+def _motion_at(ds: xr.Dataset, machine: Machine, end: str) -> Path | None:
     there = [probe for probe in machine.probes_at(end) if probe.name in ds]
     for one, other in combinations(there, 2):
         if ds[one.name].dims != ds[other.name].dims or abs(np.sin(one.angle - other.angle)) < _ACROSS:
@@ -41,12 +45,11 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
     there: a shaft that whirls right round the clearance settles nowhere.
     """
     found = []
-    motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
+    motions = motions_of(ds, machine)
     held = held_ends(motions, machine)
-    for end, motion in motions.items():
+    for end, (time, z) in motions.items():
         if end in held:
             continue
-        time, z = motion
         gap = machine.bearing(end).radial_gap.nominal
         start = z[(time < time[0] + _LEVITATED_S) & np.isfinite(z)]
         if start.size and (np.abs(start - start[0]).max() > _STANDS * gap or np.abs(start.mean()) > _LIES * gap):
@@ -75,11 +78,7 @@ def whirl_directions(ds: xr.Dataset, machine: Machine, hz: float | None) -> list
     found: list[Check] = []
     if hz is None or hz <= 0:
         return found
-    for end in machine.ends:
-        motion = motion_at(ds, machine, end)
-        if motion is None:
-            continue
-        time, z = motion
+    for end, (time, z) in motions_of(ds, machine).items():
         first = (time < time[0] + 4 / hz) & np.isfinite(z)
         t, z = time[first] - time[0], z[first]
         if t.size < 40 or t[-1] < 3 / hz:

@@ -10,7 +10,7 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
-from tdbmon.record.direction_checks import fall_directions, motion_at, whirl_directions
+from tdbmon.record.direction_checks import fall_directions, motions_of, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import falls_at, held_ends, turns_throughout
 from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
@@ -105,7 +105,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
 
 def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[str]:
     """Return the probes that move little since their end stays levitated: both see the shaft turn before and after the fall."""
-    motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
+    motions = motions_of(ds, machine)
     held = held_ends(motions, machine)
     fell = falls_at({end: motion for end, motion in motions.items() if end not in held}, machine)
     if fell is None or hz is None:

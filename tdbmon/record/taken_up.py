@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tdbsim.machine import Machine
 
-from tdbmon.record.direction_checks import motion_at
+from tdbmon.record.direction_checks import motions_of
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import Path, falls_at
 from tdbmon.runs import runs_of
@@ -47,7 +47,7 @@ def _lifted(ds: xr.Dataset, machine: Machine) -> tuple[float, float] | None:
     """Return when the first of the ends that fell is lifted, and until when it then hovers, s; None where none is."""
     if machine.gravity <= 0:
         return None
-    motions = {end: motion for end in machine.ends if (motion := motion_at(ds, machine, end)) is not None}
+    motions = motions_of(ds, machine)
     found = [each for end in motions if (each := _of_end(motions, end, machine)) is not None]
     return min(found, default=None)
 

@@ -60,7 +60,7 @@ def signals_of(analysis: Analysis) -> Signals | None:
     if analysis.planes is not None:
         time = analysis.planes.time.to_numpy()
         for end, result in analysis.ends.items():
-            if result.plane == "none":
+            if not result.seen:
                 continue
             for axis in ("x", "y"):
                 values = analysis.planes.displacement.sel(end=end, axis=axis).to_numpy() * 1e6

@@ -11,7 +11,7 @@ from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
-from tdbmon.record.direction_checks import motion_at
+from tdbmon.record.direction_checks import motions_of
 from tdbmon.record.held_end import held_ends
 from tdbmon.record.read import read
 from tdbmon.report.sections.summary import section
@@ -96,8 +96,7 @@ def test_an_end_that_falls_on_a_small_scale_is_not_held(scale, drop, machine):
     small = drop.copy()
     for probe in machine.probes_at("DE"):
         small[probe.name] = drop[probe.name] * scale
-    motions = {end: motion_at(small, machine, end) for end in machine.ends}
-    assert held_ends(motions, machine) == {}
+    assert held_ends(motions_of(small, machine), machine) == {}
     failed = {check.check for check in analyse(small, machine).checks if not check.passed and check.channel[:2] == "DE"}
     assert "fall" not in failed
     assert scale == 1.0 or failed & {"unit", "free fall"}  # which name the scale

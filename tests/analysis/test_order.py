@@ -127,5 +127,3 @@ def test_what_cannot_be_tracked_is_said():
         track(planes, -TURNED)
     with pytest.raises(InputError, match="one a sample"):
         track(planes, TURNED[:-1])
-    with pytest.raises(InputError, match="positive multiples"):
-        track(planes, TURNED, orders=(0.0,))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tdbmon.diagnosis.attempt import followed_on, from_the_fall, with_own_slopes
-from tdbmon.diagnosis.contender import Contender, negligible, settled, weighed, with_cause, without_cause
+from tdbmon.diagnosis.contender import Contender, negligible, plain_of, settled, weighed, with_cause, without_cause
 from tdbmon.diagnosis.contest import _Contest, contest, decided
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.score import scores
@@ -39,7 +39,7 @@ def test_contest_is_won_by_the_hidden_effect(competed):
     values, _ = best.problem.values(best.fit.point, 0)
     assert values["probe_gain@DE_A.gain"] == pytest.approx(GAIN, abs=0.005)
     assert not best.fails
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     assert plain.fails
     judged = verdict(competed, None)  # a turned probe and a leak come within 200 of it in 12 ms of two drops
     assert judged.kind in (Kind.NAMED, Kind.AMBIGUOUS)
@@ -48,7 +48,7 @@ def test_contest_is_won_by_the_hidden_effect(competed):
 
 def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
     _, everyone = gained
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     oval = next(s for s in everyone if s.name == "oval_clearance@DE")
     wider = with_cause(plain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))
     assert wider.freedom == 2
@@ -69,7 +69,7 @@ def test_nothing_hidden_is_none(crew):
 
 
 def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     extended = next(each for each in competed if each.causes)
     worse = contender(extended, {"oval_clearance@NDE"}, 0.0, 1.5)
     lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
@@ -89,7 +89,7 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
 def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed, gained):
     """A large runout or gain shows before anything touches: it says nothing of how well an oval fits."""
     _, everyone = gained
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
     both = contender(lost, {"oval_clearance@NDE", "probe_gain@DE_A"}, 0.0, 1.5)
     assert not both.fails_beside(lost)
@@ -191,7 +191,7 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
 
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     named = contender(plain, ("probe_gain@DE_A",), 0, 0.9)
     both = contender(plain, ("probe_gain@DE_A", "stribeck_friction@both"), 900, 0.9)
     monkeypatch.setattr(
@@ -214,7 +214,7 @@ def test_a_cause_that_led_is_refuted_by_a_plain_model_that_leaves_noise_alone_fo
     competed, plain_left, cause_left, parts
 ):
     """With nothing hidden, 0.4 um of waves left 900 less than a plain model in a wrong minimum at 40 ms, and more at 65 ms."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     search = Search(plain, (), (0.006,), lambda _: None)
 
     def stands(without, beside):
@@ -232,7 +232,7 @@ def test_a_cause_that_led_is_refuted_by_a_plain_model_that_leaves_noise_alone_fo
 def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, monkeypatch):
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     held = replace(contender(plain, ("off_sized_ball@DE",), 0, 0.95), horizon=0.027)
     failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 1.5), horizon=0.033)
@@ -250,7 +250,7 @@ def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, m
 def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fails_indeed(competed, monkeypatch):
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     held = replace(contender(plain, ("off_sized_ball@DE",), 0, 0.95), horizon=0.027)
     wavering = replace(contender(plain, ("off_sized_ball@DE",), 0, 1.25 * plain.floor), horizon=0.033)
@@ -278,7 +278,7 @@ def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed
     """In a wrong hollow of the clearances the plain model leaves what waves of many orders fit."""
     from tdbmon.diagnosis import contest as module
 
-    like = next(each for each in competed if not each.causes)
+    like = plain_of(competed)
     plain = replace(contender(like, (), 0, ratio), horizon=horizon)
     loud = tuple(np.full(len(each), ratio**0.5) for each in like.fit.residuals)
     plain = replace(plain, fit=replace(plain.fit, residuals=loud))
@@ -294,7 +294,7 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
 ):
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 3.0), horizon=horizon)
     found = replace(contender(plain, ("race_waviness@DE",), 0, 1.0), horizon=horizon)
@@ -315,7 +315,7 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
     """Which joined last says nothing: a cause that is begun anew at another size goes to the end."""
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     known = {each.name: each for each in like_suspects(plain)}
     failing = replace(contender(plain, (), 0, 3.0), horizon=0.018, causes=tuple(known[name] for name in causes))
     asked = []
@@ -335,7 +335,7 @@ def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(com
     """An oval beside lobes of one order may only stand for what lobes of another explain alone."""
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 40.0)
     came = replace(contender(plain, ("ring_out_of_round@NDE",), 0, 3.0), horizon=0.014)
     wider = replace(contender(plain, ("oval_clearance@NDE", "ring_out_of_round@NDE"), 1000, 1.0), horizon=0.014)
@@ -353,7 +353,7 @@ def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(com
 
 def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
     """Where nothing explains the drops once both ends have touched, nothing will explain later contacts."""
-    plain = replace(next(each for each in competed if not each.causes), horizon=0.014)
+    plain = replace(plain_of(competed), horizon=0.014)
     lost, best = contender(plain, (), 0, 9.0), contender(plain, ("shaft_bow@rotor",), 100, 5.0)
 
     def given_up(least, *, searched, others=(best,), rounds=3, horizon=0.014):
@@ -386,7 +386,7 @@ def test_values_of_causes_lead_to_the_same_model(gained):
 
 
 def test_one_model_goes_on_alone_where_it_leaves_noise_alone_and_no_other_comes_near(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     gain = contender(plain, ("probe_gain@DE_A",), 0, 0.95)
     angle = contender(plain, ("probe_angle@DE_A",), 0, 1.3)
     fails = contender(plain, (), 0, 1.6)
@@ -460,7 +460,7 @@ def test_a_cause_that_held_and_fails_is_exchanged_where_one_more_beside_it_is_in
     """A probe's gain beside a hardening support: at 14 ms an anisotropic support in its place left noise alone."""
     from tdbmon.diagnosis import contest as module
 
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = replace(contender(plain, (), 0, 8.0), horizon=horizon)
     failing = replace(contender(plain, ("support_anisotropy@DE",), 0, 3.0), horizon=horizon)
     better = replace(contender(plain, ("hardening_support@DE",), 0, 1.0), horizon=horizon)

@@ -288,7 +288,7 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     rest = next(section for section in document.sections if section.title == "The rest of the record")
     told = " ".join(block.text for block in rest.blocks if isinstance(block, Paragraph))
     without, left = (sum(each.departure for each in records) for records in (before, named.late or ()))
-    assert f"the squares of all departures sum to {left:.1f}, without to {without:.1f}" in told
+    assert f"the squared departures of amplitude and places sum to {left:.1f}, without to {without:.1f}" in told
     captions = [block.caption for block in rest.blocks if isinstance(block, (Table, Figure))]
     assert [("without the cause found here" in each, "with it" in each) for each in captions] == [
         (True, False),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from tdbmon.diagnosis.bases import elsewhere, extended_by, only_parts, others_of_the_field
-from tdbmon.diagnosis.contender import Contender, settled, with_cause
+from tdbmon.diagnosis.contender import Contender, plain_of, settled, with_cause
 from tdbmon.diagnosis.score import Score
 from tdbmon.diagnosis.search import Search, of_size, where_waves_look_likely
 from tdbmon.diagnosis.shortlist import promising, siblings_first, worth_fitting
@@ -59,7 +59,7 @@ def test_a_plain_model_that_holds_is_followed_anew_before_a_weak_cause_is_believ
 
 
 def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_that_comes_near(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     best = contender(plain, ("hardening_support@NDE",), 100, 1.7)
     near = contender(plain, ("hardening_support@both",), 0, 1.8)
     far = contender(plain, ("hardening_support@DE",), 0, 4.0)
@@ -72,7 +72,7 @@ def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_t
 
 def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the_field(competed, monkeypatch):
     """Of two causes the first may look like a third: an angle of a probe leads, its gain is the one that is there."""
-    plain = replace(next(each for each in competed if not each.causes), horizon=0.04)
+    plain = replace(plain_of(competed), horizon=0.04)
     best = contender(plain, ("probe_angle@DE_A",), 100, 3.0)
     rival = contender(plain, ("probe_gain@DE_A",), 0, 3.5)
     pair = contender(plain, ("probe_gain@DE_A", "oval_clearance@DE"), 0, 0.9)
@@ -95,7 +95,7 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
 
 def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_comes_first(competed, monkeypatch):
     """A support that looked softer one way until the second contact is loose: sought beside the plain model again."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     early, late = (contender(replace(plain, horizon=h), (), 0, 1.75) for h in (0.018, 0.022))
     best = contender(early, ("support_anisotropy@NDE",), 0, 1.3)
     pair = contender(early, ("probe_gain@DE_A", "support_anisotropy@NDE"), 0, 1.2)
@@ -138,7 +138,7 @@ def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(
 
 def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed):
     """What they leave decides, and whether another cause explains more."""
-    plain = contender(replace(next(each for each in competed if not each.causes), floor=0.9), (), 0, 2.9)
+    plain = contender(replace(plain_of(competed), floor=0.9), (), 0, 2.9)
     some = contender(plain, ("race_waviness@DE",), 0, 2.3)  # three tenths of what is left
     hardly = contender(plain, ("race_waviness@DE",), 0, 2.7)
     oval = contender(plain, ("oval_clearance@DE",), 0, 2.2)
@@ -152,7 +152,7 @@ def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed
 
 
 def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     lobed = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 3)
     asked = [s for s in everyone if s.name in ("off_sized_ball@NDE", "ring_out_of_round@NDE", "probe_gain@DE_A")]
@@ -179,7 +179,7 @@ def test_what_is_weak_is_sought_beside_a_plain_model_that_holds_also_where_laws_
 
 
 def test_an_effect_at_both_ends_and_at_one_go_on_together(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     both, one, other, ring = (
         contender(plain, (name,), 0, 1.5)
         for name in ("hardening_support@both", "hardening_support@DE", "hardening_support@NDE", "loose_support@DE")
@@ -192,7 +192,7 @@ def test_an_effect_at_both_ends_and_at_one_go_on_together(competed):
 
 
 def test_a_plain_model_that_parts_late_and_little_is_not_searched(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     late = replace(contender(plain, (), 0, 1.0), horizon=0.055, floor=0.8)
     assert late.fails
     assert only_parts(late)
@@ -205,7 +205,7 @@ def test_a_plain_model_that_parts_late_and_little_is_not_searched(competed):
 
 
 def test_rounds_are_kept_for_further_causes(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     named = contender(plain, ("loose_support@DE",), 0, 1.0)
     search = Search(plain, (), (0.006,), lambda _: None)
     assert search.may_ask(plain)
@@ -260,7 +260,7 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
 
 
 def test_of_weak_causes_those_are_fitted_from_the_fall_on_whose_scores_are_plain(competed, crew):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
 
     def score(name, gain, each=()):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.contender import Contender, plain_of, with_cause
 from tdbmon.diagnosis.simplified import only_accompanies, simplified
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
@@ -13,7 +13,7 @@ from tests.diagnosis.simulated import problem_of
 
 
 def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(competed):
-    like = next(each for each in competed if not each.causes)
+    like = plain_of(competed)
     plain = contender(like, (), 0, 6.0)
 
     def judged(companion, left):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, with_cause
+from tdbmon.diagnosis.contender import Contender, plain_of, with_cause
 from tdbmon.diagnosis.contract import causes_json
 from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
@@ -22,7 +22,7 @@ from tests.diagnosis.simulated import problem_of
 
 
 def test_verdicts(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
 
     def judged(*field):
         return verdict(sorted(field, key=lambda each: each.bic), None)
@@ -42,7 +42,7 @@ def test_verdicts(competed):
 
 def test_an_angle_and_a_leak_of_one_end_need_a_longer_lead_over_each_other(competed):
     """They differ by the square of their size; a cause of the other end and one in contacts differ by more."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     angle = contender(plain, ("probe_angle@DE_A",), 900, 0.95)
 
@@ -58,7 +58,7 @@ def test_an_angle_and_a_leak_of_one_end_need_a_longer_lead_over_each_other(compe
 
 
 def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_explains_is_not_named(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     oval = contender(plain, ("oval_clearance@DE",), 0, 0.85 * plain.floor)
     gain = contender(plain, ("probe_gain@DE_A",), 0, 0.85 * plain.floor)
@@ -77,7 +77,7 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
 
 def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_less_probable(competed):
     """Waves of 0.8 um: 0.26 um were left in readings with them and without, the misfit was 5 and 6 % less."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     field = [contender(plain, ("oval_clearance@DE",), 100, 0.85 * plain.floor), bare]
     one = HeldOut(("drop_80.nc",), 2.6e-7, 2.5e-7, 2.4e-7, 3000.0, 2800.0)
@@ -94,7 +94,7 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
 
 def test_waves_that_no_reading_shows_are_none_though_they_do_better_in_every_drop(competed):
     """With nothing hidden, 0.4 um took 4, 10, 2 and 1 % of the misfit; 1.4 um that were there 4.3, 4.5, 5.8 and 0.5 %."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     waves = contender(plain, ("race_waviness@DE",), 300, 0.85 * plain.floor)
     left = [
@@ -108,7 +108,7 @@ def test_waves_that_no_reading_shows_are_none_though_they_do_better_in_every_dro
 
 
 def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     field = [contender(plain, ("ring_drag@NDE",), 200, 0.9), contender(plain, (), 0, 0.9)]
     half = HeldOut(("a.nc", "b.nc"), 3.4e-6, 1.9e-6, 4.1e-6, 13.2, 2.2, judge=Judge.REST)
     assert half.gain is None
@@ -123,7 +123,7 @@ def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):
 
 def test_beside_a_plain_model_that_explains_what_acts_on_the_shaft_must_gain_half(competed):
     """Nothing hidden, strange laws: a cross-coupled stiffness took away a third there; so may a bow."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     little = HeldOut(("drop_80.nc",), 5.5e-7, 5.0e-7, 4e-7, 3000.0, 2700.0)
     assert little.gain == pytest.approx(1 / 3)
     bare, lost = contender(plain, (), 0, 1.02), contender(plain, (), 0, 8.0)
@@ -135,7 +135,7 @@ def test_beside_a_plain_model_that_explains_what_acts_on_the_shaft_must_gain_hal
 
 
 def test_a_named_cause_that_gains_little_on_a_drop_held_out_is_less_probable(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     field = [contender(plain, ("probe_gain@DE_A",), 0, 0.9), contender(plain, (), 0, 8.0)]
     much = HeldOut(("drop_80.nc",), 9e-7, 4e-7, 3e-7, 9000.0, 2000.0)
     little = replace(much, extended=4.5e-7)
@@ -149,7 +149,7 @@ def test_a_named_cause_that_gains_little_on_a_drop_held_out_is_less_probable(com
 
 
 def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.95 * plain.floor)
     little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
     assert verdict([little, bare], None).kind is Kind.NONE
@@ -160,7 +160,7 @@ def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(compete
 
 
 def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_is_left_there(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     lobed = contender(plain, ("ring_out_of_round@DE",), 0, 0.95)
     oval = contender(plain, ("oval_clearance@DE",), 0, 0.95)
@@ -178,7 +178,7 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
 
 
 def test_what_fits_much_and_fails_further_on_is_one_of_those_that_look_alike_so_far(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     lost, proof = contender(plain, (), 0, 8.0), HeldOut(("drop_80.nc",), 9e-7, 4e-7, 3e-7, 9000.0, 2000.0)
     for name, kind in (("off_sized_ball@DE", Kind.AMBIGUOUS), ("oval_clearance@DE", Kind.NAMED)):
@@ -192,7 +192,7 @@ def test_what_fits_much_and_fails_further_on_is_one_of_those_that_look_alike_so_
 
 
 def test_causes_that_look_alike_share_a_probability_with_the_one_that_was_fitted(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     waves = next(s for s in everyone if s.name == "race_waviness@NDE" and s.standing_waves)
     foundation = next(s for s in everyone if s.name == "foundation_mode@DE")
@@ -218,7 +218,7 @@ def test_causes_that_look_alike_share_a_probability_with_the_one_that_was_fitted
 
 
 def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_leaves(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     bare = contender(plain, (), 0, 1.4)
     gain = contender(plain, ("probe_gain@DE_A",), 0, 1.25)
     assert gain.fails
@@ -227,7 +227,7 @@ def test_nobody_is_accused_who_leaves_most_of_the_little_that_the_plain_model_le
 
 
 def test_what_a_cause_has_beside_its_size_does_not_make_it_clear(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     friction, *_ = contender(plain, ("stribeck_friction@DE",), 0, 0.9).causes
     speed = {"stribeck_speed_m_per_s": Estimate(1.5, 1.2, 1.8, "m/s")}
     assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.19, -0.22, 0.6, "1")})
@@ -238,7 +238,7 @@ def test_what_a_cause_has_beside_its_size_does_not_make_it_clear(competed):
 
 
 def test_a_size_that_may_as_well_be_none_is_not_named(competed):
-    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
+    plain = contender(plain_of(competed), (), 0, 0.95)
     gain = contender(plain, ("probe_gain@DE_A",), 900, 0.9)
     named = verdict([gain, plain], None)
     assert named.kind is Kind.NAMED
@@ -256,7 +256,7 @@ def test_a_size_that_may_as_well_be_none_is_not_named(competed):
 
 
 def test_a_cause_that_explains_a_drop_which_the_plain_model_does_not_is_there_though_the_others_know_no_size(competed):
-    like = next(each for each in competed if not each.causes)
+    like = plain_of(competed)
     plain = contender(like, (), 0, 1.3)
     gain = contender(like, ("probe_gain@DE_A",), 900, 0.9)
     quiet = tuple(np.full(len(each), 0.9) for each in like.fit.residuals)
@@ -277,7 +277,7 @@ def test_a_cause_that_explains_a_drop_which_the_plain_model_does_not_is_there_th
 
 
 def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_none(competed):
-    plain = contender(next(each for each in competed if not each.causes), (), 0, 0.95)
+    plain = contender(plain_of(competed), (), 0, 0.95)
     ball = contender(plain, ("off_sized_ball@DE",), 900, 0.9)
     assert ball.of_each_drop
     much = HeldOut(("drop_80.nc",), 4e-7, 3.1e-7, 3e-7, 4000.0, 2000.0)
@@ -295,7 +295,7 @@ def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_non
 
 def test_what_looks_alike_leaves_no_more_than_certainty_to_the_others(competed):
     """Three that look alike have 0.6 together; a rival that is nearly as likely as the fitted one has the rest at most."""
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     ball = replace(contender(plain, ("off_sized_ball@DE",), 10, 0.95), failed_s=0.033)
     rival = contender(plain, ("support_anisotropy@DE",), 9, 0.95)
@@ -342,7 +342,7 @@ def test_waves_of_two_orders_that_are_as_likely_are_one_cause_with_the_values_of
 
 
 def test_a_cause_in_contacts_is_unknown_where_stated_values_had_to_go_to_their_limits(competed):
-    plain = next(each for each in competed if not each.causes)
+    plain = plain_of(competed)
 
     def with_stated(name, limits):
         """The cause with stated values free, so many of them at a limit."""

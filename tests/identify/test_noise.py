@@ -5,7 +5,8 @@ import pytest
 from scipy.signal import lfilter
 from tdbsim.errors import InputError
 
-from tdbmon.identify.noise import coloured, levitated_noise
+from tdbmon.analysis.autoregression import whitened
+from tdbmon.identify.noise import levitated_noise
 
 RATE, SPEED, MAINS = 20e3, 2 * np.pi * 97.0, 50.0
 TIME = np.arange(2000) / RATE
@@ -68,8 +69,8 @@ def test_interval_of_the_mean_holds_the_truth():
 
 def test_colouring_is_the_recursion_it_says():
     values = np.arange(5.0) ** 2
-    assert coloured(values, np.array([0.5])).tolist() == [0.0, 1.0, 3.5, 7.0, 11.5]
-    assert coloured(values, np.empty(0)).tolist() == values.tolist()
+    assert whitened(values, np.array([0.5])).tolist() == [0.0, 1.0, 3.5, 7.0, 11.5]
+    assert whitened(values, np.empty(0)).tolist() == values.tolist()
 
 
 def test_too_short_and_dead_stretches_are_refused():

@@ -33,9 +33,9 @@ def section(evidence: Evidence) -> Section | None:
     else:
         beside = (
             Paragraph(
-                f"With {diagnosis.best.causes[-1].words} the squares of all departures sum to {departure_of(records):.1f},"
-                f" without to {departure_of(diagnosis.late_before):.1f}. All are counted in the spread of"
-                " the simulations without: a wider band is no nearer one."
+                f"With {diagnosis.best.causes[-1].words} the squared departures of amplitude and places sum to"
+                f" {departure_of(records):.1f}, without to {departure_of(diagnosis.late_before):.1f}. All are counted in the"
+                " spread of the simulations without: a wider band is no nearer one."
             ),
             *_beside(
                 diagnosis.late_before,

@@ -13,7 +13,7 @@ from tdbmon.report.sections.left_out import left_out
 
 def section(analysis: Analysis) -> Section | None:
     """Return the gap of each end."""
-    ends = [end for end in analysis.ends.values() if end.plane != "none"]
+    ends = [end for end in analysis.ends.values() if end.seen]
     if not ends or not analysis.falls:
         return None
     from tdbmon.figures.gap_map import gap_map

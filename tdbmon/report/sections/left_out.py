@@ -12,8 +12,4 @@ if TYPE_CHECKING:
 def left_out(analysis: Analysis, drawn: Iterable[str], lacking: str) -> str:
     """Return a sentence for each end whose orbit the record holds but that is not drawn, and what it lacks."""
     shown = set(drawn)
-    return "".join(
-        f" {name} has {lacking} and is left out."
-        for name, end in analysis.ends.items()
-        if end.plane != "none" and name not in shown
-    )
+    return "".join(f" {name} has {lacking} and is left out." for name in analysis.seen_ends if name not in shown)

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 def section(analysis: Analysis) -> Section | None:
     """Return the orbits, an end a figure, the filtered ones, and the centreline."""
-    ends = [name for name, end in analysis.ends.items() if end.plane != "none"]
+    ends = analysis.seen_ends
     if not ends:
         return None
-    from tdbmon.figures.centreline import LEAST_S, centreline, courses_of
+    from tdbmon.figures.centreline import centreline, courses_of
     from tdbmon.figures.orbit_sequence import orbit_sequence
 
     blocks: list[Block] = [
@@ -34,13 +34,10 @@ def section(analysis: Analysis) -> Section | None:
         for i, end in enumerate(ends)
     ]
     blocks.append(_filtered(analysis))
-    courses = courses_of(analysis)
-    if not courses:
-        blocks.append(
-            Paragraph(
-                f"The shaft centreline is not drawn: no end has both a clearance circle and {LEAST_S:g} s after the release."
-            )
-        )
+    try:
+        courses = courses_of(analysis)
+    except InputError as error:
+        blocks.append(Paragraph(f"The shaft centreline is not drawn: {error}."))
     else:
         blocks.append(
             Figure(

@@ -123,10 +123,10 @@ def _figures(analysis: Analysis) -> list[Block]:
 
 def _reading(analysis: Analysis, begin: float, end: float) -> str:
     """How to read a time history, of what it shows."""
-    from tdbmon.figures.style import has_circle, seen_ends
+    from tdbmon.figures.style import has_circle
     from tdbmon.figures.time_history import shows_touches
 
-    ends = seen_ends(analysis)
+    ends = analysis.seen_ends
     words = ""
     if any(has_circle(analysis, name) for name in ends):
         words += " Dashed: how far the shaft centre lies from the clearance centre at rest."

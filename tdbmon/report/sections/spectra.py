@@ -26,12 +26,15 @@ def section(analysis: Analysis) -> Section | None:
     """Return lines, waterfall, cascade and full spectra."""
     if analysis.planes is None:
         return None
-    if analysis.waterfall is None:
-        return Section(_TITLE, (Paragraph("None: no stretch of the record as long as a window has all its samples."),))
     from tdbmon.figures.cascade import cascade, slowing_spectra
     from tdbmon.figures.full_spectrum import full_spectrum
+    from tdbmon.figures.spectral_map import spectra_of
     from tdbmon.figures.waterfall import waterfall
 
+    try:
+        spectra = spectra_of(analysis)
+    except InputError as error:
+        return Section(_TITLE, (Paragraph(f"None: {error}."),))
     blocks: list[Block] = [_lines(analysis), *_drifting(analysis), *_whirling(analysis)]
     reading = (
         "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
@@ -42,7 +45,7 @@ def section(analysis: Analysis) -> Section | None:
             else ""
         )
     )
-    if not np.isfinite(analysis.waterfall.amplitude).all():
+    if not np.isfinite(spectra.amplitude).all():
         reading += " White: samples are missing."
     turning = "What follows a dashed line turns with the rotor; what stands" if analysis.has_speed else "What stands"
     blocks.append(

@@ -16,7 +16,6 @@ def section(analysis: Analysis) -> Section | None:
     if analysis.planes is None:
         return None
     from tdbmon.figures.bode import bode, has_polar, tracked_1x
-    from tdbmon.figures.style import seen_ends
 
     title = "1X through the run-down"
     try:
@@ -24,7 +23,7 @@ def section(analysis: Analysis) -> Section | None:
     except InputError as error:
         return Section(title, (Paragraph(f"Bode and polar plots are not drawn: {error}."),))
     polar, drawn = " No forward circle stands out of the noise: there is no polar plot.", "Bode plot"
-    if has_polar(first.sel(end=seen_ends(analysis))):
+    if has_polar(first.sel(end=analysis.seen_ends)):
         polar = " Below: the forward circle as a polar plot, grey where it is less than 3 standard deviations."
         drawn = "Bode plot and polar plot"
     caption = (
