@@ -36,23 +36,30 @@ def archive_add(
     ] = None,
     assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
     dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again", help="analyse drops that are filed already too: by this version, with this machine file"
+        ),
+    ] = False,
     workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
     json_file: JsonFile = None,
 ) -> None:
     """Analyse drops and file them; what is filed already is passed over."""
-    from tdbmon.history import command
+    from tdbmon.history import adding
     from tdbmon.output_file import check_outputs
 
     check_outputs([json_file], [machine, *records])
     with on_terminal() as tell:
-        code = command.add(
+        code = adding.add(
             archive,
             machine,
             records,
             forces=forces,
             assembly=assembly,
             dropped=dropped,
+            again=again,
             workers=workers,
             scheduler=scheduler,
             json_file=json_file,
