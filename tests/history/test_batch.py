@@ -211,6 +211,18 @@ def test_what_fails_is_listed_and_the_rest_is_done_and_a_second_run_goes_on_wher
     assert list(again.values()) == ["already filed", "already filed", "filed"]
 
 
+def test_a_record_without_an_orbit_is_refused_with_the_checks_that_failed(empty, tmp_path):
+    """A displacement in um that is labelled mm "holds no orbit", and `tdbmon analyse` knew the factor."""
+    drop = read(RECORDS[0])
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        drop[name] = (drop[name].dims, 1e3 * drop[name].values, drop[name].attrs)
+    write(drop, tmp_path / "mm.nc")
+    (outcome,) = add_all(empty, orders([tmp_path / "mm.nc"]))
+    assert outcome.failed
+    assert "checks failed: unit NDE_A, NDE_B, DE_A, DE_B: moves by" in outcome.why
+    assert "most likely a factor 1000" in outcome.why
+
+
 def test_a_batch_that_is_stopped_keeps_what_is_done(empty):
     going = add_all(empty, orders(RECORDS))
     assert next(going).state == "filed"
