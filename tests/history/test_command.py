@@ -18,6 +18,7 @@ from tdbmon import __version__
 from tdbmon.cli import main
 from tdbmon.history import batch
 from tdbmon.history.archive import open_archive
+from tdbmon.history.export import export
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill
@@ -250,6 +251,25 @@ def test_a_filed_drop_is_found_by_its_records_name(capsys, years, empty, tmp_pat
         empty.entry("drop_0.nc")
     assert f"{first} of made up" in str(caught.value)
     assert f"{other.drop} of another" in str(caught.value)
+
+
+def test_the_times_of_the_table_are_of_one_format_beside_their_order(empty, tmp_path):
+    """Times with and without a zone stood in one column, which pandas refused, and nothing told the order."""
+    times = ("2020-01-03T09:00:00", "2020-01-02", "", "2020-01-03T09:30:00.5+01:00")
+    for i, dropped in enumerate(times):
+        raw, machine = files(tmp_path, i)
+        empty.add(filing(raw, machine, seed=i, dropped=dropped), raw, machine)
+    raw, machine = files(tmp_path, 9)
+    empty.add(filing(raw, machine, name="another", seed=9, dropped="2019-01-01"), raw, machine)
+    export(empty, tmp_path / "f.csv")
+    table = pd.read_csv(tmp_path / "f.csv")
+    drops = table[table.machine == "made up"].drop_duplicates("drop_id").set_index("raw_name")
+    found = pd.to_datetime(drops.dropped)
+    assert str(found["drop_0.nc"]) == "2020-01-03 09:00:00+00:00"
+    assert str(found["drop_3.nc"]) == "2020-01-03 08:30:00.500000+00:00"
+    assert pd.isna(found["drop_2.nc"])
+    assert drops.place.to_dict() == {"drop_2.nc": 1, "drop_1.nc": 2, "drop_3.nc": 3, "drop_0.nc": 4}
+    assert set(table[table.machine == "another"].place) == {1}
 
 
 @pytest.mark.parametrize(
