@@ -16,6 +16,7 @@ DropID = Annotated[
     str, typer.Argument(metavar="ID", help="a drop's identifier, the first digits of it, or its record's name")
 ]
 ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
+FailOn = Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")]
 Forces = Annotated[
     bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")
 ]
@@ -136,17 +137,20 @@ def archive_report(
     machine: Annotated[
         str, typer.Option(metavar="NAME", help="report one machine; by default the only one, or the fleet")
     ] = "",
+    fail_on: FailOn = "",
+    json_file: JsonFile = None,
 ) -> None:
     """Report a machine over all its drops, or the fleet, worst first."""
     writers = report_writers(report)
     from tdbmon.history import command
     from tdbmon.output_file import check_outputs
 
-    check_outputs(report or [], [])
+    check_outputs([json_file, *(report or [])], [])
     with on_terminal() as tell:
-        command.report(archive, drop, machine, writers, tell)
+        code = command.report(archive, drop, machine, fail_on=fail_on, json_file=json_file, writers=writers, tell=tell)
     for path in report or []:
         typer.echo(f"report: {path}")
+    raise typer.Exit(code)
 
 
 def compare(
@@ -154,7 +158,7 @@ def compare(
     drop: Annotated[str, typer.Argument(metavar="[RECORD or ID]", help="by default the archive's last drop")] = "",
     machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="of a record that is not filed")] = None,
     forces: Forces = False,
-    fail_on: Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")] = "",
+    fail_on: FailOn = "",
     json_file: JsonFile = None,
     report: Reports = None,
 ) -> None:

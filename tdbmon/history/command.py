@@ -111,29 +111,60 @@ def export(folder: Path, out: Path) -> None:
     typer.echo(f"{rows} features: {out}")
 
 
-def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], tell: Progress) -> None:
-    """Report one drop, one machine, or the fleet."""
-    if not writers:
-        raise InputError("no --report file is named; write e.g. --report machine.html")
+def report(
+    folder: Path,
+    drop: str,
+    machine: str,
+    *,
+    fail_on: str,
+    json_file: Path | None,
+    writers: list[ReportWriter],
+    tell: Progress,
+) -> int:
+    """Report one drop, one machine, or the fleet; return 3 where an alarm of a machine stands and shall fail."""
+    from tdbmon.history.contract import fleet_json
+    from tdbmon.history.fleet import fleet
+    from tdbmon.history.summary import fleet_lines
+
+    _check_fail_on(fail_on)
+    judging = bool(fail_on) or json_file is not None
+    if drop and judging:
+        raise InputError(
+            "--drop reports one record, and --json and --fail-on are of machines: leave --drop out, or use"
+            f" tdbmon compare --archive {folder} {drop}"
+        )
+    if not writers and not judging:
+        raise InputError("no --report file is named; write e.g. --report machine.html, or --json or --fail-on alarm")
     archive = open_archive(folder)
     names = archive.machines()
-    if drop:
+    if not names:
+        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
+    of_fleet = bool(writers) and not drop and not machine and len(names) > 1
+    members = fleet(archive, tell, machine) if judging or of_fleet else []
+    written = write_json(json_file, fleet_json(folder, members))
+    document = None
+    if writers and drop:
         document = _drop_document(archive, drop, tell)
-    elif machine or len(names) == 1:
+    elif writers and not of_fleet:
         from tdbmon.history.machine_history import machine_history
         from tdbmon.report.machine_report import build_machine_report
 
         document = build_machine_report(machine_history(archive, machine or names[0], tell))
-    elif names:
-        from tdbmon.history.fleet import fleet
+    elif writers:
         from tdbmon.report.fleet_report import build_fleet_report
 
-        document = build_fleet_report(fleet(archive, tell))
-    else:
-        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
-    tell("drawing the figures")
-    for write in writers:
-        write(document)
+        document = build_fleet_report(members)
+    if document is not None:
+        tell("drawing the figures")
+        for write in writers:
+            write(document)
+    say([*(fleet_lines(members) if judging else ()), *written])
+    return 3 if fail_on == "alarm" and any(member.verdict.alarm for member in members) else 0
+
+
+def _check_fail_on(fail_on: str) -> None:
+    if fail_on not in ("", "alarm"):
+        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
 
 
 def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
@@ -174,8 +205,7 @@ def compare(
     from tdbmon.history.unfiled import drop_to_compare
     from tdbmon.history.verdict import verdict_of
 
-    if fail_on not in ("", "alarm"):
-        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
+    _check_fail_on(fail_on)
     archive = open_archive(folder)
     tell("reading the drop")
     comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
