@@ -96,7 +96,8 @@ def _years(out: Path, progress: Progress) -> list[str]:
     archive = open_archive(out / "archive", create=True)
     orders = [Order(folder / "machine.toml", record, forces=True) for record in sorted(folder.glob("*.nc"))]
     progress(f"archive: analysing {len(orders)} drops and fitting their forces on {_WORKERS} processes")
-    for done, outcome in enumerate(add_all(archive, orders, workers=_WORKERS), start=1):
+    # again: what an older version left in the folder is made anew
+    for done, outcome in enumerate(add_all(archive, orders, workers=_WORKERS, again=True), start=1):
         if outcome.failed:
             raise InputError(outcome.why)
         progress(f"archive: {done} of {len(orders)} drops filed")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
+from tdbsim.first_use import is_compiled
 from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, simulate
@@ -25,6 +26,7 @@ _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _GAPS = 3.0
 _LEVITATED_S = 0.1
 _AT_SPEED = 0.98  # of the speed of the journal's surface: a ring so fast turns with it
+_COMPILING = "compiling the simulation, once on this machine: it takes up to a minute; then simulating"
 _EXACT = "a simulated value, without an interval"
 _SAMPLED = "a simulated value, the greatest of the record's samples, without an interval"
 
@@ -67,7 +69,7 @@ def simulate_drop(
                 f"{effect.identifier()}: {first.name} is {first.text(first.off)}, where it does nothing;"
                 f" give it a size, e.g. {first.name}={first.text(first.typical)}"
             )
-    progress("simulating (the first run compiles the model)")
+    progress("simulating" if is_compiled(plan.method) else _COMPILING)
     return simulate(machine, plan, wanted)
 
 

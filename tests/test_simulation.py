@@ -30,6 +30,15 @@ def test_peak_forces_on_a_light_rotor_are_those_of_many_modes(expander):
     assert drop.peak_normal_force.values == pytest.approx(exact.peak_normal_force.values, rel=0.02)
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+def test_the_first_run_says_that_it_compiles_and_how_long_that_takes(compiled, expander, monkeypatch):
+    told = []
+    monkeypatch.setattr("tdbmon.simulation.is_compiled", lambda kernel: compiled)
+    monkeypatch.setattr("tdbmon.simulation.simulate", lambda *given: None)
+    simulate_drop(expander, "40000 rpm", "0.02", (), 0, told.append)
+    assert [("up to a minute" in each) for each in told] == [not compiled]
+
+
 def test_every_turn_of_a_fast_rotor_leaves_a_pulse(expander):
     drop = simulate_drop(expander, "50000 rpm", "0.02", (), 0, silent)
     turns = np.ptp(drop.shaft_angle.values) / (2 * np.pi)

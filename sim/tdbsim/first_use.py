@@ -32,6 +32,11 @@ _seen: set[str] = set()  # kernels that are compiled, or for which that was trie
 _lock = Lock()
 
 
+def is_compiled(kernel: str) -> bool:
+    """Return whether a kernel needs no compiling, which takes most of a minute, before its next use."""
+    return kernel in _seen or _in_cache(kernel) or not _compiles()
+
+
 def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
     """See to it that a kernel is in the cache; where that cannot be, the first call in this process compiles it.
 

@@ -16,6 +16,7 @@ DropID = Annotated[
     str, typer.Argument(metavar="ID", help="a drop's identifier, the first digits of it, or its record's name")
 ]
 ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
+FailOn = Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")]
 Forces = Annotated[
     bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")
 ]
@@ -36,23 +37,30 @@ def archive_add(
     ] = None,
     assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
     dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again", help="analyse drops that are filed already too: by this version, with this machine file"
+        ),
+    ] = False,
     workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
     json_file: JsonFile = None,
 ) -> None:
     """Analyse drops and file them; what is filed already is passed over."""
-    from tdbmon.history import command
+    from tdbmon.history import adding
     from tdbmon.output_file import check_outputs
 
     check_outputs([json_file], [machine, *records])
     with on_terminal() as tell:
-        code = command.add(
+        code = adding.add(
             archive,
             machine,
             records,
             forces=forces,
             assembly=assembly,
             dropped=dropped,
+            again=again,
             workers=workers,
             scheduler=scheduler,
             json_file=json_file,
@@ -129,17 +137,20 @@ def archive_report(
     machine: Annotated[
         str, typer.Option(metavar="NAME", help="report one machine; by default the only one, or the fleet")
     ] = "",
+    fail_on: FailOn = "",
+    json_file: JsonFile = None,
 ) -> None:
     """Report a machine over all its drops, or the fleet, worst first."""
     writers = report_writers(report)
     from tdbmon.history import command
     from tdbmon.output_file import check_outputs
 
-    check_outputs(report or [], [])
+    check_outputs([json_file, *(report or [])], [])
     with on_terminal() as tell:
-        command.report(archive, drop, machine, writers, tell)
+        code = command.report(archive, drop, machine, fail_on=fail_on, json_file=json_file, writers=writers, tell=tell)
     for path in report or []:
         typer.echo(f"report: {path}")
+    raise typer.Exit(code)
 
 
 def compare(
@@ -147,7 +158,7 @@ def compare(
     drop: Annotated[str, typer.Argument(metavar="[RECORD or ID]", help="by default the archive's last drop")] = "",
     machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="of a record that is not filed")] = None,
     forces: Forces = False,
-    fail_on: Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")] = "",
+    fail_on: FailOn = "",
     json_file: JsonFile = None,
     report: Reports = None,
 ) -> None:

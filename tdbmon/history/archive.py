@@ -140,6 +140,17 @@ class Archive:
         with catalogue.reading(self.catalogue) as base:
             return self._whole(base, entry.raw, entry.sha256, f"results/{entry.id}/{name}")
 
+    def sound(self, entry: Entry) -> bool:
+        """Return whether a drop's raw file and the result that counts are as they were filed."""
+        with catalogue.reading(self.catalogue) as base:
+            (result,) = base.execute("SELECT file FROM results WHERE id = ?", (entry.result,)).fetchone()
+            return self._whole(base, entry.raw, entry.sha256, result)
+
+    def maker(self, entry: Entry) -> tuple[str, str]:
+        """Return the version of the program and the SHA-256 of the machine file that made the result that counts."""
+        with catalogue.reading(self.catalogue) as base:
+            return catalogue.maker(base, entry.result)
+
     def overtaken(self, entry: Entry, version: str, machine_sha256: str) -> bool:
         """Return whether a drop's result that counts is by the same version and another machine file, which came later."""
         with catalogue.reading(self.catalogue) as base:
@@ -181,7 +192,7 @@ class Archive:
             sweep(self.folder)
             before = catalogue.entries(base, "id = ?", (filing.drop,))
             if before:
-                self._same_drop(before[0], filing, raw)
+                self.check_same(before[0], filing.sha256, filing.machine, raw)
                 raw_place = before[0].raw
                 # what is added again may be the archive's own copy
                 filing = replace(filing, raw_name=before[0].raw_name)
@@ -198,6 +209,16 @@ class Archive:
             put(self.folder, self.folder / result_place, lambda part: _write(part, result_bytes(filing)))
             catalogue.insert(base, filing, raw_place, result_place, sha256_of(self.folder / result_place))
         return "analysed again" if before else "filed"
+
+    def check_same(self, entry: Entry, sha256: str, machine: str, raw: Path) -> None:
+        """Refuse, by an `InputError`, to add a record again as another one or as one of another machine."""
+        if entry.sha256 != sha256:
+            raise InputError(f"{raw}: its identifier {entry.id} is already that of another drop ({entry.raw_name})")
+        if entry.machine != machine:
+            raise InputError(
+                f"{raw}: is already filed as a drop of machine '{entry.machine}', not '{machine}';"
+                f" take it out first (tdbmon archive remove --archive {self.folder} {entry.id})"
+            )
 
     def remove(self, drop: str) -> Entry:
         """Take a drop out: its results and its raw file."""
@@ -229,15 +250,6 @@ class Archive:
                 raise InputError(f"{source}: changed while it was filed; file it once it is written whole")
 
         put(self.folder, self.folder / place, write)
-
-    def _same_drop(self, entry: Entry, filing: Filing, raw: Path) -> None:
-        if entry.sha256 != filing.sha256:
-            raise InputError(f"{raw}: its identifier {filing.drop} is already that of another drop ({entry.raw_name})")
-        if entry.machine != filing.machine:
-            raise InputError(
-                f"{raw}: is already filed as a drop of machine '{entry.machine}', not '{filing.machine}';"
-                f" take it out first (tdbmon archive remove --archive {self.folder} {entry.id})"
-            )
 
     def _refuse_twin(self, base: sqlite3.Connection, filing: Filing, raw: Path, machine: Path) -> None:
         """Refuse another file of a measurement that is filed, and a drop at the instant of one that is."""

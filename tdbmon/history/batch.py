@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
 from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, Filed
+from tdbmon.history.catalogue import Entry
 from tdbmon.history.filing import Filing, satisfying_names
+from tdbmon.history.loss import losses
 from tdbmon.history.study import Order, study
 from tdbmon.identify.crew import attend_parent
 from tdbmon.progress import Progress, silent
@@ -35,12 +39,21 @@ class Outcome:
         "filed", "analysed again", "already filed", or "failed".
     why : str
         Why it failed.
+    otherwise : tuple of str
+        Why a drop that is filed already may be worth another analysis: by what its result was made that is another now.
+    lost : tuple of str
+        What the result before had that the one which counts now lacks.
+    machine_before : str
+        SHA-256 of the machine file by which that was made; empty where it is the same.
     """
 
     record: Path
     drop: str
     state: Filed | str
     why: str = ""
+    otherwise: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+    machine_before: str = ""
 
     @property
     def failed(self) -> bool:
@@ -54,6 +67,7 @@ def add_all(
     workers: int = 1,
     scheduler: str = "",
     progress: Progress = silent,
+    again: bool = False,
 ) -> Iterator[Outcome]:
     """Study records and file them as they come; what is filed already is passed over, what fails is told and the rest done.
 
@@ -67,6 +81,8 @@ def add_all(
         Address of a dask scheduler; its workers read the records by the same absolute paths.
     progress : callable
         Is told the step of a record, and how many are done.
+    again : bool
+        Analyse what is filed by another version of the program or with another machine file: the new result counts.
 
     Yields
     ------
@@ -80,41 +96,69 @@ def add_all(
     """
     todo: list[Order] = []
     begun = datetime.now(UTC)
+    name_of = cache(_machine_name)
     for number, order in enumerate(orders):
-        wanted = _prepared(archive, order)
+        wanted = _prepared(archive, order, again, name_of)
         if isinstance(wanted, Outcome):
             yield wanted
             continue
         # workers end in any order; drops without a time come in that in which they were given
         filed = (begun + timedelta(microseconds=number)).isoformat(timespec="microseconds")
-        todo.append(replace(wanted, machine=order.machine.resolve(), record=order.record.resolve(), filed=filed))
+        todo.append(replace(wanted, machine=wanted.machine.resolve(), record=order.record.resolve(), filed=filed))
     for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
         progress(f"{done} of {len(todo)} drops studied")
         if isinstance(found, Filing):
             try:
-                yield Outcome(order.record, found.drop, archive.add(found, order.record, order.machine))
+                yield _filed(archive, found, order)
             except InputError as error:
                 yield Outcome(order.record, found.drop, "failed", str(error))
         else:
             yield Outcome(order.record, "", "failed", found)
 
 
-def _prepared(archive: Archive, order: Order) -> Order | Outcome:
+def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Path], str]) -> Order | Outcome:
     """Return an order with what is filed of its drop: assembly and time hold on, unless other ones are stated, which is refused.
 
-    A drop that is filed with forces gets them again, unless its order says otherwise: its stresses would leave the history.
-    A record whose result by this version and machine file is filed is passed over, so a stopped batch goes on; but not where
-    another machine file came after it, whose result counts.
+    A drop that is filed is passed over: a folder that is added every night, or with another machine file, must not replace
+    its results.  It is analysed where that is asked for (`again`), where forces are wanted that it lacks, and where its files
+    are damaged, then with the machine file that it was filed with.  One that is filed with forces gets them again, unless
+    its order says otherwise: its stresses would leave the history.
     """
     from tdbmon import __version__
 
     try:
         sha256, machine = sha256_of(order.record), sha256_of(order.machine)
-    except OSError:
+        entry = archive.drop_of(sha256)
+        name = "" if entry is None else name_of(order.machine)
+    except (OSError, InputError):
         return order  # the study tells what is wrong with it
-    entry = archive.drop_of(sha256)
     if entry is None:
         return order
+    try:
+        archive.check_same(entry, sha256, name, order.record)
+    except InputError as error:
+        return Outcome(order.record, entry.id, "failed", str(error))
+    if why := _restated(archive, entry, order):
+        return Outcome(order.record, entry.id, "failed", why)
+    version, own = archive.maker(entry)
+    has_forces = archive.has_forces(entry)
+    forces = has_forces if order.forces is None else order.forces
+    wanted = replace(order, forces=forces, assembly=entry.assembly, dropped=entry.dropped)
+    if again:
+        filed = any(archive.has(entry, each) for each in satisfying_names(__version__, machine, forces))
+        passed_over = filed and not archive.overtaken(entry, __version__, machine)
+        return Outcome(order.record, entry.id, "already filed") if passed_over else wanted
+    if not archive.sound(entry):
+        place = archive.machine_file(entry.id)
+        return replace(wanted, machine=place) if place.exists() and sha256_of(place) == own else wanted
+    if forces and not has_forces and own == machine:
+        return wanted
+    otherwise = ["with another machine file"] * (own != machine) + [f"by tdbmon {version}"] * (version != __version__)
+    return Outcome(order.record, entry.id, "already filed", otherwise=tuple(otherwise))
+
+
+def _restated(archive: Archive, entry: Entry, order: Order) -> str:
+    """Say that an order states another assembly or time than a drop is filed with; "" where it does not."""
     other = [
         f"{name} '{before}', not '{stated}'"
         for name, before, stated in (
@@ -123,18 +167,32 @@ def _prepared(archive: Archive, order: Order) -> Order | Outcome:
         )
         if stated and stated != before
     ]
-    if other:
-        why = (
-            f"{order.record}: is filed already, with the {' and the '.join(other)}; take it out first"
-            f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
-            + ("" if entry.dropped or order.dropped else " with --dropped TIME: without a time it would be the latest")
-        )
-        return Outcome(order.record, entry.id, "failed", why)
-    forces = archive.has_forces(entry) if order.forces is None else order.forces
-    filed = any(archive.has(entry, name) for name in satisfying_names(__version__, machine, forces))
-    if filed and not archive.overtaken(entry, __version__, machine):
-        return Outcome(order.record, entry.id, "already filed")
-    return replace(order, forces=forces, assembly=entry.assembly, dropped=entry.dropped)
+    if not other:
+        return ""
+    return (
+        f"{order.record}: is filed already, with the {' and the '.join(other)}; take it out first"
+        f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
+        + ("" if entry.dropped or order.dropped else " with --dropped TIME, which puts it in its place among the drops")
+    )
+
+
+def _filed(archive: Archive, found: Filing, order: Order) -> Outcome:
+    """File a drop, and say what it loses by that where it was filed before."""
+    entry = archive.drop_of(found.sha256)
+    before, own = None, ""
+    if entry is not None:
+        own = archive.maker(entry)[1]
+        with suppress(InputError):  # its result file is damaged
+            before = archive.filing(entry.id)
+    state = archive.add(found, order.record, order.machine)
+    lost = () if before is None else losses(before, found)
+    return Outcome(order.record, found.drop, state, lost=lost, machine_before=own * (own != found.machine_sha256))
+
+
+def _machine_name(path: Path) -> str:
+    from tdbsim.machine import load_machine
+
+    return load_machine(path).name
 
 
 def _studies(

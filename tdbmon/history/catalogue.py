@@ -7,6 +7,7 @@ their wordings, without which a catalogue of many drops would be mostly repeated
 from __future__ import annotations
 
 import json
+import math
 import re
 import sqlite3
 from collections.abc import Iterable, Iterator
@@ -23,7 +24,7 @@ from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing, StressBox
 from tdbmon.quantity import moment
 
-SCHEMA = 2  # PRAGMA user_version; 2: a drop keeps the time of its first filing
+SCHEMA = 3  # PRAGMA user_version; 2: a drop keeps the time of its first filing, 3: one without a time is the earliest
 NAME = "catalogue.sqlite"
 _WAIT_S = 120.0  # for another writer
 
@@ -75,7 +76,7 @@ class Entry:
     raw : str
         Where the raw file lies in the archive.
     moment : float
-        When it was dropped, s since 1970; when it was filed where that is not known.
+        When it was dropped, s since 1970; minus infinity where that is not known: it is never the latest of its machine.
     speed : float or None
         At the release, Hz.
     synthetic : bool
@@ -219,7 +220,7 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
     dropped, first = base.execute(
         "SELECT d.dropped, min(r.filed) FROM drops d JOIN results r ON r.drop_id = d.id WHERE d.id = ?", (filing.drop,)
     ).fetchone()
-    base.execute("UPDATE drops SET filed = ?, moment = ? WHERE id = ?", (first, moment_of(dropped, first), filing.drop))
+    base.execute("UPDATE drops SET filed = ?, moment = ? WHERE id = ?", (first, moment_of(dropped), filing.drop))
 
 
 def forget_result(base: sqlite3.Connection, file: str) -> None:
@@ -287,10 +288,10 @@ def version_key(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", version))
 
 
-def moment_of(dropped: str, filed: str) -> float:
-    """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as that of its filing."""
-    stated, known = seconds(dropped), seconds(filed)
-    return (known or 0.0) if stated is None else stated
+def moment_of(dropped: str) -> float:
+    """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as before all others."""
+    stated = seconds(dropped)
+    return -math.inf if stated is None else stated
 
 
 def instant(time: str) -> float | None:

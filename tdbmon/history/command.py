@@ -1,10 +1,10 @@
-"""`tdbmon archive` and `tdbmon compare`: they parse, call the library and write; nothing is computed here."""
+"""`tdbmon archive` and `tdbmon compare`: they parse, call the library and write; nothing is computed here.
+
+`tdbmon archive add` is in `tdbmon.history.adding`.
+"""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,124 +13,10 @@ from tdbsim.errors import InputError
 
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.matching import assembly_remarks, counts, doubts
 from tdbmon.json_file import say, write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import counted, moment, printed
-from tdbmon.record.quality import same_name
 from tdbmon.report_file import ReportWriter
-
-
-def add(
-    folder: Path,
-    machine: Path,
-    records: list[Path],
-    *,
-    forces: bool | None,
-    assembly: str,
-    dropped: str,
-    workers: int,
-    scheduler: str,
-    json_file: Path | None,
-    tell: Progress,
-) -> int:
-    """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
-    from tdbsim.machine import load_machine
-
-    from tdbmon.history.batch import add_all
-    from tdbmon.history.study import Order
-
-    if dropped:
-        _check_time(dropped, len(records))
-    load_machine(machine)
-    archive = open_archive(folder, create=True)
-    orders = [Order(machine, record, forces=forces, assembly=assembly, dropped=dropped) for record in records]
-    outcomes = []
-    for outcome in add_all(archive, orders, workers, scheduler, tell):
-        outcomes.append(outcome)
-        if outcome.failed:
-            _warn(" ".join(outcome.why.split()))
-        else:
-            typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
-    remarks = _strangers(archive, [o.drop for o in outcomes if o.state in ("filed", "analysed again")])
-    for outcome in outcomes:
-        if outcome.failed or outcome.state == "already filed":
-            continue
-        entry = archive.entry(outcome.drop)
-        if version := archive.forces_before(entry):
-            _warn(
-                f"{outcome.record.name}: its result with forces, by tdbmon {version}, is kept but no longer counts: comparisons"
-                " and reports show no stresses of it; to have them again:"
-                f" tdbmon archive add --archive {folder} --forces {machine} {outcome.record}"
-            )
-        failed_checks = entry.failed_checks
-        if failed_checks:
-            effect = "; no drop is compared with it" if doubts(failed_checks) else ""
-            effect += "" if counts(entry) else ", nor does it count as a drop of the machine"
-            _warn(f"{outcome.record.name}: checks failed: {', '.join(failed_checks)}{effect}")
-    for line in _written_otherwise(archive, {archive.entry(o.drop).machine for o in outcomes if o.state == "filed"}):
-        _warn(line)
-    if not assembly:
-        for outcome in (o for o in outcomes if o.state == "filed"):
-            entry = archive.entry(outcome.drop)
-            for remark in assembly_remarks(entry, archive.entries(entry.machine)):
-                _warn(f"{outcome.record.name}: {remark}")
-    for drop, remark in remarks.items():
-        _warn(f"drop {drop}: {remark}")
-    failed = [o for o in outcomes if o.failed]
-    typer.echo(f"{len(outcomes) - len(failed)} of {len(outcomes)} records are in {folder}")
-    rows = [
-        {
-            "file": str(o.record),
-            "drop": o.drop or None,
-            "state": o.state,
-            "why": o.why,
-            "remark": remarks.get(o.drop, ""),
-        }
-        for o in outcomes
-    ]
-    say(write_json(json_file, {"archive": str(folder), "records": rows}))
-    return 2 if failed else 0
-
-
-def _check_time(dropped: str, records: int) -> None:
-    try:
-        datetime.fromisoformat(dropped)
-    except ValueError:
-        raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
-    if records > 1:
-        raise InputError(f"--dropped is the time of one drop, but {records} records are given: add them one by one")
-
-
-def _warn(line: str) -> None:
-    sys.stderr.write(f"tdbmon: {line}\n")
-
-
-def _strangers(archive: Archive, drops: list[str]) -> dict[str, str]:
-    """Return what to tell of records without a drop, and of those of another machine by name or looks, by identifier."""
-    from tdbmon.history.another_machine import likeness
-
-    told = {}
-    for drop in drops:
-        filing = archive.filing(drop)
-        found = likeness(archive, archive.entry(drop), filing.features)
-        sentences = [said for said in (filing.no_drop, filing.foreign) if said]
-        sentences += [found.sentence] if found.strange else []
-        if sentences:
-            cure = f"to take it out: tdbmon archive remove --archive {archive.folder} {drop}"
-            told[drop] = "; ".join([*sentences, cure])
-    return told
-
-
-def _written_otherwise(archive: Archive, machines: Iterable[str]) -> list[str]:
-    """Return what to tell of machines whose names differ in capitals or blanks alone from others here: one machine, perhaps."""
-    return [
-        f"machine '{name}': drops of '{other}' are filed too and are not compared with its; if both are one machine, write its"
-        " name alike in the machine files, remove the drops of the wrong one and add them again"
-        for name in sorted(machines)
-        for other in archive.machines()
-        if other != name and same_name(other, name)
-    ]
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
@@ -225,29 +111,60 @@ def export(folder: Path, out: Path) -> None:
     typer.echo(f"{rows} features: {out}")
 
 
-def report(folder: Path, drop: str, machine: str, writers: list[ReportWriter], tell: Progress) -> None:
-    """Report one drop, one machine, or the fleet."""
-    if not writers:
-        raise InputError("no --report file is named; write e.g. --report machine.html")
+def report(
+    folder: Path,
+    drop: str,
+    machine: str,
+    *,
+    fail_on: str,
+    json_file: Path | None,
+    writers: list[ReportWriter],
+    tell: Progress,
+) -> int:
+    """Report one drop, one machine, or the fleet; return 3 where an alarm of a machine stands and shall fail."""
+    from tdbmon.history.contract import fleet_json
+    from tdbmon.history.fleet import fleet
+    from tdbmon.history.summary import fleet_lines
+
+    _check_fail_on(fail_on)
+    judging = bool(fail_on) or json_file is not None
+    if drop and judging:
+        raise InputError(
+            "--drop reports one record, and --json and --fail-on are of machines: leave --drop out, or use"
+            f" tdbmon compare --archive {folder} {drop}"
+        )
+    if not writers and not judging:
+        raise InputError("no --report file is named; write e.g. --report machine.html, or --json or --fail-on alarm")
     archive = open_archive(folder)
     names = archive.machines()
-    if drop:
+    if not names:
+        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
+    of_fleet = bool(writers) and not drop and not machine and len(names) > 1
+    members = fleet(archive, tell, machine) if judging or of_fleet else []
+    written = write_json(json_file, fleet_json(folder, members))
+    document = None
+    if writers and drop:
         document = _drop_document(archive, drop, tell)
-    elif machine or len(names) == 1:
+    elif writers and not of_fleet:
         from tdbmon.history.machine_history import machine_history
         from tdbmon.report.machine_report import build_machine_report
 
         document = build_machine_report(machine_history(archive, machine or names[0], tell))
-    elif names:
-        from tdbmon.history.fleet import fleet
+    elif writers:
         from tdbmon.report.fleet_report import build_fleet_report
 
-        document = build_fleet_report(fleet(archive, tell))
-    else:
-        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
-    tell("drawing the figures")
-    for write in writers:
-        write(document)
+        document = build_fleet_report(members)
+    if document is not None:
+        tell("drawing the figures")
+        for write in writers:
+            write(document)
+    say([*(fleet_lines(members) if judging else ()), *written])
+    return 3 if fail_on == "alarm" and any(member.verdict.alarm for member in members) else 0
+
+
+def _check_fail_on(fail_on: str) -> None:
+    if fail_on not in ("", "alarm"):
+        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
 
 
 def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
@@ -288,8 +205,7 @@ def compare(
     from tdbmon.history.unfiled import drop_to_compare
     from tdbmon.history.verdict import verdict_of
 
-    if fail_on not in ("", "alarm"):
-        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
+    _check_fail_on(fail_on)
     archive = open_archive(folder)
     tell("reading the drop")
     comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))

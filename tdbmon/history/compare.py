@@ -31,8 +31,10 @@ from tdbmon.history.matching import (
 )
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
+from tdbmon.quantity import counted
 
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
+_NAMED = 4  # drops without a time
 _TREND = 60  # of the latest, for a trend
 
 
@@ -309,6 +311,13 @@ def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other:
         *assembly_remarks(entry, of_machine),
         *speed_remarks(entry, of_machine),
     ]
+    timeless = [] if not entry.dropped else [e.raw_name for e in of_machine if not e.dropped]
+    if timeless:
+        verb = "counts" if len(timeless) == 1 else "count"
+        remarks.append(
+            f"{counted(len(timeless), 'drop')} of the machine without a time {verb} as earlier than all that state one,"
+            f" whenever they fell ({', '.join(timeless[-_NAMED:])}): remove such and file them with --dropped TIME"
+        )
     earlier = [e for e in of_machine if e.assembly == entry.assembly and e.order < entry.order]
     for left_out, why in (
         ([e for e in doubted if counts(e)], "not compared with, since checks of their records failed"),
@@ -322,7 +331,7 @@ def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other:
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
-            " values may differ for that reason; add them again to have them analysed alike"
+            " values may differ for that reason; add them with --again to have them analysed alike"
         )
     if entry.failed_checks:
         remarks.append(f"checks of the record that failed: {', '.join(entry.failed_checks)}")

@@ -1,14 +1,16 @@
-"""The JSON of a comparison.  Names are a contract: they are added to, never renamed."""
+"""The JSON of a comparison, of a fleet and of a drop.  Names are a contract: they are added to, never renamed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.filing import StressBox
+from tdbmon.history.fleet import Member
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 
@@ -19,10 +21,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence
     return {
         "verdict": verdict.word,
         "reasons": list(verdict.reasons),
-        "standing": [
-            {"drop": each.comparison.entry.id, "verdict": each.verdict.word, "reasons": list(each.verdict.reasons)}
-            for each in standing
-        ],
+        "standing": [_judged(each) for each in standing],
         "drop": comparison.entry.id,
         "matched": [entry.id for entry in comparison.matched],
         "matching": {
@@ -51,6 +50,26 @@ def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence
     }
 
 
+def fleet_json(folder: Path, members: Sequence[Member]) -> dict[str, Any]:
+    """Return the machines of an archive, worst first, each with the verdict that stands and the one of its latest drop."""
+    return {
+        "archive": str(folder),
+        "machines": [
+            {
+                "machine": member.machine,
+                "drops": member.drops,
+                "undated": member.undated,
+                "synthetic": member.synthetic,
+                **_judged(member.judged),
+                "alarm": member.verdict.alarm,
+                "latest": _judged(member.latest),
+                "standing": [_judged(each) for each in member.standing],
+            }
+            for member in members
+        ],
+    }
+
+
 def entry_json(entry: Entry) -> dict[str, Any]:
     """Return a drop of the catalogue."""
     return {
@@ -65,6 +84,11 @@ def entry_json(entry: Entry) -> dict[str, Any]:
         "synthetic": entry.synthetic,
         "failed_checks": list(entry.failed_checks),
     }
+
+
+def _judged(judged: Judged) -> dict[str, Any]:
+    verdict = judged.verdict
+    return {"drop": judged.comparison.entry.id, "verdict": verdict.word, "reasons": list(verdict.reasons)}
 
 
 def _box(drop: str, box: StressBox) -> dict[str, Any]:

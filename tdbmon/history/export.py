@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pandas as pd
@@ -20,9 +22,22 @@ ORDER BY d.moment, d.filed, d.id, f.version, f.name, f.end
 
 
 def features_table(archive: Archive) -> pd.DataFrame:
-    """Return all features of all results, a row each; `current` marks those of the result that counts."""
+    """Return all features of all results, a row each.
+
+    `current` marks those of the result that counts.  `place` is that of the drop among those of its machine, from 1.
+    `dropped` is in UTC, in one format, and empty where it is not known; a time that states no zone counts as UTC.
+    """
     with catalogue.reading(archive.catalogue) as base:
         table = pd.read_sql_query(_QUERY, base)
+        entries = catalogue.entries(base)
+    count: Counter[str] = Counter()
+    places = {}
+    for entry in entries:
+        count[entry.machine] += 1
+        places[entry.id] = count[entry.machine]
+    table.insert(1, "place", table["drop_id"].map(places).astype(int))
+    for column in ("dropped", "filed"):
+        table[column] = table[column].map({stated: _utc(stated) for stated in table[column].unique()})
     for flag in ("synthetic", "forces", "current"):
         table[flag] = table[flag].astype(bool)
     return table.astype(dict.fromkeys(("value", "low", "high", "speed_hz"), float))
@@ -51,3 +66,10 @@ def export(archive: Archive, path: Path) -> int:
                     f"{path}: Parquet needs pyarrow; install it with: pip install 'tdbmon[parquet]', or export .csv"
                 ) from None
     return len(table)
+
+
+def _utc(stated: str) -> str | None:
+    when = catalogue.seconds(stated)
+    if when is None:
+        return None
+    return datetime.fromtimestamp(when, UTC).replace(tzinfo=None).isoformat(timespec="microseconds") + "Z"

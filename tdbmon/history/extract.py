@@ -93,13 +93,14 @@ def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
 
 
 def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
-    names = ("levitated_x_um", "levitated_y_um", "levitated_1x_um", "levitated_noise_um")
+    names = ("levitated_x_um", "levitated_y_um", "levitated_1x_um", "levitated_noise_um", "levitated_share")
+    why = "" if end.seen else "no orbit at this end"
     if analysis.planes is None or analysis.release is None or analysis.release.time.value is None:
-        return dict.fromkeys(names, Estimate.missing("um", "the record holds no release"))
-    if not end.seen:
-        return dict.fromkeys(names, Estimate.missing("um", "no orbit at this end"))
+        why = "the record holds no release"
+    if why:
+        return {name: Estimate.missing(KINDS[name].unit, why) for name in names}
     found = analysis.levitation[end.name]
-    return dict(zip(names, (found.x, found.y, found.once, found.noise), strict=True))
+    return dict(zip(names, (found.x, found.y, found.once, found.noise, found.share), strict=True))
 
 
 def _probe_ratio(analysis: Analysis, end: EndResult) -> Estimate:

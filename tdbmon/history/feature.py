@@ -282,6 +282,15 @@ _KINDS = (
         relative=True,
         judged=False,
     ),
+    FeatureKind(
+        "levitated_share",
+        "Farthest from the clearance centre in levitation, over C_min (ISO 14839-2)",
+        "1",
+        0.05,
+        "set-point, unbalance, run-out, control, or a clearance whose centre moved",
+        relative=True,
+        judged=False,
+    ),
 )
 
 KINDS = {kind.name: kind for kind in _KINDS}

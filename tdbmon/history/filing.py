@@ -88,6 +88,11 @@ class Filing:
         """What to tell where the shaft does not fall in the record; "" where it does."""
         return self._failed("drop")
 
+    @property
+    def unread_date(self) -> str:
+        """What to tell where the record states a date that is not understood; "" where it does not."""
+        return self._failed("date")
+
     def _failed(self, check: str) -> str:
         checks = self.analysis.get("quality", ())
         return next((str(c["detail"]) for c in checks if c["check"] == check and not c["passed"]), "")
@@ -102,7 +107,7 @@ def result_name(version: str, machine_sha256: str, forces: bool) -> str:
     """Return the name of the result file that a program version makes of a drop with a machine file.
 
     "forces2" holds the fatigue of the drop; what was filed as "forces" before that was counted stays, and is made again
-    where its drop is added again.
+    where its drop is analysed again.
     """
     return f"{version}-{machine_sha256[:8]}{'-forces2' if forces else ''}.nc"
 

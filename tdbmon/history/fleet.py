@@ -23,6 +23,8 @@ class Member:
     drops : int
     synthetic : int
         How many of them were computed, not measured.
+    undated : int
+        How many of them state no time; they count as earlier than those that do.
     latest : Judged
         Its latest drop.
     standing : tuple of Judged
@@ -32,6 +34,7 @@ class Member:
     machine: str
     drops: int
     synthetic: int
+    undated: int
     latest: Judged
     standing: tuple[Judged, ...]
 
@@ -71,14 +74,16 @@ class Member:
         }
 
 
-def fleet(archive: Archive, progress: Progress = silent) -> list[Member]:
-    """Return the machines of an archive, worst first."""
+def fleet(archive: Archive, progress: Progress = silent, machine: str = "") -> list[Member]:
+    """Return the machines of an archive, or one of them, worst first."""
     members = []
-    names = archive.machines()
+    names = [machine] if machine else archive.machines()
     for i, name in enumerate(names, start=1):
         progress(f"machine {i} of {len(names)}: {name}")
         entries = archive.entries(name)
         judged = cache(partial(judge, archive))
         synthetic = sum(entry.synthetic for entry in entries)
-        members.append(Member(name, len(entries), synthetic, judged(entries[-1].id), standing(entries, judged)))
+        undated = sum(not entry.dropped for entry in entries)
+        latest = judged(entries[-1].id)
+        members.append(Member(name, len(entries), synthetic, undated, latest, standing(entries, judged)))
     return sorted(members, key=lambda m: (WORST_FIRST.index(m.verdict.word), -m.furthest, m.machine))

@@ -121,7 +121,7 @@ def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -
     return _worst(
         greatest,
         f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle a drop",
-        f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them again for that",
+        f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them with --again for that",
     )
 
 

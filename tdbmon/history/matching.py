@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from math import isinf
 
 from tdbmon.history.catalogue import Entry, seconds
 from tdbmon.history.settings import Settings
@@ -73,7 +74,11 @@ def conditions(entry: Entry, settings: Settings) -> Conditions:
 def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     """Return what is odd about the time of a drop: none stated, in the future, or before drops that were filed earlier."""
     if not entry.dropped:
-        return ["the record states no time of the drop: its place in the order is the time of its filing"]
+        place = "earlier than all drops that state one, in the order of filing" if isinf(entry.moment) else "of now"
+        return [
+            f"the record states no time of the drop that can be read: it counts as {place}; file it with --dropped TIME"
+            f"{' after removing it' if isinf(entry.moment) else ''}"
+        ]
     found = []
     if _ahead(entry):
         found.append(

@@ -110,6 +110,7 @@ def load_settings(path: Path, machine: str = "") -> Settings:
         raise InputError(f"{path}: archive format {form} is of a newer tdbmon than this one ({FORMAT}): update tdbmon")
     own = content.pop("machine", {})
     _check_tables(path, content, "")
+    _validated(path, content, "")  # before those of machines, which take over what is wrong in it
     if not isinstance(own, dict):
         raise InputError(f'{path}: machine = {own!r} is no table; write [machine."name".life] and the like')
     for name, part in own.items():

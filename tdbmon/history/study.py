@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +18,8 @@ from tdbmon.sha256 import sha256_of
 if TYPE_CHECKING:
     import xarray as xr
     from tdbsim.machine import Machine
+
+    from tdbmon.record.finding import Check
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,9 @@ def study_record(
     name = str(record.attrs.get("source_file", "record"))
     result = analyse(record, machine, progress)
     if result.planes is None:
-        raise InputError(f"{name}: holds no orbit of machine '{machine.name}'; an archive files whole drops")
+        raise InputError(
+            f"{name}: holds no orbit of machine '{machine.name}', and an archive files whole drops{_why(result.checks)}"
+        )
     fitted = None
     if forces:
         from tdbmon.identify.fitted import fit_drop
@@ -117,6 +122,22 @@ def study_record(
         forces=forces,
         features=features_of(result, fitted),
         stress=tuple(boxes),
-        failed_checks=tuple(f"{c.check} {c.channel}".strip() for c in result.checks if not c.passed),
+        failed_checks=tuple(
+            f"{c.check} {c.channel}".strip()
+            for c in result.checks
+            if not c.passed and not (c.check == "date" and dropped)  # what the owner states stands for it
+        ),
         analysis=content,
     )
+
+
+def _why(checks: Sequence[Check]) -> str:
+    """Return which checks a record without an orbit failed, with one finding for each kind of check."""
+    channels: dict[str, list[str]] = {}
+    details: dict[str, str] = {}
+    for check in checks:
+        if not check.passed:
+            channels.setdefault(check.check, []).append(check.channel)
+            details.setdefault(check.check, check.detail)
+    told = [f"{check} {', '.join(filter(None, of))}".strip() + f": {details[check]}" for check, of in channels.items()]
+    return f"; checks failed: {'; '.join(told)}" if told else ""

@@ -1,4 +1,4 @@
-"""The lines that the terminal shows of a comparison."""
+"""The lines that the terminal shows of a comparison and of a fleet."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import counted, plain, printed, stated_percent, subtracted
+
+_REASONS = 3  # of an alarm in a fleet
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
@@ -33,6 +36,19 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
     lines.append(f"full drops: {life.full_drops} ({agreed}); margin {printed(life.margin)}")
+    return [plain(line) for line in lines]
+
+
+def fleet_lines(members: Sequence[Member]) -> list[str]:
+    """Return a line for each machine, worst first: the verdict that stands and its drop, with the reasons of an alarm."""
+    lines = []
+    for member in members:
+        undated = f", {member.undated} without a time" if member.undated else ""
+        lines.append(
+            f"{member.machine}: {member.verdict.word}: {member.judged.name}; {counted(member.drops, 'drop')}{undated}"
+        )
+        for each in member.standing:
+            lines += [f"  {each.name}: {each.verdict.word}: {reason}" for reason in each.verdict.reasons[:_REASONS]]
     return [plain(line) for line in lines]
 
 

@@ -130,7 +130,8 @@ def as_drop(filing: Filing) -> Drop:
         machine=filing.machine,
         assembly=filing.assembly,
         dropped=filing.dropped,
-        moment=catalogue.moment_of(filing.dropped, filing.filed),
+        # what is brought now and states no time is taken for the latest: it shall be compared with all that are filed
+        moment=catalogue.moment_of(filing.dropped or filing.filed),
         filed=filing.filed,
         speed=catalogue.speed_of(filing.features),
         synthetic=filing.synthetic,

@@ -56,7 +56,7 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
                 faults += _checked(folder, f"machines/{sha256}.toml", sha256, "put the machine file back")
             for file, sha256, _, number in results:
                 progress(file)
-                found = _checked(folder, file, sha256, "add the drop again with the same machine file")
+                found = _checked(folder, file, sha256, "add the drop again, with --again and the same machine file")
                 faults += found or _disagreements(folder, file, catalogue.features(base, [number])[number])
             named = {entry.raw for entry in entries}
     except InputError as error:

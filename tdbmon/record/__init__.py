@@ -10,9 +10,9 @@ The form of a record as read (`read`)
     A time coordinate carries ``jitter`` (standard deviation of its intervals, s) where the clock was uneven, and ``counted``
     (why, in words) where it was counted by a stated rate.
     Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
-    ``drop_time_from`` (what that time is in the file, where it need not be the drop's), ``incomplete`` (what is missing, where
-    a file was cut off), ``left_out`` (names of channels whose samples have no time, with the reason; only where there are
-    any).
+    ``drop_time_from`` (what that time is in the file, where it need not be the drop's), ``drop_time_unread`` (what the file
+    states as its date, where that is not understood), ``incomplete`` (what is missing, where a file was cut off),
+    ``left_out`` (names of channels whose samples have no time, with the reason; only where there are any).
 
 The form of a record that a machine has been laid over (`assign`)
     Probes by their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;

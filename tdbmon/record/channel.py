@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
+from tdbmon.record.date import iso_date
 from tdbmon.record.timebase import LONG
 from tdbmon.sha256 import sha256_of
 
@@ -21,12 +21,6 @@ _COUNTED = "the file's times repeat themselves: counted by the rate that it stat
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
-
-_DAYS = ("%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%b-%y", "%d %b %Y")
-_TIMES = (
-    *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S", "%H:%M", "%H:%M:%S.%f")),
-    "%a %b %d %H:%M:%S %Y",
-)
 
 
 @dataclass(frozen=True)
@@ -77,6 +71,7 @@ class Content:
 
     `machine` is the name of the machine that the file states, if any.
     `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
+    `drop_time` is the date as the file states it, understood or not.
     `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
     `beside` names numbers that are no channels, with the dimensions along which they lie.
     """
@@ -130,6 +125,8 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
         "title": content.title,
         "drop_time": iso_date(content.drop_time),
     }
+    if content.drop_time and not record.attrs["drop_time"]:
+        record.attrs["drop_time_unread"] = content.drop_time
     if record.attrs["drop_time"] and content.drop_time_from:
         record.attrs["drop_time_from"] = content.drop_time_from
     if content.incomplete:
@@ -156,38 +153,6 @@ def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[fl
     codes = np.iinfo(dtype)
     ends = (codes.min * scale + offset, codes.max * scale + offset)
     return min(ends), max(ends)
-
-
-def iso_date(date: str) -> str:
-    """Return a date in ISO 8601, "" where it is none; 03/10/2026 is two dates at two places, and so is none."""
-    text = _day_first(re.sub(r" (UTC|GMT)$", "Z", date.strip()))
-    for form in _DAYS:
-        try:
-            return datetime.strptime(text, form).date().isoformat()
-        except ValueError:
-            continue
-    for form in _TIMES:
-        try:
-            return datetime.strptime(text.removesuffix("Z"), form).isoformat() + "Z" * text.endswith("Z")
-        except ValueError:
-            continue
-    try:
-        datetime.fromisoformat(text)
-    except ValueError:
-        return ""
-    return text
-
-
-def _day_first(text: str) -> str:
-    """Return a date with slashes as day.month.year, where its numbers tell which is the day."""
-    found = re.match(r"(\d{1,2})/(\d{1,2})/(?=\d{4})", text)
-    if found is None:
-        return text
-    first, second = int(found[1]), int(found[2])
-    if first <= 12 and second <= 12 and first != second:
-        return text
-    day, month = (first, second) if first > 12 else (second, first)
-    return f"{day}.{month}.{text[found.end() :]}"
 
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:

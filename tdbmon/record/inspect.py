@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from tdbmon.record.date import unread_date
 from tdbmon.record.read import read
 from tdbmon.record.timebase import LONG, usual_interval
 
@@ -49,6 +50,7 @@ class Inspection:
     title: str
     drop_time: str
     drop_time_from: str  # what that time is, where it need not be the drop's
+    drop_time_unread: str  # what the file states as its date, where that is not understood
     machine: str
     incomplete: str
     left_out: dict[str, str]  # channels whose samples have no time, and why
@@ -67,6 +69,7 @@ class Inspection:
         doubt = f" ({self.drop_time_from}: check)" if self.drop_time_from else ""
         words = (("title", self.title), ("machine", self.machine), ("drop", f"{self.drop_time}{doubt}"))
         head += [f"{word}: {text}" for word, text in words if text]
+        head += [unread_date(self.drop_time_unread)] if self.drop_time_unread else []
         head += [f"incomplete: {self.incomplete}"] if self.incomplete else []
         head += [f"left out: {name}: {why}" for name, why in list(self.left_out.items())[:_MOST]]
         head += [f"left out: {len(self.left_out) - _MOST} more"] if len(self.left_out) > _MOST else []
@@ -99,6 +102,7 @@ def inspect(path: str | Path) -> Inspection:
         title=attributes["title"],
         drop_time=attributes["drop_time"],
         drop_time_from=attributes.get("drop_time_from", ""),
+        drop_time_unread=attributes.get("drop_time_unread", ""),
         machine=attributes.get("machine", ""),
         incomplete=attributes.get("incomplete", ""),
         left_out=dict(attributes.get("left_out", {})),

@@ -10,6 +10,7 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
+from tdbmon.record.date import unread_date
 from tdbmon.record.direction_checks import fall_directions, motions_of, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import falls_at, held_ends, turns_throughout
@@ -59,6 +60,8 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found: list[Check] = []
     if ds.attrs.get("incomplete"):
         found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
+    if stated := ds.attrs.get("drop_time_unread"):
+        found.append(Check("date", "", False, unread_date(str(stated))))
     found += _machine(str(ds.attrs.get("machine", "")), machine.name)
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     probes = [probe for probe in machine.probes if probe.name in ds]

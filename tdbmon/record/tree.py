@@ -16,7 +16,8 @@ import numpy as np
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
-from tdbmon.record.channel import Channel, iso_date
+from tdbmon.record.channel import Channel
+from tdbmon.record.date import first_dated
 from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
 
 _UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
@@ -24,7 +25,7 @@ _NAME_KEYS = ("name", "channel_name", "channelname", "label")
 _NAMES_KEYS = ("channel_names", "channelnames", "names", "labels", "channels", "columns", "signal_names", "varnames")
 _TITLE_KEYS = ("title", "name", "test", "versuch", "description")
 _DATE_KEYS = ("drop_time", "date", "datum", "datetime", "date_time", "start_time", "start time", "time_coverage_start",
-              "recording_date", "test_date", "timestamp")  # fmt: skip
+              "recording_date", "test_date", "timestamp", "drop_time_unread")  # fmt: skip
 _PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "ydata", "amplitude"}
 
 
@@ -99,9 +100,11 @@ def stated_title(entries: Mapping[str, Any]) -> str:
 
 
 def stated_date(entries: Mapping[str, Any]) -> str:
-    """Return the date, with or without a time, that a file states, as it is written there; "" without one that is a date."""
-    texts = (first_text(entries, (key,)) for key in _DATE_KEYS)
-    return next((text for text in texts if text and iso_date(text)), "")
+    """Return the date, with or without a time, that a file states, as it is written there; "" without.
+
+    One that is not understood is returned where no other is, to be told of.
+    """
+    return first_dated(first_text(entries, (key,)) or "" for key in _DATE_KEYS)
 
 
 def _collect(

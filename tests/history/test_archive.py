@@ -300,6 +300,15 @@ def test_a_folder_with_other_things_is_no_archive(tmp_path):
         ("format = 1\n[compare]\nleast_drops = 1\n", "compare.least_drops"),
         ("format = 1\n[inspect]\nstress = '4200 N'\n", "inspect.stress"),
         ('format = 1\n[machine."a".life]\nagreed = 3\n', 'machine."a".life.agreed'),
+        # of all machines, though one has a table too
+        (
+            'format = 1\n[compare]\nleast_drop = 3\n[machine."a".life]\nagreed_drops = 3\n',
+            "unknown key 'compare.least_drop'",
+        ),
+        (
+            'format = 1\n[inspect]\nstress = "4200 N"\n[machine."a".life]\nagreed_drops = 3\n',
+            "archive.toml: inspect.stress",
+        ),
         ('format = 1\n[machine]\n"a" = 5\n', 'machine."a" = 5 is no table; write [machine."a".life]'),
         ('format = 1\n[machine."a"]\nlife = 5\n', 'machine."a".life = 5 is no table'),
         (

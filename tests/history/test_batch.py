@@ -81,12 +81,71 @@ def test_a_drop_that_is_analysed_again_keeps_assembly_time_and_place(empty, tmp_
     mended = tmp_path / "mended.toml"
     mended.write_text((YEARS / "machine.toml").read_text() + "# mended\n")
     again = [replace(order, machine=mended) for order in orders(reversed(records))]
-    assert [outcome.state for outcome in add_all(empty, again)] == ["analysed again"] * 2
+    assert [outcome.state for outcome in add_all(empty, again, again=True)] == ["analysed again"] * 2
     after = {entry.id: entry for entry in empty.entries()}
     assert list(after) == list(before)
     for drop, entry in after.items():
         assert replace(entry, result=before[drop].result) == before[drop]
         assert empty.machine_file(drop).read_text().endswith("# mended\n")
+
+
+def poorer(folder: Path) -> Path:
+    """The machine file with the speed and the keyphasor looked for where the records have none."""
+    made = folder / "poorer.toml"
+    text = (YEARS / "machine.toml").read_text()
+    for channel in ("speed", "keyphasor"):
+        assert text.count(f'channel = "{channel}"') == 1
+        text = text.replace(f'channel = "{channel}"', f'channel = "another {channel}"')
+    made.write_text(text)
+    return made
+
+
+def test_a_filed_drop_is_passed_over_though_it_comes_with_another_machine_file(empty, tmp_path):
+    """A folder that was added every night with one machine file replaced good results by worse ones."""
+    list(add_all(empty, orders(RECORDS[:1])))
+    (before,) = empty.entries()
+    nightly = [replace(orders(RECORDS[:1])[0], machine=poorer(tmp_path))]
+    (outcome,) = add_all(empty, nightly)
+    assert (outcome.state, outcome.otherwise) == ("already filed", ("with another machine file",))
+    assert empty.entries() == [before]
+
+
+def test_what_a_drop_loses_where_it_is_analysed_again_is_told(empty, tmp_path):
+    list(add_all(empty, orders(RECORDS[:1])))
+    (before,) = empty.entries()
+    own = empty.machine_file(before.id)
+    (outcome,) = add_all(empty, [replace(orders(RECORDS[:1])[0], machine=poorer(tmp_path))], again=True)
+    assert outcome.state == "analysed again"
+    speed, channels, values = outcome.lost
+    assert speed == f"the speed at the release ({before.speed:.4g} Hz before)"
+    assert channels == "2 channels (speed, keyphasor)"
+    assert "Stated speed over that of the keyphasor" in values
+    assert outcome.machine_before == own.stem
+    # and it comes back by the machine file that is kept, with nothing lost
+    (back,) = add_all(empty, [replace(orders(RECORDS[:1])[0], machine=own)], again=True)
+    assert (back.state, back.lost) == ("analysed again", ())
+    assert empty.entries()[0].speed == before.speed
+
+
+def test_a_damaged_drop_is_mended_with_its_own_machine_file(empty, tmp_path):
+    list(add_all(empty, orders(RECORDS[:1])))
+    (before,) = empty.entries()
+    (raw,) = (empty.folder / "raw").glob("*/*")
+    raw.unlink()
+    (outcome,) = add_all(empty, [replace(orders(RECORDS[:1])[0], machine=poorer(tmp_path))])
+    assert (outcome.state, outcome.lost) == ("analysed again", ())
+    assert empty.entries()[0].speed == before.speed
+    assert verify(empty) == []
+
+
+def test_a_filed_drop_with_the_file_of_another_machine_is_refused_before_it_is_analysed(empty, tmp_path, monkeypatch):
+    list(add_all(empty, orders(RECORDS[:1])))
+    other = tmp_path / "other.toml"
+    other.write_text((YEARS / "machine.toml").read_text().replace("Compressor rotor with two wheels", "another"))
+    monkeypatch.setattr("tdbmon.history.batch.study", None)
+    (outcome,) = add_all(empty, [replace(orders(RECORDS[:1])[0], machine=other)])
+    assert outcome.failed
+    assert "filed as a drop of machine 'Compressor rotor with two wheels', not 'another'" in outcome.why
 
 
 @pytest.mark.parametrize("words", [{"assembly": "rebuilt"}, {"dropped": "2031-05-01"}])
@@ -99,11 +158,11 @@ def test_another_assembly_or_time_of_a_filed_drop_is_refused_with_the_cure(empty
     assert (entry.assembly, entry.dropped) == ("", "2015-05-11T09:00:00Z")
 
 
-def test_whoever_takes_a_drop_without_a_time_out_is_told_that_it_loses_its_place(empty, tmp_path):
+def test_whoever_takes_a_drop_without_a_time_out_is_told_to_state_one(empty, tmp_path):
     record = undated(tmp_path / "many", 1)
     list(add_all(empty, orders(record)))
     (outcome,) = add_all(empty, [replace(orders(record)[0], assembly="rebuilt")])
-    assert "with --dropped TIME: without a time it would be the latest" in outcome.why
+    assert "with --dropped TIME, which puts it in its place" in outcome.why
 
 
 @pytest.mark.parametrize("place", ["raw", "results"])
@@ -150,6 +209,18 @@ def test_what_fails_is_listed_and_the_rest_is_done_and_a_second_run_goes_on_wher
     assert len(empty.entries()) == 2
     again = {outcome.record.name: outcome.state for outcome in add_all(empty, orders(RECORDS))}
     assert list(again.values()) == ["already filed", "already filed", "filed"]
+
+
+def test_a_record_without_an_orbit_is_refused_with_the_checks_that_failed(empty, tmp_path):
+    """A displacement in um that is labelled mm "holds no orbit", and `tdbmon analyse` knew the factor."""
+    drop = read(RECORDS[0])
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):
+        drop[name] = (drop[name].dims, 1e3 * drop[name].values, drop[name].attrs)
+    write(drop, tmp_path / "mm.nc")
+    (outcome,) = add_all(empty, orders([tmp_path / "mm.nc"]))
+    assert outcome.failed
+    assert "checks failed: unit NDE_A, NDE_B, DE_A, DE_B: moves by" in outcome.why
+    assert "most likely a factor 1000" in outcome.why
 
 
 def test_a_batch_that_is_stopped_keeps_what_is_done(empty):

@@ -12,11 +12,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from tdbsim.errors import InputError
+from tdbsim.machine import load_machine
 
 from tdbmon import __version__
 from tdbmon.cli import main
 from tdbmon.history import batch
 from tdbmon.history.archive import open_archive
+from tdbmon.history.export import export
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
 from tests.history.made import files, filing, fill
@@ -85,7 +87,8 @@ def quick(monkeypatch):
     def study(order, progress):
         asked.append(order.forces)
         stress = 3e9 if order.forces else None
-        made = filing(order.record, order.machine, stress=stress, dropped="2020-01-01", version=__version__)
+        name = load_machine(order.machine).name
+        made = filing(order.record, order.machine, name=name, stress=stress, dropped="2020-01-01", version=__version__)
         return replace(made, filed=order.filed)
 
     monkeypatch.setattr(batch, "study", study)
@@ -100,6 +103,9 @@ def test_a_drop_with_forces_that_is_analysed_again_keeps_them(capsys, tmp_path, 
     mended.write_text(Path(MACHINE).read_text() + "# mended\n")
     assert run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)[::2] == (0, "")
     code, out, err = run(capsys, "archive", "add", "--archive", folder, mended, record)
+    assert "filed already, and passed over: analysed 1 drop with another machine file; give --again" in out
+    assert (code, err, quick) == (0, "", [True])
+    code, out, err = run(capsys, "archive", "add", "--again", "--archive", folder, mended, record)
     assert (code, "analysed again" in out, err) == (0, True, "")
     assert quick == [True, True]
     (entry,) = open_archive(folder).entries()
@@ -114,11 +120,11 @@ def test_the_machine_file_that_is_given_last_counts_though_it_was_given_before(c
     machine.write_text(Path(MACHINE).read_text())
     other.write_text(Path(MACHINE).read_text() + "# tried\n")
     for path in (machine, other, machine):
-        said = run(capsys, "archive", "add", "--archive", folder, path, record)[1]
+        said = run(capsys, "archive", "add", "--again", "--archive", folder, path, record)[1]
         assert "already filed" not in said
         (entry,) = open_archive(folder).entries()
         assert open_archive(folder).machine_file(entry.id).read_text() == path.read_text()
-    assert "already filed" in run(capsys, "archive", "add", "--archive", folder, machine, record)[1]
+    assert "already filed" in run(capsys, "archive", "add", "--again", "--archive", folder, machine, record)[1]
     assert len(quick) == 3
 
 
@@ -128,10 +134,10 @@ def test_forces_that_no_longer_count_since_they_were_left_out_are_told_with_the_
     machine.write_text(Path(MACHINE).read_text())
     mended.write_text(Path(MACHINE).read_text() + "# mended\n")
     run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)
-    code, _, err = run(capsys, "archive", "add", "--archive", folder, "--no-forces", mended, record)
+    code, _, err = run(capsys, "archive", "add", "--again", "--archive", folder, "--no-forces", mended, record)
     assert code == 0
     assert f"drop_1.nc: its result with forces, by tdbmon {__version__}, is kept but no longer counts" in err
-    assert f"tdbmon archive add --archive {folder} --forces {mended} {record}" in err
+    assert f"tdbmon archive add --again --archive {folder} --forces {mended} {record}" in err
     # who leaves them out has them left out
     assert "already filed" in run(capsys, "archive", "add", "--archive", folder, mended, record)[1]
     assert run(capsys, "archive", "add", "--archive", folder, "--forces", mended, record)[::2] == (0, "")
@@ -142,6 +148,63 @@ def test_a_new_drop_is_filed_without_forces_unless_they_are_asked_for(capsys, tm
     record, _ = files(tmp_path, 1)
     assert run(capsys, "archive", "add", "--archive", tmp_path / "archive", MACHINE, record)[::2] == (0, "")
     assert not open_archive(tmp_path / "archive").filing(open_archive(tmp_path / "archive").entries()[0].id).forces
+
+
+def test_forces_are_added_to_a_drop_that_lacks_them_unless_the_machine_file_is_another(capsys, tmp_path, quick):
+    folder, machine, mended = tmp_path / "archive", tmp_path / "machine.toml", tmp_path / "mended.toml"
+    record, _ = files(tmp_path, 1)
+    machine.write_text(Path(MACHINE).read_text())
+    mended.write_text(Path(MACHINE).read_text() + "# mended\n")
+    run(capsys, "archive", "add", "--archive", folder, machine, record)
+    assert "passed over" in run(capsys, "archive", "add", "--archive", folder, "--forces", mended, record)[1]
+    assert "analysed again" in run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)[1]
+    assert [bool(forces) for forces in quick] == [False, True]
+
+
+def test_the_json_of_an_add_says_of_each_record_what_is_wrong_with_it(capsys, tmp_path, monkeypatch):
+    """Four failed checks were told on standard error alone, and the remark in the JSON was empty."""
+    records = [files(tmp_path, i)[0] for i in range(4)]
+    checks = {"drop_0.nc": ("fall DE", "free fall DE"), "drop_1.nc": ("present speed",), "drop_2.nc": ("date",)}
+
+    def study(order, progress):
+        failed = checks.get(order.record.name, ())
+        dropped = "" if "date" in failed else f"2020-01-0{order.record.stem[-1]}T09:00:00Z"
+        name = load_machine(order.machine).name
+        seed = int(order.record.stem[-1])
+        return filing(order.record, order.machine, name=name, dropped=dropped, failed_checks=failed, seed=seed + 1)
+
+    monkeypatch.setattr(batch, "study", study)
+    target = tmp_path / "a.json"
+    code, _, err = run(capsys, "archive", "add", "--archive", tmp_path / "a", MACHINE, *records, "--json", target)
+    rows = json.loads(target.read_text())["records"]
+    assert code == (2 if any(row["state"] == "failed" for row in rows) else 0)
+    turned, lacking, undated, sound = rows
+    assert (turned["failed_checks"], turned["reference"]) == (["fall DE", "free fall DE"], False)
+    assert "no drop is compared with it" in turned["remark"]
+    assert (lacking["failed_checks"], lacking["reference"], lacking["counted"]) == (["present speed"], True, True)
+    assert undated["remarks"][1] == "made up"  # the detail of the check, which quotes the date
+    assert any(
+        "states no time of the drop that can be read: it counts as earlier" in each for each in undated["remarks"]
+    )
+    assert (sound["failed_checks"], sound["reference"], sound["remark"]) == ([], True, "")
+    for row in rows:
+        assert all(remark in err for remark in row["remarks"])
+
+
+def test_an_ambiguous_date_is_quoted_where_the_record_is_filed(capsys, tmp_path):
+    from tdbmon.record.read import read, write
+
+    drop = read(YEARS / "drop_01.nc")
+    drop.attrs["drop_time"], drop.attrs["date"] = "03/04/2020 06:12:33", ""
+    write(drop, tmp_path / "a.nc")
+    code, _, err = run(capsys, "archive", "add", "--archive", tmp_path / "a", MACHINE, tmp_path / "a.nc")
+    assert code == 0
+    assert (
+        "a.nc: the file states '03/04/2020 06:12:33' as its date, which may be 2020-04-03T06:12:33 or 2020-03-04" in err
+    )
+    assert "it counts as earlier than all drops that state one" in err
+    stated = ["--dropped", "2020-03-04T06:12:33", MACHINE, tmp_path / "a.nc"]
+    assert run(capsys, "archive", "add", "--archive", tmp_path / "b", *stated)[2] == ""
 
 
 def test_the_table_for_other_tools(capsys, years, tmp_path):
@@ -188,6 +251,25 @@ def test_a_filed_drop_is_found_by_its_records_name(capsys, years, empty, tmp_pat
         empty.entry("drop_0.nc")
     assert f"{first} of made up" in str(caught.value)
     assert f"{other.drop} of another" in str(caught.value)
+
+
+def test_the_times_of_the_table_are_of_one_format_beside_their_order(empty, tmp_path):
+    """Times with and without a zone stood in one column, which pandas refused, and nothing told the order."""
+    times = ("2020-01-03T09:00:00", "2020-01-02", "", "2020-01-03T09:30:00.5+01:00")
+    for i, dropped in enumerate(times):
+        raw, machine = files(tmp_path, i)
+        empty.add(filing(raw, machine, seed=i, dropped=dropped), raw, machine)
+    raw, machine = files(tmp_path, 9)
+    empty.add(filing(raw, machine, name="another", seed=9, dropped="2019-01-01"), raw, machine)
+    export(empty, tmp_path / "f.csv")
+    table = pd.read_csv(tmp_path / "f.csv")
+    drops = table[table.machine == "made up"].drop_duplicates("drop_id").set_index("raw_name")
+    found = pd.to_datetime(drops.dropped)
+    assert str(found["drop_0.nc"]) == "2020-01-03 09:00:00+00:00"
+    assert str(found["drop_3.nc"]) == "2020-01-03 08:30:00.500000+00:00"
+    assert pd.isna(found["drop_2.nc"])
+    assert drops.place.to_dict() == {"drop_2.nc": 1, "drop_1.nc": 2, "drop_3.nc": 3, "drop_0.nc": 4}
+    assert set(table[table.machine == "another"].place) == {1}
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,10 @@ from tdbsim.errors import InputError
 from tdbmon.history import catalogue, matching
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.command import list_drops
+from tdbmon.history.compare import compare
+from tdbmon.history.fleet import fleet
 from tdbmon.history.matching import clock_remarks, odd_clocks
-from tdbmon.history.unfiled import drop_to_compare
+from tdbmon.history.unfiled import as_drop, drop_to_compare
 from tdbmon.progress import silent
 from tdbmon.record.read import read, write
 from tests.history.conftest import YEARS
@@ -82,6 +84,31 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     assert odd_clocks(list(entries.values())) == {back.drop, ahead}
     _, verdict = judged(empty, back.drop)
     assert any("went back" in reason for reason in verdict.reasons)
+
+
+def test_a_drop_without_a_time_is_never_the_latest_of_its_machine(empty, tmp_path):
+    """An old drop whose date was not understood became the latest, and the machine was judged by it."""
+    dated = [add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}") for i in range(6)]
+    old = [add(empty, tmp_path, 10 + i, values={("gap_um", "DE"): 4.0}) for i in range(2)]
+    assert [entry.id for entry in empty.entries()] == [*sorted(old), *dated]  # filed in one second: by identifier
+    assert drop_to_compare(empty, "", None, False, silent).entry.id == dated[-1]
+    (member,) = fleet(empty)
+    assert member.latest.comparison.entry.id == dated[-1]
+    assert any(
+        "2 drops of the machine without a time count as earlier" in each for each in member.latest.comparison.remarks
+    )
+    assert (member.undated, member.latest.comparison.entry.dropped) == (2, "2020-01-06")
+    found, _ = judged(empty, old[0])
+    assert any("counts as earlier than all drops that state one" in each for each in found.remarks)
+
+
+def test_a_record_without_a_time_that_is_not_filed_is_compared_with_all_that_are(empty, tmp_path):
+    for i in range(4):
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}")
+    raw, machine = files(tmp_path, 20)
+    found = compare(empty, as_drop(filing(raw, machine, seed=20)))
+    assert len(found.matched) == 4
+    assert any("counts as of now" in each for each in found.remarks)
 
 
 def made_entry(number: int, moment: float, filed: float, stated: bool) -> Entry:

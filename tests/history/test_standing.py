@@ -140,3 +140,45 @@ def test_a_fleet_of_which_too_little_is_known_is_not_called_well(empty, tmp_path
     (steady,) = [m for m in fleet(empty) if m.machine == "steady"]
     (finding,) = [b for b in build_fleet_report([steady]).sections[0].blocks if isinstance(b, Verdict)]
     assert finding == Verdict("None of 1 machines asks for attention.", "good")
+
+
+def exit_code(*arguments):
+    """Run a command in this process and return its exit code."""
+    with pytest.raises(SystemExit) as end:
+        main([str(argument) for argument in arguments])
+    return end.value.code
+
+
+def test_a_fleet_fails_on_the_alarm_of_any_machine(worn, tmp_path, capsys):
+    """`compare` looks at the archive's last drop alone, of whatever machine; a fleet had no exit status."""
+    for i in range(6):
+        add(worn, tmp_path / "b", 20 + i, name="steady")
+    told = tmp_path / "f.json"
+    assert exit_code("compare", "--archive", worn.folder, "--fail-on", "alarm") == 0
+    capsys.readouterr()
+    asked = ["archive", "report", "--archive", worn.folder]
+    assert exit_code(*asked, "--fail-on", "alarm", "--json", told) == 3
+    said = capsys.readouterr().out
+    assert said.startswith("made up: changed: drop_6.nc (2021-01-06, 100.0 Hz); 7 drops\n")
+    assert "steady: as before: drop_25.nc" in said
+    made_up, steady = json.loads(told.read_text())["machines"]
+    assert (made_up["machine"], made_up["verdict"], made_up["alarm"]) == ("made up", "changed", True)
+    assert made_up["standing"] == [{key: made_up[key] for key in ("drop", "verdict", "reasons")}]
+    assert any("DE" in reason for reason in made_up["reasons"])
+    assert (steady["verdict"], steady["alarm"], steady["standing"], steady["drops"]) == ("as before", False, [], 6)
+    assert exit_code(*asked, "--json", told) == 0
+    assert exit_code(*asked, "--machine", "steady", "--fail-on", "alarm", "--json", told) == 0
+    assert [each["machine"] for each in json.loads(told.read_text())["machines"]] == ["steady"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        (["--fail-on", "anything"], "--fail-on 'anything': is not known; write --fail-on alarm"),
+        (["--drop", "drop_6.nc", "--fail-on", "alarm"], "--drop reports one record"),
+        ([], "no --report file is named"),
+    ],
+)
+def test_what_a_fleet_cannot_be_asked_is_told(worn, capsys, asked, says):
+    assert exit_code("archive", "report", "--archive", worn.folder, *asked) == 2
+    assert says in capsys.readouterr().err

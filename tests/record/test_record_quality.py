@@ -72,6 +72,15 @@ def test_a_record_that_names_another_machine(sound: xr.Dataset) -> None:
     assert "'Pump 7'" in detail and f"'{name}'" in detail
 
 
+def test_a_date_that_is_not_understood_fails_a_check_that_quotes_it(sound: xr.Dataset) -> None:
+    assert "date" not in {found.check for found in check(sound, machine())}
+    unread = sound.assign_attrs(drop_time="", drop_time_unread="03/04/2026 06:12:33")
+    (told,) = [found for found in check(unread, machine()) if found.check == "date"]
+    assert not told.passed
+    assert "'03/04/2026 06:12:33'" in told.detail
+    assert "2026-04-03T06:12:33 or 2026-03-04T06:12:33" in told.detail
+
+
 def test_a_dead_probe(sound: xr.Dataset) -> None:
     still = 1e-7 * np.random.default_rng(1).standard_normal(sound["DE_A"].size)
     ds = _changed(sound, "DE_A", still)

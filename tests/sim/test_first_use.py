@@ -70,3 +70,9 @@ def test_no_process_is_begun_where_there_is_no_interpreter(children, drop, monke
     monkeypatch.setattr(sys, without, without == "frozen" or "", raising=False)
     first_use.compile_apart("splitting", *drop)
     assert children == []
+
+
+def test_a_kernel_is_known_as_compiled_once_that_was_seen_to(children, drop):
+    assert not first_use.is_compiled("splitting")
+    first_use.compile_apart("splitting", *drop)
+    assert first_use.is_compiled("splitting")

@@ -12,6 +12,7 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content
+from tdbmon.record.date import first_dated, iso_date
 from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
@@ -44,12 +45,12 @@ class CSV:
                 continue
             values, began = column
             if began is not None:
-                date = date or began
+                date = first_dated((date, began))
                 attributes["unit"] = "s"
             elif unit is not None:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
-        date = date or _first_moment(lines, layout)
+        date = first_dated((date, _first_moment(lines, layout)))
         entries = layout.header.entries
         return Content(
             channels_of(Branch("", tuple(leaves), entries), path), stated_title(entries), date, _cut_off(lines)
@@ -60,7 +61,10 @@ def _stated_moment(entries: Mapping[str, str]) -> str:
     """Return the moment that the lines above the table state, a day and a clock in one entry or in two; "" without."""
     date = stated_date(entries)
     clock = first_text(entries, ("time", "uhrzeit", "zeit", "time of day", "start time", "startzeit")) or ""
-    return f"{date} {clock.replace(',', '.')}" if DATE.fullmatch(date) and CLOCK.fullmatch(clock) else date
+    moment = f"{date} {clock.replace(',', '.')}"
+    # day and clock may be understood together where the day alone is, and are told together where neither is
+    both = date and ":" in clock and ":" not in date
+    return moment if both and (iso_date(moment) or not iso_date(date)) else date
 
 
 def _first_moment(lines: list[str], layout: Layout) -> str:
@@ -143,7 +147,7 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
     # past midnight the wrong order jumps by weeks; within a day both give one time, and the day stays open
     right = min(range(len(readings)), key=lambda k: float(np.ptp(elapsed[k])))
     open_day = len({str(each.iloc[0]) for each in readings}) > 1 and np.ptp(elapsed[0]) == np.ptp(elapsed[-1])
-    return elapsed[right], "" if open_day else str(readings[right].iloc[0].isoformat())
+    return elapsed[right], str(texts.iloc[0]) if open_day else str(readings[right].iloc[0].isoformat())
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:

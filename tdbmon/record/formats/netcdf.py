@@ -13,6 +13,7 @@ import xarray as xr
 
 from tdbmon.atomic import replacing
 from tdbmon.record.channel import Channel, Content, full_scale_of
+from tdbmon.record.date import first_dated
 from tdbmon.record.formats.hdf5 import HDF5_MAGIC
 from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import interval_of, is_time_name, time_factor
@@ -39,7 +40,7 @@ class NetCDF:
             check_size(_stored_bytes(file), path, compressed=not file.data_model.startswith("NETCDF3"))
             channels = tuple(_channels(file))
             stated = _attributes(file)
-            date = stated_date(stated) or _began(file)
+            date = first_dated((stated_date(stated), _began(file)))
             machine = str(getattr(file, "machine", "")).strip()
             return Content(channels, stated_title(stated), date, machine=machine, beside=_beside(file))
 

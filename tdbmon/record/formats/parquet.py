@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tdbmon.record.channel import Content
+from tdbmon.record.date import first_dated
 from tdbmon.record.format import library
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
@@ -36,7 +37,7 @@ class Parquet:
             if kind.startswith("timestamp"):
                 stamps = column.to_numpy().astype("datetime64[ns]")
                 if stamps.size:
-                    date = date or str(np.datetime_as_string(stamps[0], unit="ms"))
+                    date = first_dated((date, str(np.datetime_as_string(stamps[0], unit="ms"))))
                     leaves.append(Leaf(field.name, (stamps - stamps[0]) / np.timedelta64(1, "s"), {"units": "s"}))
                 continue
             if kind == "bool" or kind.startswith(("int", "uint", "float", "double", "halffloat")):

@@ -19,6 +19,7 @@ _REMARKS = {"comment", "comments", "kommentar", "bemerkung", "remark", "remarks"
 _UNIT_LABELS = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
 _CLOCK_FORM = re.compile(r"(?i)h{1,2}:m{1,2}(:s{1,2}([.,:][a-z0]+)?)?")  # stands for the unit of a clock
 _LABVIEW_TIME = "X_Value"
+_WORD_AND_COLON = re.compile(r"[^\W\d][\w .-]*:\s")  # "date: Mar 31, 2026" splits there, whatever separates the cells
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,8 @@ def _entries(lines: list[str], separator: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for line in lines:
         bare = COMMENT.sub("", line).strip()
-        for sign in (separator if separator != " " else "\t", "=", ":"):
+        signs = (separator if separator != " " else "\t", "=", ":")
+        for sign in (":", *signs) if _WORD_AND_COLON.match(bare) else signs:
             key, there, value = bare.partition(sign)
             if there and key.strip() and value.strip(f" {separator}"):
                 found[key.strip(' "')] = value.strip(f' "{separator}')

@@ -18,12 +18,14 @@ def section(analysis: Analysis) -> Section:
     dimension = next(iter(analysis.record.sizes))
     time = analysis.record[dimension].to_numpy()
     missing = ", ".join(str(name) for name in np.atleast_1d(attributes.get("missing", []))) or "none"
+    unread = attributes.get("drop_time_unread")
+    untold = f"stated as '{unread}', which is not understood" if unread else "not stated"
     rows = [
         Row(("File", str(attributes.get("source_file", "not known")))),
         Row(("SHA-256 of the file", str(attributes.get("sha256", "not known")))),
         Row(("Title in the file", str(attributes.get("title") or "none"))),
         Row(("Machine in the file", str(attributes.get("machine") or "not stated"))),
-        Row(("Time of the drop", str(attributes.get("drop_time") or "not stated"))),
+        Row(("Time of the drop", str(attributes.get("drop_time") or untold))),
         Row(("Reader", str(attributes.get("reader", "not known")))),
         Row(("Sampling", f"{usual_rate(time):.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
         Row(("Channels that the machine expects and the file lacks", missing)),

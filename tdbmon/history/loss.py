@@ -1,0 +1,33 @@
+"""What a drop loses where it is analysed again: a result that counts from now on and says less is told."""
+
+from __future__ import annotations
+
+from tdbmon.history.catalogue import speed_of
+from tdbmon.history.feature import KINDS
+from tdbmon.history.filing import Filing
+from tdbmon.quantity import counted
+
+_NAMED = 4  # quantities
+_MISSING = "present "  # check of a channel that is not found
+
+
+def losses(before: Filing, after: Filing) -> tuple[str, ...]:
+    """Return in words what one result of a drop has and a later one lacks: speed, channels, checks, quantities."""
+    found = []
+    speed = speed_of(before.features)
+    if speed is not None and speed_of(after.features) is None:
+        found.append(f"the speed at the release ({speed:.4g} Hz before)")
+    failed = [each for each in after.failed_checks if each not in before.failed_checks]
+    channels = [each.removeprefix(_MISSING) for each in failed if each.startswith(_MISSING)]
+    others = [each for each in failed if not each.startswith(_MISSING)]
+    if channels:
+        found.append(f"{counted(len(channels), 'channel')} ({', '.join(channels)})")
+    if others:
+        found.append(f"{counted(len(others), 'check')} that it passed ({', '.join(others)})")
+    known = {(f.name, f.end) for f in after.features if f.estimate.known}
+    gone = [f for f in before.features if f.estimate.known and (f.name, f.end) not in known and f.name != "initial_hz"]
+    if gone:
+        titles = [KINDS[f.name].title_at(f.end) if f.name in KINDS else f"{f.name} {f.end}" for f in gone]
+        more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
+        found.append(f"{counted(len(gone), 'value')} ({'; '.join(titles[:_NAMED])}{more})")
+    return tuple(found)
