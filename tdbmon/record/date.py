@@ -3,34 +3,41 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable
-from datetime import date, datetime, time, timedelta, timezone
+from datetime import datetime
+from typing import ClassVar
 
-_MONTHS = (
-    ("january", "januar"), ("february", "februar"), ("march", "märz", "maerz", "mrz"), ("april",), ("may", "mai"),
-    ("june", "juni"), ("july", "juli"), ("august",), ("september",), ("october", "oktober"), ("november",),
-    ("december", "dezember"),
-)  # fmt: skip
-_SHORTEST = 3  # letters of a month
-_WEEKDAY = re.compile(r"(?:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so)[a-z]*[.,]*\s+", re.IGNORECASE)
-_CLOCK = re.compile(
-    r"(?:^|[\sT,])(?P<h>\d{1,2}):(?P<m>\d\d)(?::(?P<s>\d\d)(?:[.,](?P<f>\d+))?)?\s*(?P<half>[ap]\.?m\b\.?)?"
-    r"\s*(?P<zone>Z\b|(?:UTC|GMT)?\s*[+-]\d{1,2}(?::?\d\d)?(?!\d)|[A-Z]{3,4}\b)?",
-    re.IGNORECASE,
-)
-_NUMBERS = re.compile(r"(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})")
-_NAMED = (
-    re.compile(r"(?P<d>\d{1,2})(?:\.|th|st|nd|rd)?[\s-]*(?P<m>[^\W\d_]+)\.?[\s,-]*(?P<y>\d{4}|\d\d)", re.IGNORECASE),
-    re.compile(r"(?P<m>[^\W\d_]+)\.?[\s-]*(?P<d>\d{1,2})(?:th|st|nd|rd)?[\s,-]+(?P<y>\d{4}|\d\d)", re.IGNORECASE),
-    re.compile(r"(?P<y>\d{4})[\s-]*(?P<m>[^\W\d_]+)\.?[\s-]*(?P<d>\d{1,2})", re.IGNORECASE),
-)
-# h east of Greenwich, of abbreviations that have one meaning: CST, IST and BST are zones of several continents
+from dateutil.parser import UnknownTimezoneWarning, parse, parserinfo
+
+# s east of Greenwich, of abbreviations that have one meaning: CST, IST and BST are zones of several continents
 _ZONES = {
-    "UTC": 0, "GMT": 0, "Z": 0, "WET": 0, "WEST": 1, "CET": 1, "MEZ": 1, "CEST": 2, "MESZ": 2, "EET": 2, "EEST": 3,
-    "MSK": 3, "JST": 9, "KST": 9, "AEST": 10, "AEDT": 11, "NZST": 12, "NZDT": 13, "EST": -5, "EDT": -4, "MDT": -6,
-    "PST": -8, "PDT": -7,
+    zone: 3600 * hours
+    for zone, hours in {
+        "WET": 0, "WEST": 1, "CET": 1, "MEZ": 1, "CEST": 2, "MESZ": 2, "EET": 2, "EEST": 3, "MSK": 3, "JST": 9, "KST": 9,
+        "AEST": 10, "AEDT": 11, "NZST": 12, "NZDT": 13, "EST": -5, "EDT": -4, "MDT": -6, "PST": -8, "PDT": -7,
+    }.items()
 }  # fmt: skip
-_CENTURY = 69  # two digits from here on are of the last one, as C and POSIX have it
+# what a text leaves out is taken from these: where it makes another day, none was stated, and where another hour, no time
+_LEFT_OUT = (datetime(2000, 1, 1, 0), datetime(2001, 2, 2, 1))
+_DOTTED = re.compile(r"\d\.\s*\d{1,2}\.\s*\d")  # the day comes first, by the standards of the countries that write so
+_WHOLE_YEAR_FIRST = re.compile(r"\d{4}\D")
+_OFFSET_OF = re.compile(r"(UTC|GMT)\s*(?=[+-]\d)")  # which POSIX counts the other way round
+
+
+class _Words(parserinfo):
+    """Names of months in English and German."""
+
+    JUMP: ClassVar[list[str]] = [*parserinfo.JUMP, "uhr"]
+    MONTHS: ClassVar[list[tuple[str, ...]]] = [
+        (*english, *german)
+        for english, german in zip(
+            parserinfo.MONTHS,
+            [("Januar",), ("Februar",), ("März", "Mär", "Mrz", "Maerz"), (), ("Mai",), ("Juni",), ("Juli",), (), (),
+             ("Oktober", "Okt"), (), ("Dezember", "Dez")],
+            strict=True,
+        )
+    ]  # fmt: skip
 
 
 def iso_date(text: str) -> str:
@@ -55,100 +62,35 @@ def unread_date(text: str) -> str:
 
 def _readings(text: str) -> list[str]:
     """Return all that a text may mean, in ISO 8601."""
-    text = text.strip()
-    iso = re.sub(r" (UTC|GMT)$", "Z", text)
+    text = _OFFSET_OF.sub("", re.sub(r" (UTC|GMT)$", "Z", text.strip()))
     try:
-        datetime.fromisoformat(iso)
+        datetime.fromisoformat(text)
     except ValueError:
-        pass
-    else:
-        return [iso]
-    clock = _CLOCK.search(text)
-    if clock is None:
-        return [day.isoformat() for day in _days(text)]
-    word, end = clock["zone"] or "", clock.end()
-    if _month(word):  # 06:12:33 Mar 24 2020
-        word, end = "", clock.start("zone")
-    when, zone = _time(clock), _zone(word)
-    if when is None or zone is None:
-        return []
-    days = _days(f"{text[: clock.start()]} {text[end:]}")
-    return [f"{datetime.combine(day, when).isoformat()}{zone}" for day in days]
+        return list(dict.fromkeys(found for order in _orders(text) if (found := _read(text, *order))))
+    return [text]
 
 
-def _time(clock: re.Match[str]) -> time | None:
-    hour, half = int(clock["h"]), (clock["half"] or "").lower()
-    if half and not 1 <= hour <= 12:
-        return None
-    if half:
-        hour = hour % 12 + 12 * half.startswith("p")
+def _orders(text: str) -> list[tuple[bool, bool]]:
+    """Return in which orders numbers may make a day: whether the day comes first, and whether the year."""
+    if _WHOLE_YEAR_FIRST.match(text):
+        return [(False, True)]
+    return [(True, False)] if _DOTTED.search(text) else [(True, False), (False, False), (False, True)]
+
+
+def _read(text: str, day_first: bool, year_first: bool) -> str:
+    """Return what a text means with the numbers of its day in an order; "" where it states no whole day."""
     try:
-        return time(hour, int(clock["m"]), int(clock["s"] or 0), int((clock["f"] or "0")[:6].ljust(6, "0")))
-    except ValueError:
-        return None
-
-
-def _zone(stated: str) -> str | None:
-    """Return a zone as ISO 8601 writes it, "" where none is stated, None where its name tells no zone."""
-    offset = re.fullmatch(r"(?:UTC|GMT)?\s*([+-])(\d{1,2}):?(\d\d)?", stated, re.IGNORECASE)
-    if offset is not None:
-        minutes = 60 * int(offset[2]) + int(offset[3] or 0)
-        minutes = -minutes if offset[1] == "-" else minutes
-    elif stated.lower() in ("", "uhr"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", UnknownTimezoneWarning)
+            one, other = (
+                parse(text, _Words(), dayfirst=day_first, yearfirst=year_first, default=left_out, tzinfos=_ZONES)
+                for left_out in _LEFT_OUT
+            )
+    except (ValueError, OverflowError, UnknownTimezoneWarning):
         return ""
-    elif stated.upper() in _ZONES:
-        minutes = 60 * _ZONES[stated.upper()]
-    else:
-        return None
-    if abs(minutes) >= 24 * 60:
-        return None
-    if minutes == 0:
-        return "Z"
-    return datetime(2000, 1, 1, tzinfo=timezone(timedelta(minutes=minutes))).isoformat()[-6:]
-
-
-def _days(text: str) -> list[date]:
-    """Return the days that a text without a clock may mean, each once."""
-    text = re.sub(r"(?<=\d\.)\s+(?=\d)", "", " ".join(text.split()).strip(" ,;"))
-    text = _WEEKDAY.sub("", text, count=1) if _WEEKDAY.match(text) else text
-    for form in _NAMED:
-        named = form.fullmatch(text)
-        month = 0 if named is None else _month(named["m"])
-        if named is not None and month:
-            return _valid([(named["y"], month, named["d"])])
-    numbers = _NUMBERS.fullmatch(text)
-    if numbers is None:
-        return []
-    first, separator, second, third = numbers.groups()
-    orders = [(third, second, first)]
-    if len(first) == 4:
-        orders = [(first, second, third)]
-    elif separator != ".":  # with dots the day comes first, by the standards of the countries that write them
-        orders += [(third, first, second)]
-        orders += [(first, second, third)] if len(third) <= 2 else []
-    return _valid(orders)
-
-
-def _month(word: str) -> int:
-    """Return the number of a month's name, English or German, in full or shortened; 0 where it is none."""
-    if len(word) < _SHORTEST:
-        return 0
-    names = enumerate(_MONTHS, start=1)
-    return next((number for number, of in names if any(name.startswith(word.lower()) for name in of)), 0)
-
-
-def _valid(orders: list[tuple[str, int | str, str]]) -> list[date]:
-    """Return those of (year, month, day) that exist, each once."""
-    found: dict[date, None] = {}
-    for year, month, day in orders:
-        if len(year) not in (2, 4) or len(day) > 2:
-            continue
-        century = 0 if len(year) == 4 else (1900 if int(year) >= _CENTURY else 2000)
-        try:
-            found[date(century + int(year), int(month), int(day))] = None
-        except ValueError:
-            continue
-    return list(found)
+    if one.date() != other.date():
+        return ""
+    return one.date().isoformat() if one.time() != other.time() else one.isoformat().replace("+00:00", "Z")
 
 
 def _is_number(text: str) -> bool:
