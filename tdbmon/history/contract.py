@@ -9,6 +9,7 @@ from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.filing import StressBox
+from tdbmon.history.sight import Sight, sights
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 
@@ -31,6 +32,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence
             "speed_hz": wanted.speed,
             "speed_tolerance": wanted.tolerance,
         },
+        "ends": {each.end: _sight(each) for each in sights(comparison)},
         "features": [_change(change, comparison) for change in comparison.changes],
         "stress": {end: [_box(drop, box) for drop, box in rows] for end, rows in sorted(comparison.stress.items())},
         "stress_why": "" if comparison.stress else "no drop was filed with forces (tdbmon archive add --forces)",
@@ -65,6 +67,10 @@ def entry_json(entry: Entry) -> dict[str, Any]:
         "synthetic": entry.synthetic,
         "failed_checks": list(entry.failed_checks),
     }
+
+
+def _sight(sight: Sight) -> dict[str, Any]:
+    return {"drops": sight.drops, "growth_seen_from": sight.growth, "enough": sight.enough, "lost": sight.lost}
 
 
 def _box(drop: str, box: StressBox) -> dict[str, Any]:
