@@ -30,7 +30,7 @@ _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: recor
 _AT_ONCE_S = 0.01  # no time to rest
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
-_NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see rest at the bottom)"
+_NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see stays down)"
 
 
 def analyse_ends(

@@ -52,8 +52,9 @@ def check_orientation(
     Returns
     -------
     list of Check
-        One row an end; a failed one names the likely cause.  None where the record ends before the shaft is at rest: while it
-        whirls, or bounces so widely that its mean place is no place of rest.
+        One row an end; a failed one names the likely cause.  An end that is back where it levitated has the row "stays down"
+        instead: that tells nothing of directions.  None where the record ends before the shaft is at rest: while it whirls,
+        or bounces so widely that its mean place is no place of rest.
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
@@ -66,7 +67,7 @@ def check_orientation(
         if not np.isfinite(xy).any():
             continue
         if back.get(end):
-            rows.append(Check("rest at the bottom", end, False, back[end]))
+            rows.append(Check("stays down", end, False, back[end]))
             continue
         tail = at_rest(time, xy, start)
         if not np.isfinite(tail).any():

@@ -18,6 +18,7 @@ from tdbmon.figures.style import (
     drop_axis,
     legend_below,
     new_figure,
+    not_told,
     say,
     styled,
     subplots,
@@ -57,7 +58,8 @@ def fleet(members: list[Member]) -> Figure:
         gaps = {end: series for end, series in member.gaps().items() if series}
         if not gaps:
             say(ax, "no radius at rest")
-        for (end, series), (line, marker) in zip(gaps.items(), _STYLES, strict=False):
+        judged = len(member.comparison.matched) + 1
+        for k, ((end, series), (line, marker)) in enumerate(zip(gaps.items(), _STYLES, strict=False)):
             values = np.array([e.value for _, e in series], float) * 1e6
             at = [number for number, _ in series]
             ax.plot(at, values - values[0], marker, color=line, markersize=2.5, linestyle="-", linewidth=0.6, label=end)
@@ -65,8 +67,10 @@ def fleet(members: list[Member]) -> Figure:
                 if e.low is not None and e.high is not None:
                     ends = np.array([e.low, e.high]) * 1e6 - values[0]
                     ax.plot([x, x], ends, color=line, linewidth=0.5, alpha=0.6)
+            if series[-1][0] != judged:
+                not_told(ax, judged, marker, place=k)
         ax.set_ylim(-reach, reach)
-        drop_axis(ax, len(member.comparison.matched) + 1, 5)
+        drop_axis(ax, judged, 5)
         if i % _COLUMNS:
             ax.set_yticklabels([])
         else:

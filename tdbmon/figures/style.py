@@ -153,6 +153,14 @@ def drop_axis(ax: Axes, drops: int, most: int) -> None:
     ax.set_xlim(0.4, drops + 0.6)
 
 
+def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
+    """Mark at the lower edge that a drop does not tell what its neighbours do; each series of the axes at its own `place`."""
+    ax.plot(
+        drop, 0.07 + 0.1 * place, marker, color=GREY, markersize=3.5, markerfacecolor="none", markeredgewidth=0.7,
+        linestyle="none", transform=ax.get_xaxis_transform(), label="not told by the drop judged",
+    )  # fmt: skip
+
+
 def power_ticks(axis: Axis) -> None:
     """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter

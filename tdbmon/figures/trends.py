@@ -10,7 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.estimate import OUTSIDE
-from tdbmon.figures.style import BLUE, GREEN, GREY, ORANGE, SKY, Margins, drop_axis, new_figure, styled, subplots
+from tdbmon.figures.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    Margins,
+    drop_axis,
+    new_figure,
+    not_told,
+    styled,
+    subplots,
+)
+from tdbmon.quantity import stated_percent
 
 if TYPE_CHECKING:
     from tdbmon.history.compare import Change, Comparison
@@ -30,6 +44,8 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
     place = {entry.id: i for i, entry in enumerate((*comparison.matched, comparison.entry), start=1)}
     for ax, change in zip(axes.flat, shown, strict=False):
         _draw(ax, change, place, comparison.entry.id)
+        if change.kind.name == "gap_um":
+            _limit(ax, change, comparison.settings.inspect.gap_growth)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
@@ -48,6 +64,8 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         if e.low is not None and e.high is not None:
             ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
         ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
+    if change.estimate.value is None:
+        not_told(ax, place[current], "o")
     trend, reach = change.trend, len(change.series)
     at, values = at[-reach:], values[-reach:]  # the trend goes over the latest drops alone
     if trend is not None and trend.change is not None and trend.change.p <= SEEN:
@@ -59,9 +77,22 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     elif trend is not None and trend.p <= SEEN and trend.slope.value is not None:
         slope = trend.slope.value * factor
         ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
-    ax.set_title(change.title + ("  · changed" if change.flag else ""), fontsize=7)
+    mark = "  · changed" if change.flag else "  · not told by this drop" if change.estimate.value is None else ""
+    ax.set_title(change.title + mark, fontsize=7)
     ax.set_ylabel(f"[{unit or 1}]")
     drop_axis(ax, len(place), 8)
+
+
+def _limit(ax: Axes, change: Change, growth: float) -> None:
+    """Draw at which radius the growth since the drops before reaches the limit."""
+    before = [e.value for drop, e in change.earlier if e.value is not None and drop not in change.left_out]
+    centre = float(np.median(before)) if change.difference is None else change.difference.before.centre
+    level = centre * (1 + growth) * scale_of(change.kind.unit)[0]
+    ax.axhline(level, color=VERMILION, linewidth=0.8)
+    ax.annotate(
+        f"limit: growth by {stated_percent(growth)}", (0.02, level), (0, -2), xycoords=ax.get_yaxis_transform(),
+        textcoords="offset points", ha="left", va="top", fontsize=6, color=VERMILION,
+    )  # fmt: skip
 
 
 def scale_of(unit: str) -> tuple[float, str]:

@@ -36,6 +36,7 @@ from tdbmon.quantity import counted
 _MOST = 100  # of the matching drops before, the latest: older ones say little about today
 _NAMED = 4  # drops without a time
 _TREND = 60  # of the latest, for a trend
+NO_SUCH = "this drop has no such end"  # why a quantity of earlier drops is missing, which its analysis does not know
 
 
 @dataclass(frozen=True)
@@ -436,7 +437,7 @@ def _compared(
     """Return one feature against the drops before, not yet corrected for the others."""
     kind, end = KINDS[key[0]], key[1]
     if estimate is None:
-        estimate = Estimate.missing(kind.unit, "this drop has no such end")
+        estimate = Estimate.missing(kind.unit, NO_SUCH)
     difference, why = None, ""
     left_out: tuple[str, ...] = ()
     if estimate.value is None:

@@ -11,6 +11,7 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.filing import StressBox
 from tdbmon.history.fleet import Member
+from tdbmon.history.sight import Sight, sights
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 
@@ -30,6 +31,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence
             "speed_hz": wanted.speed,
             "speed_tolerance": wanted.tolerance,
         },
+        "ends": {each.end: _sight(each) for each in sights(comparison)},
         "features": [_change(change, comparison) for change in comparison.changes],
         "stress": {end: [_box(drop, box) for drop, box in rows] for end, rows in sorted(comparison.stress.items())},
         "stress_why": "" if comparison.stress else "no drop was filed with forces (tdbmon archive add --forces)",
@@ -89,6 +91,10 @@ def entry_json(entry: Entry) -> dict[str, Any]:
 def _judged(judged: Judged) -> dict[str, Any]:
     verdict = judged.verdict
     return {"drop": judged.comparison.entry.id, "verdict": verdict.word, "reasons": list(verdict.reasons)}
+
+
+def _sight(sight: Sight) -> dict[str, Any]:
+    return {"drops": sight.drops, "growth_seen_from": sight.growth, "enough": sight.enough, "lost": sight.lost}
 
 
 def _box(drop: str, box: StressBox) -> dict[str, Any]:

@@ -12,14 +12,12 @@ from tdbmon.analysis.free_fall import probe_ratio
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.estimate import Estimate, since
 from tdbmon.history.fatigue import fatigue_of
-from tdbmon.history.feature import KINDS, Feature
+from tdbmon.history.feature import KINDS, NO_FORCES, Feature
 from tdbmon.history.severity import severity
 from tdbmon.record.keyphasor import speed_over_pulses
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
-
-NO_FORCES = "needs the fitted simulation: file the drop with --forces"
 
 
 def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:

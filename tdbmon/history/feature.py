@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from tdbmon.estimate import Estimate
 
+NO_FORCES = "needs the fitted simulation: file the drop with --forces"  # why a quantity of it is missing
+
 
 @dataclass(frozen=True)
 class Feature:
@@ -45,6 +47,8 @@ class FeatureKind:
         `least` is a share of the value.
     meaning : str
         What a change of it may come from.
+    less : str
+        What a smaller value may come from, where that is something else; nothing that wears makes a clearance smaller.
     both_ends : bool
         The impact at the other end feeds it or takes from it, so that a change may come from there.
     forces : bool
@@ -58,6 +62,7 @@ class FeatureKind:
     unit: str
     least: float
     meaning: str
+    less: str = ""
     relative: bool = False
     both_ends: bool = False
     forces: bool = False
@@ -67,6 +72,12 @@ class FeatureKind:
         """Return title and end, as a report says them; an empty end for the whole rotor."""
         return f"{self.title}, {end}" if end else self.title
 
+    def causes(self, difference: float) -> str:
+        """Return what a change of it may come from, given its difference."""
+        return self.less if self.less and difference < 0 else self.meaning
+
+
+_NARROWER = "sensitivity or angle of the probes, heat, dirt between journal and ring"
 
 _KINDS = (
     FeatureKind(
@@ -75,8 +86,16 @@ _KINDS = (
         "um",
         1.5e-6,
         "wear of journal or inner ring, worn or dented balls and races, a support that gave way",
+        less=_NARROWER,
     ),
-    FeatureKind("gap_from_swing_um", "Radius at rest from the swing", "um", 1e-6, "as the radius at rest"),
+    FeatureKind(
+        "gap_from_swing_um",
+        "Radius at rest from the swing",
+        "um",
+        1e-6,
+        "wear of journal or inner ring, worn or dented balls and races, a support that gave way",
+        less=_NARROWER,
+    ),
     FeatureKind("gap_oval_um", "Out-of-roundness of the clearance", "um", 8e-6, "uneven wear of ring or housing"),
     FeatureKind(
         "gap_centre_x_um",
@@ -100,7 +119,14 @@ _KINDS = (
         "a support that became looser or stiffer, or a worn or opened gap, from which the impact is harder",
         relative=True,
     ),
-    FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1.2e-5, "gap or set-point changed"),
+    FeatureKind(
+        "fall_time_ms",
+        "Fall, release to first touch",
+        "ms",
+        1.2e-5,
+        "gap or set-point changed",
+        less=f"set-point lower, {_NARROWER}",
+    ),
     FeatureKind(
         "first_contact_duration_ms",
         "First contact, duration",
@@ -127,7 +153,14 @@ _KINDS = (
         relative=True,
         both_ends=True,
     ),
-    FeatureKind("deepest_um", "Deepest excursion", "um", 2.8e-6, "stiffness of bearing and support, whirl"),
+    FeatureKind(
+        "deepest_um",
+        "Deepest excursion",
+        "um",
+        2.8e-6,
+        "wear of journal or inner ring, stiffness of bearing and support, whirl",
+        less=f"stiffness of bearing and support, {_NARROWER}",
+    ),
     FeatureKind("whirl_backward_s", "Longest backward whirl", "s", 1e-3, "friction between journal and ring"),
     FeatureKind("whirl_full_s", "Longest whirl right round", "s", 1e-3, "friction, unbalance"),
     FeatureKind("v_peak", "Rotor-centre velocity V, peak", "1", 0.02, "severity of the drop", relative=True),
@@ -183,6 +216,7 @@ _KINDS = (
         "um",
         1e-6,
         "wear of journal or inner ring",
+        less=_NARROWER,
         forces=True,
     ),
     FeatureKind(

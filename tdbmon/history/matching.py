@@ -17,6 +17,8 @@ _FOREIGN = "machine"
 _STILL = "drop"
 # inverted, swapped, doubled, exchanged probes and those of a wrong scale, each followed by its channel
 _OF_PROBES = ("fall ", "whirl ", "identical ", "cabling ", "probe scales ")
+# one end fails these now and then in a healthy drop; both, where all probes read or stand otherwise than stated
+_OF_ALL_PROBES = ("free fall ", "rest at the bottom ")
 
 _DAY_S = 86400.0
 
@@ -58,12 +60,16 @@ def counts(entry: Entry) -> bool:
 
 def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
     """Return those of a record's failed checks (name and channel) by which its displacements are not those of its machine."""
-    return tuple(each for each in failed_checks if each in (_FOREIGN, _STILL) or each.startswith(_OF_PROBES))
+    failed = tuple(failed_checks)
+    of_probes = doubted_probes(failed)
+    return tuple(each for each in failed if each in (_FOREIGN, _STILL) or each in of_probes)
 
 
 def doubted_probes(failed_checks: Iterable[str]) -> tuple[str, ...]:
     """Return those of the doubts that are on probes, not on the record as a whole."""
-    return tuple(each for each in doubts(failed_checks) if each.startswith(_OF_PROBES))
+    failed = tuple(failed_checks)
+    at_both = tuple(name for name in _OF_ALL_PROBES if sum(each.startswith(name) for each in failed) > 1)
+    return tuple(each for each in failed if each.startswith(_OF_PROBES + at_both))
 
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:

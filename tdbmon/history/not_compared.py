@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tdbmon.history.compare import Change, Comparison
 from tdbmon.history.feature import place_of
 
@@ -33,19 +35,20 @@ def not_compared_count(comparison: Comparison) -> str:
     return ", ".join(counts) or "–"
 
 
+def named(changes: Sequence[Change]) -> str:
+    """Return the names of some quantities within a sentence, of many the first few and how many more."""
+    titles = [change.kind.title for change in changes]
+    lower = [title if title[:2].isupper() else title[:1].lower() + title[1:] for title in titles[:_NAMED]]
+    more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
+    return ", ".join(lower) + more
+
+
 def _place(end: str) -> str:
     return f"at {end}" if end else "of the rotor"
 
 
 def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
-    reasons: dict[str, list[str]] = {}
+    reasons: dict[str, list[Change]] = {}
     for change in changes:
-        title = change.kind.title
-        lower = title if title[:2].isupper() else title[:1].lower() + title[1:]
-        reasons.setdefault(change.why, []).append(lower)
-    return [
-        ", ".join(titles[:_NAMED])
-        + (f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else "")
-        + (f" ({why})" if why else "")
-        for why, titles in reasons.items()
-    ]
+        reasons.setdefault(change.why, []).append(change)
+    return [named(alike) + (f" ({why})" if why else "") for why, alike in reasons.items()]

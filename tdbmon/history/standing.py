@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
 from tdbmon.history.matching import doubts
+from tdbmon.history.sight import WEAR, sight
 from tdbmon.history.verdict import WORST_FIRST, Verdict, verdict_of
 
 
@@ -35,9 +36,10 @@ def judge(archive: Archive, drop: str) -> Judged:
 def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:
     """Return the alarms of a machine that stand: "inspect" before "changed" before "no drop", the latest first.
 
-    An alarm stands until a later drop of the same assembly at about the same speed has a verdict, which counts instead.  "Too few
-    drops" is no verdict and clears nothing, nor does a drop whose record does not show its machine: that one is told while it
-    is the latest.
+    An alarm stands until later drops of the same assembly at about the same speed show all that it is about: they then count
+    instead.  Radius at rest, fall and deepest excursion of an end stand for each other, where growth up to the limit would have
+    been seen.  A drop with too few before it clears nothing, nor does one whose record does not show its machine: that one is
+    told while it is the latest.
 
     Parameters
     ----------
@@ -50,14 +52,41 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
     alarms: list[Judged] = []
     for back, entry in enumerate(reversed(_since_assembled(entries))):
         doubted = bool(doubts(entry.failed_checks))
-        if (doubted and back) or any(later.comparison.conditions.fits(entry) for later in clearing):
+        later = [each for each in clearing if each.comparison.conditions.fits(entry)]
+        if (doubted and back) or (later and _all_shown(_could_concern(later, entry), later)):
             continue
         found = judged(entry.id)
-        if not doubted and found.verdict.word != "too few drops":
+        if not doubted and _counts(found.comparison):
             clearing.append(found)
-        if found.verdict.alarm:
+        if found.verdict.alarm and not (later and _all_shown(found.verdict.concerns, later)):
             alarms.append(found)
     return tuple(sorted(alarms, key=lambda each: WORST_FIRST.index(each.verdict.word)))
+
+
+def _counts(comparison: Comparison) -> bool:
+    """Return whether a drop has so many before it that its verdict counts instead of earlier ones."""
+    return len(comparison.matched) >= comparison.settings.compare.least_drops and comparison.telling > 0
+
+
+def _could_concern(later: Sequence[Judged], entry: Entry) -> set[tuple[str, str]]:
+    """Return what an alarm of an earlier drop could be about, without judging it: what it has, and ends that it may not show."""
+    found = set()
+    for change in (c for each in later for c in each.comparison.changes if c.kind.judged):
+        if change.kind.name in WEAR or any(drop == entry.id for drop, _ in change.earlier):
+            found.add((change.kind.name, change.end))
+    return found
+
+
+def _all_shown(concerns: Iterable[tuple[str, str]], later: Sequence[Judged]) -> bool:
+    """Return whether later drops show all quantities, by name and end, each at least one of them."""
+    return all(any(_shows(each.comparison, name, end) for each in later) for name, end in concerns)
+
+
+def _shows(comparison: Comparison, name: str, end: str) -> bool:
+    """Return whether a drop shows a quantity, or what stands for it."""
+    if name in WEAR:
+        return sight(comparison, end).enough
+    return any(c.estimate.known for c in comparison.changes if (c.kind.name, c.end) == (name, end))
 
 
 def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:

@@ -11,7 +11,7 @@ from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import counted, plain, printed, stated_percent, subtracted
+from tdbmon.quantity import counted, plain, printed, short, stated_percent, subtracted
 
 _REASONS = 3  # of an alarm in a fleet
 
@@ -32,7 +32,7 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
     ]
     compared = [change for change in comparison.changes if change.difference is not None]
     if compared:
-        lines += _table(compared)
+        lines += _table(compared, comparison)
     life = comparison.life
     agreed = "none agreed" if life.agreed is None else f"{life.agreed} agreed"
     lines.append(f"full drops: {life.full_drops} ({agreed}); margin {printed(life.margin)}")
@@ -67,17 +67,30 @@ def values_of(change: Change) -> tuple[str, str, str]:
     return subtracted(change.estimate, before, difference_of(change))
 
 
+def seen_from(change: Change, comparison: Comparison) -> str:
+    """Return the smallest difference that would have been flagged; the dash where none would."""
+    found = change.difference
+    smallest = None if found is None else found.detectable(comparison.level_of(change))
+    return "–" if smallest is None else short(Estimate(smallest, unit=change.kind.unit), width=0.1 * smallest)
+
+
 def _standing_lines(alarm: Judged) -> list[str]:
     said = f"an earlier alarm stands: {alarm.name}: {alarm.verdict.word}"
     return [said, *(f"  {reason}" for reason in alarm.verdict.reasons)]
 
 
-def _table(compared: Sequence[Change]) -> list[str]:
+def _table(compared: Sequence[Change], comparison: Comparison) -> list[str]:
     """Return a line for each change, a star before those that are flagged, under a head; columns as wide as their words."""
-    rows = [("", "this drop", "before", "difference (95 %)"), *((each.title, *values_of(each)) for each in compared)]
-    title, this, before, _ = (max(len(cell) for cell in column) + 2 for column in zip(*rows, strict=True))
+    rows = [("", "this drop", "before", "n", "seen from", "difference (95 %)")]
+    for each in compared:
+        this, before, difference = values_of(each)
+        n = 0 if each.difference is None else each.difference.before.n
+        rows.append((each.title, this, before, f"{n}", seen_from(each, comparison), difference))
+    widths = [max(len(cell) for cell in column) + 2 for column in zip(*rows, strict=True)]
     marks = [" ", *("*" if change.flag else " " for change in compared)]
     return [
-        f"{mark} {row[0]:<{title}}{row[1]:>{this}}{row[2]:>{before}}   {row[3]}"
+        f"{mark} {row[0]:<{widths[0]}}"
+        + "".join(f"{cell:>{width}}" for cell, width in zip(row[1:5], widths[1:5], strict=True))
+        + f"   {row[5]}"
         for mark, row in zip(marks, rows, strict=True)
     ]

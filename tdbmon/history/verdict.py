@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.compare import NO_SUCH, Change, Comparison
 from tdbmon.history.difference import LEAST_JUDGED
+from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.matching import doubted_probes
+from tdbmon.history.not_compared import named
+from tdbmon.history.sight import WEAR, Sight, sights
 from tdbmon.quantity import counted, percent, stated_percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
@@ -29,10 +32,13 @@ class Verdict:
     word : str
     reasons : tuple of str
         Plain sentences.
+    concerns : tuple of (str, str)
+        Quantities, by name and end, that an alarm is about: only a drop that shows them clears it.
     """
 
     word: Word
     reasons: tuple[str, ...]
+    concerns: tuple[tuple[str, str], ...] = ()
 
     @property
     def alarm(self) -> bool:
@@ -44,7 +50,15 @@ def verdict_of(comparison: Comparison) -> Verdict:
     """Judge a comparison by the settings of its archive."""
     if comparison.no_drop:
         return Verdict("no drop", (*_no_drop(comparison), *comparison.remarks))
-    inspect = [*_limits(comparison), *_life(comparison), *_blind(comparison), *_doubted(comparison)]
+    seen = sights(comparison)
+    passed = _limits(comparison)
+    inspect = [
+        *(said for _, said in passed),
+        *_life(comparison),
+        *_blind(comparison, [each for each in seen if each.lost]),
+        *_fit_lost(comparison),
+        *_doubted(comparison),
+    ]
     changed = [_sentence(change, comparison) for change in comparison.flagged]
     if comparison.likeness.strange:
         changed.insert(0, comparison.likeness.sentence)
@@ -63,11 +77,18 @@ def verdict_of(comparison: Comparison) -> Verdict:
         )
     elif comparison.telling == 0:
         few.append(f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out")
+    else:
+        few += [_dim(each) for each in seen if not each.enough and not each.lost]
     remarks = [*beside(comparison), *comparison.remarks]
+    concerns = (
+        *(_key(change) for change, _ in passed),
+        *(("gap_um", each.end) for each in seen if each.lost),
+        *(_key(change) for change in comparison.flagged),
+    )
     if inspect:
-        return Verdict("inspect", tuple(inspect + changed + few + remarks))
+        return Verdict("inspect", tuple(inspect + changed + few + remarks), concerns)
     if changed:
-        return Verdict("changed", tuple(changed + remarks))
+        return Verdict("changed", tuple(changed + remarks), concerns)
     if few:
         return Verdict("too few drops", tuple(few + remarks))
     all_well = (
@@ -78,7 +99,35 @@ def verdict_of(comparison: Comparison) -> Verdict:
         all_well += (
             f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
         )
-    return Verdict("as before", (all_well, *remarks))
+    return Verdict("as before", (all_well, *map(_seen, seen), *remarks))
+
+
+def _key(change: Change) -> tuple[str, str]:
+    return change.kind.name, change.end
+
+
+def _seen(sight: Sight) -> str:
+    """Say on how many drops "as before" rests at an end, and what would have been seen."""
+    growth = (
+        "" if sight.growth is None else f", growth of the radius from {percent(sight.growth)} on would have been seen"
+    )
+    return f"{sight.end}: against {sight.drops} drops before{growth}"
+
+
+def _dim(sight: Sight) -> str:
+    """Say why "as before" would be a guess at an end that the drop, or so many before, hardly show."""
+    things = "radius at rest, fall and deepest excursion"
+    if sight.drops < sight.least_drops:
+        return (
+            f"{sight.end}: {things} alone tell whether it is worn, and this drop has any of them in common with"
+            f" {counted(sight.drops, 'drop')} before that {'is' if sight.drops == 1 else 'are'} a measure for it; “as before”"
+            f" takes {sight.least_drops}"
+        )
+    growth = "" if sight.growth is None else f", only from {percent(sight.growth)} on"
+    return (
+        f"{sight.end}: growth of the radius by {stated_percent(sight.limit)} would not have been seen{growth}: {things} of"
+        f" {counted(sight.drops, 'drop')} before scatter too much, or those of this one are not certain enough"
+    )
 
 
 def beside(comparison: Comparison) -> list[str]:
@@ -99,7 +148,7 @@ def _drift(change: Change, comparison: Comparison) -> str:
     return (
         f"{change.title}: {way} from drop to drop, by {words(slope)} each over {len(change.series)} drops"
         f" (p = {change.p_drift:.2g}, corrected), so that no drop stands out from those before it; may come from:"
-        f" {_causes(change, comparison)}"
+        f" {_causes(change, comparison, trend.slope.value)}"
     )
 
 
@@ -109,47 +158,50 @@ def _no_drop(comparison: Comparison) -> list[str]:
     return [said, comparison.foreign] if comparison.foreign else [said]
 
 
-def _limits(comparison: Comparison) -> list[str]:
-    """Limits of the settings that the drop passes."""
-    limits, found = comparison.settings.inspect, []
+def _limits(comparison: Comparison) -> list[tuple[Change, str]]:
+    """Return what passes limits of the settings, and say by how much."""
+    limits = comparison.settings.inspect
+    found: list[tuple[Change, str]] = []
     for change in comparison.changes:
         value = change.estimate.value
         if value is None:
             continue
+        said = ""
         if change.kind.name == "gap_um" and change.grown is not None and change.grown > limits.gap_growth:
-            found.append(
-                f"{change.end}: the radius at rest has grown by {percent(change.grown, 1)}, more than"
-                f" {stated_percent(limits.gap_growth)}"
-            )
+            said = f"the radius at rest has grown by {percent(change.grown, 1)}, more than {stated_percent(limits.gap_growth)}"
         if change.kind.name == "stress_max_mpa" and value > limits.stress:
-            found.append(
-                f"{change.end}: Hertz stress of {value * 1e-6:.0f} MPa, above the limit of {limits.stress * 1e-6:.0f} MPa"
-            )
+            said = f"Hertz stress of {value * 1e-6:.0f} MPa, above the limit of {limits.stress * 1e-6:.0f} MPa"
         if change.kind.name == "whirl_backward_s" and value > limits.backward_whirl:
-            found.append(f"{change.end}: backward whirl for {value:.3g} s, longer than {limits.backward_whirl:.3g} s")
+            said = f"backward whirl for {value:.3g} s, longer than {limits.backward_whirl:.3g} s"
+        if said:
+            found.append((change, f"{change.end}: {said}"))
     return found
 
 
-def _blind(comparison: Comparison) -> list[str]:
-    """Say where most of what the earlier drops tell is missing of this one, or all of an end: "as before" would be a guess."""
-    least = comparison.settings.compare.least_drops
-    told = [
-        change
-        for change in comparison.changes
-        if change.kind.judged and not change.kind.forces and sum(known.known for _, known in change.earlier) >= least
-    ]
-    seen = {change.end for change in told if change.estimate.known}
+def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
+    """Say where most of what the earlier drops tell is missing of this one, or what shows an end: "as before" would be a guess.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    unseen : list of Sight
+        The ends that drops before show and this one does not.
+    """
+    told = [c for c in comparison.changes if c.kind.judged and not c.kind.forces and len(c.earlier) >= LEAST_JUDGED]
     lost = [change for change in told if not change.estimate.known]
     known = len(told) - len(lost)
-    unseen = [change for change in lost if change.end and change.end not in seen]
+    found = []
     if known < _BLIND * len(told):
-        said = f"this drop tells only {known} of {len(told)} quantities that earlier drops tell"
+        found.append(f"this drop tells only {known} of {len(told)} quantities that earlier drops tell")
     elif unseen:
-        ends = " and ".join(dict.fromkeys(change.end for change in unseen))
-        said = f"this drop tells none of the {len(unseen)} quantities that earlier drops tell of {ends}"
-        lost = unseen
-    else:
+        lost = [change for change in lost if change.end in [each.end for each in unseen]]
+    for each in unseen:
+        missing = sorted((c for c in lost if c.end == each.end), key=lambda change: change.kind.name not in WEAR)
+        drops = max(len(change.earlier) for change in each.told)
+        found.append(f"this drop does not show {each.end}, which {drops} drops before do: missing are {named(missing)}")
+    if not found:
         return []
+    said = "; ".join(found)
     failed = comparison.entry.failed_checks
     if failed:
         return [
@@ -163,13 +215,33 @@ def _blind(comparison: Comparison) -> list[str]:
     ]
 
 
+def _fit_lost(comparison: Comparison) -> list[str]:
+    """Say that the model does not follow this drop, where it followed those before: what it leaves out is new."""
+    lost = [
+        change
+        for change in comparison.changes
+        if change.kind.name == "peak_force_n"
+        and not change.estimate.known
+        and change.estimate.why not in (NO_FORCES, NO_SUCH)
+        and len(change.earlier) >= LEAST_JUDGED
+    ]
+    if not lost:
+        return []
+    ends = " and ".join(change.end for change in lost)
+    return [
+        f"the fitted model tells no forces at {ends}, though it did of {counted(len(lost[0].earlier), 'drop')} before: the shaft"
+        f" moves otherwise than it did ({lost[0].estimate.why}); tdbmon diagnose looks for the cause"
+    ]
+
+
 def _doubted(comparison: Comparison) -> list[str]:
     """Say that the record or its probes do not show this machine: what differs may be theirs."""
     failed = doubted_probes(comparison.entry.failed_checks)
     found = [f"{comparison.foreign}; what differs may be that machine's"] if comparison.foreign else []
     if failed:
         found.append(
-            f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables"
+            f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables,"
+            " sensitivities and directions"
         )
     return found
 
@@ -201,21 +273,25 @@ def _sentence(change: Change, comparison: Comparison) -> str:
     began = f" {since}, where the change began" if since else ""
     return (
         f"{change.title}: {value} {way} {some} matching drops before{began}"
-        f" (p = {change.p_adjusted:.2g}, corrected); may come from: {_causes(change, comparison)}"
+        f" (p = {change.p_adjusted:.2g}, corrected); may come from: {_causes(change, comparison, difference.value)}"
     )
 
 
-def _causes(change: Change, comparison: Comparison) -> str:
-    """Return what a change may come from; first from the other end where only that can have made a restitution above one."""
+def _causes(change: Change, comparison: Comparison, way: float) -> str:
+    """Return what a change, up or down by the sign of `way`, may come from.
+
+    First from the other end, where only that can have made a restitution above one.
+    """
+    meaning = change.kind.causes(way)
     others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))
     if not change.kind.both_ends or not others:
-        return change.kind.meaning
+        return meaning
     restitution = next(
         (c.estimate.value for c in comparison.changes if (c.kind.name, c.end) == ("restitution", change.end)), None
     )
     if restitution is not None and restitution > 1:
         return (
             f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there feeds it (gap,"
-            f" wear of journal or inner ring); or {change.kind.meaning}"
+            f" wear of journal or inner ring); or {meaning}"
         )
-    return f"{change.kind.meaning}; or the other end, {others}, whose impact feeds it or takes from it"
+    return f"{meaning}; or the other end, {others}, whose impact feeds it or takes from it"

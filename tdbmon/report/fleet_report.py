@@ -36,7 +36,7 @@ def build_fleet_report(members: list[Member]) -> Document:
                         "fleet",
                         "Radius at rest of the drop by which each machine is judged and of those that match it, less that of the"
                         " first, with 95 % intervals of each drop's own estimate; worst machine first. All panels share the"
-                        " scale.",
+                        " scale. Grey, at the lower edge: not told by the drop by which the machine is judged.",
                         "A panel for each machine with the change of the radius at rest at each end against the drop.",
                         partial(fleet, members),
                     ),

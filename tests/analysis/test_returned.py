@@ -109,7 +109,7 @@ def test_no_clearance_circle_is_told_and_no_probe_accused(record, machine):
     for end in machine.ends:
         assert result.ends[end].gap is None
         assert "does not stay on its bearing" in result.ends[end].air_gap.why
-        (row,) = (c for c in result.checks if c.check == "rest at the bottom" and c.channel == end)
+        (row,) = (c for c in result.checks if c.check == "stays down" and c.channel == end)
         assert not row.passed
         assert "inverted" not in row.detail
 

@@ -94,6 +94,17 @@ def filing(
     )
 
 
+def without(made: Filing, *ends: str) -> Filing:
+    """Return the filing of a drop that does not show some ends, but that they did not whirl."""
+    lost = [
+        replace(f, estimate=Estimate.missing(f.estimate.unit, "the arc is too short"))
+        if f.end in ends and not f.name.startswith("whirl")
+        else f
+        for f in made.features
+    ]
+    return replace(made, features=tuple(lost))
+
+
 def files(folder: Path, seed: int, size: int = 4000) -> tuple[Path, Path]:
     """Write a raw file of noise and a machine file; return both."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ import re
 from dataclasses import replace
 from decimal import Decimal
 
+import numpy as np
 import pypdf
 import pytest
 from tdbsim.machine import load_machine
@@ -25,7 +26,7 @@ from tdbmon.history.feature import KINDS
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
-from tdbmon.history.summary import comparison_lines, values_of
+from tdbmon.history.summary import comparison_lines, seen_from, values_of
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
 from tdbmon.quantity import plain
@@ -39,7 +40,7 @@ from tdbmon.report.sections import changes
 from tdbmon.report.sections import trends as trends_section
 from tests.figure_checks import assert_readable, faults, figures_of, rendered
 from tests.history.conftest import YEARS
-from tests.history.made import add, files, filing, fill, judged
+from tests.history.made import ENDS, add, files, filing, fill, judged, without
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
 
@@ -139,7 +140,35 @@ def test_every_line_of_the_terminal_names_its_end(stressed):
     for change in (c for c in found.changes if c.difference is not None):
         this, before = (plain(text) for text in values_of(change)[:2])
         (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
-        assert re.search(rf"  {re.escape(this)}  +{re.escape(before)}   ", line), "columns run into each other"
+        n, seen = f"{change.difference.before.n}", plain(seen_from(change, found))
+        columns = "  +".join(map(re.escape, (this, before, n, seen)))
+        assert re.search(rf"  {columns}   ", line), "columns run into each other"
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp_path, both):
+    """An end that was lost looked like one of which nothing more had been asked."""
+    ends = ENDS if both else ENDS[:1]
+    fill(empty, tmp_path, 6)
+    raw, machine = files(tmp_path, 7)
+    empty.add(without(filing(raw, machine, dropped="2020-02-01", seed=7), *ends), raw, machine)
+    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    radii = [change for change in found.changes if change.kind.name == "gap_um"]
+    drawing = trends(found, radii)
+    for ax, change in zip(drawing.axes, radii, strict=False):
+        hollow = [line.get_xdata()[0] for line in ax.lines if line.get_markerfacecolor() == "none"]
+        assert hollow == ([7] if change.end in ends else [])
+        assert ("not told by this drop" in ax.get_title("left")) == (change.end in ends)
+        usual = np.median([e.value for _, e in change.earlier]) * 1e6
+        (limit,) = [text for text in ax.texts if text.get_text() == "limit: growth by 20 %"]
+        assert limit.xy[1] == pytest.approx(1.2 * usual, rel=0.01)
+        assert ax.get_ylim()[0] < limit.xy[1] < ax.get_ylim()[1]
+    assert faults(drawing) == []
+    drawing = fleet_figure(fleet(empty))
+    hollow = [line for line in drawing.axes[0].lines if line.get_markerfacecolor() == "none"]
+    assert [line.get_xdata()[0] for line in hollow] == [7] * len(ends)
+    assert len({line.get_ydata()[0] for line in hollow}) == len(ends)
+    assert faults(drawing) == []
 
 
 def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(years, comparison, history):
@@ -230,15 +259,11 @@ def test_what_changed_is_drawn_on_top_with_its_point_and_interval(comparison):
 
 
 def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp_path):
-    """On the terminal, in the machine's and in the fleet's report: "as before" holds of the other end alone."""
+    """On the terminal, in the machine's and in the fleet's report: and the drop is not "as before"."""
     fill(empty, tmp_path, 6)
     raw, machine = files(tmp_path, 7)
     made = filing(raw, machine, dropped="2020-02-01", seed=7)
-    lost = [
-        replace(f, estimate=Estimate.missing(f.estimate.unit, "the arc is too short")) if f.end == "NDE" else f
-        for f in made.features
-    ]
-    empty.add(replace(made, features=tuple(lost)), raw, machine)
+    empty.add(without(made, "NDE"), raw, machine)
     comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
     said = "ot compared at NDE: radius at rest"
     (line,) = [text for text in comparison_lines(comparison, verdict_of(comparison)) if said in text]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -15,7 +16,7 @@ from tdbmon.report.document import Verdict
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
-from tests.history.made import files, filing, fill
+from tests.history.made import files, filing, fill, without
 
 WORN = {("gap_um", "DE"): 1.15}
 
@@ -85,6 +86,30 @@ def test_a_matching_drop_that_is_as_before_clears_it(worn, tmp_path):
     add(worn, tmp_path, 7, speed=160.0)
     add(worn, tmp_path, 8, speed=102.0)
     assert alarms(worn) == []
+
+
+def test_a_drop_that_does_not_show_the_end_clears_no_alarm_of_it(worn, tmp_path):
+    raw, machine = files(tmp_path, 7)
+    made = filing(raw, machine, seed=7, dropped="2021-01-07")
+    worn.add(without(made, "DE"), raw, machine)
+    assert alarms(worn) == [("drop_7.nc", "inspect"), ("drop_6.nc", "changed")]
+    raw, machine = files(tmp_path, 8)
+    worn.add(without(filing(raw, machine, seed=8, dropped="2021-01-08"), "NDE"), raw, machine)
+    assert alarms(worn) == [("drop_8.nc", "inspect")]  # it shows DE
+    add(worn, tmp_path, 9)
+    assert alarms(worn) == []
+
+
+def test_what_changed_must_be_shown_again_to_clear_its_alarm(empty, tmp_path):
+    """Radius, fall and deepest excursion stand for each other; the rebound for itself alone."""
+    fill(empty, tmp_path, 6)
+    add(empty, tmp_path, 6, values={("rebound_um", "DE"): 1.3})
+    for seed, lost, stands in ((7, "rebound_um", True), (8, "gap_um", False)):
+        raw, machine = files(tmp_path, seed)
+        made = filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}")
+        kept = tuple(f for f in made.features if (f.name, f.end) != (lost, "DE"))
+        empty.add(replace(made, features=kept), raw, machine)
+        assert alarms(empty) == ([("drop_6.nc", "changed")] if stands else [])
 
 
 def test_a_matching_drop_that_is_changed_too_takes_its_place(worn, tmp_path):

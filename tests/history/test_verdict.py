@@ -190,7 +190,7 @@ def test_an_end_that_is_not_seen_is_not_as_before(years, tmp_path):
     drop = as_drop(study_record(record, machine, "0" * 64))
     verdict = verdict_of(compare(years, drop))
     assert verdict.word == "inspect"
-    assert "this drop tells none of the 14 quantities that earlier drops tell of DE" in verdict.reasons[0]
+    assert "does not show DE, which 7 drops before do: missing are radius at rest, fall" in verdict.reasons[0]
     assert "present DE_A, present DE_B: see to the probes" in verdict.reasons[0]
 
 

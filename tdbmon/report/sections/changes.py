@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
-from tdbmon.history.summary import values_of
-from tdbmon.quantity import short
+from tdbmon.history.summary import seen_from, values_of
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
@@ -19,8 +17,7 @@ def section(comparison: Comparison) -> Section | None:
     from tdbmon.figures.differences import differences
 
     rows = tuple(
-        Row(_cells(change, comparison.level_of(change)), "attention" if change.flag or change.noted else "plain")
-        for change in compared
+        Row(_cells(change, comparison), "attention" if change.flag or change.noted else "plain") for change in compared
     )
     blocks: list[Block] = []
     if any(c.difference is not None and c.difference.error for c in compared):
@@ -57,13 +54,10 @@ def section(comparison: Comparison) -> Section | None:
     return Section("What differs", tuple(blocks))
 
 
-def _cells(change: Change, level: float) -> tuple[str, ...]:
+def _cells(change: Change, comparison: Comparison) -> tuple[str, ...]:
     found = change.difference
     if found is None:
         raise ValueError(f"{change.title} was not compared")
-    unit = change.kind.unit
-    smallest = found.detectable(level)
-    seen = "–" if smallest is None else short(Estimate(smallest, unit=unit), width=0.1 * smallest)
     p = "–" if change.p_adjusted is None else f"{change.p_adjusted:.2g}"
     this, before, difference = values_of(change)
-    return change.title, this, before, f"{found.before.n}", difference, seen, p
+    return change.title, this, before, f"{found.before.n}", difference, seen_from(change, comparison), p

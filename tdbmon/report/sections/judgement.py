@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Change, Comparison
-from tdbmon.history.extract import NO_FORCES
+from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
+from tdbmon.history.sight import Sight, sights
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import percent, short, stated_percent
@@ -27,8 +28,9 @@ WORDS: dict[str, tuple[str, Tone]] = {
 }
 
 STANDING = (
-    "An alarm stands until a later drop of the same assembly at about the same speed has a verdict of its own, or the assembly"
-    " is given another word after an overhaul. Drops at another speed do not clear it."
+    "An alarm stands until later drops of the same assembly at about the same speed show all that it is about, or the assembly"
+    " is given another word after an overhaul. Drops at another speed, and ones that do not show the end well enough, do not"
+    " clear it."
 )
 
 
@@ -59,6 +61,7 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
         Row(("Assembly", wanted.assembly or "not told apart")),
         Row(("Speed at the release", speed)),
         Row(("Matching drops before", f"{len(comparison.matched)}")),
+        *(Row((f"Drops before that {each.end} is held against", _sight(each))) for each in sights(comparison)),
         Row((f"Full drops of this assembly, {included(comparison)}", _full_drops(comparison.life))),
         Row(("Quantities compared", f"{comparison.tested}, corrected for that number together")),
     ]
@@ -77,6 +80,11 @@ def included(comparison: Comparison) -> str:
     if comparison.no_drop:
         return f"without {record}, which holds no drop"
     return f"without {record}, which names another machine" if comparison.foreign else f"{record} included"
+
+
+def _sight(sight: Sight) -> str:
+    growth = "no growth" if sight.growth is None else f"growth from {percent(sight.growth)} on"
+    return f"{sight.drops}; {growth} of the radius at rest would have been seen"
 
 
 def _full_drops(life: Life) -> str:

@@ -47,7 +47,8 @@ def section(comparison: Comparison) -> Section | None:
                 "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
                 " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
                 " corrected). Line, where there is no such point: the median slope (Theil, Sen), if Kendall's test sees a"
-                " trend (p ≤ 5 %, not corrected).",
+                " trend (p ≤ 5 %, not corrected). Red: the limit of growth of the radius at rest. Grey, at the lower edge: not"
+                " told by this drop.",
                 "For each quantity, its value against the number of the drop.",
                 partial(trends, comparison, shown),
             ),

@@ -1,0 +1,92 @@
+"""What a comparison sees of an end: whether its bearing is worn is told by radius at rest, fall and deepest excursion alone.
+
+An end that rests on its whirl or on the rotor's speed may be worn by half its gap and look as before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.difference import LEAST_JUDGED
+
+WEAR = ("gap_um", "fall_time_ms", "deepest_um")  # each grows with the gap, and stands for the others
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a comparison sees of an end.
+
+    Attributes
+    ----------
+    end : str
+    told : tuple of Change
+        Of `WEAR`, those that three drops before at least have.
+    drops : int
+        Drops before that one of `WEAR` was held against, of the one with most; 0 where the drop has none of them.
+    growth : float or None
+        Smallest growth of the radius at rest that would have been flagged, as a share of it; None where none would.
+    least_drops : int
+        As many drops as "as before" takes.
+    limit : float
+        Growth that must not be missed (`gap_growth`).
+    """
+
+    end: str
+    told: tuple[Change, ...]
+    drops: int
+    growth: float | None
+    least_drops: int
+    limit: float
+
+    @property
+    def lost(self) -> bool:
+        """True where drops before show the end and this one does not."""
+        return bool(self.told) and not any(change.estimate.known for change in self.told)
+
+    @property
+    def enough(self) -> bool:
+        """True where so many drops before, and so alike, were compared that growth up to the limit would have been seen."""
+        return self.drops >= self.least_drops and self.growth is not None and self.growth <= self.limit
+
+
+def sights(comparison: Comparison) -> tuple[Sight, ...]:
+    """Return what a comparison sees of each end of the machine, and of ends that only older drops or machine files name."""
+    ends = dict.fromkeys((*comparison.ends, *(c.end for c in comparison.changes if c.end)))
+    return tuple(sight(comparison, end) for end in ends)
+
+
+def sight(comparison: Comparison, end: str) -> Sight:
+    """Return what a comparison sees of an end."""
+    settings = comparison.settings
+    changes = {c.kind.name: c for c in comparison.changes if c.end == end and c.kind.name in WEAR}
+    told = tuple(change for change in changes.values() if len(change.earlier) >= LEAST_JUDGED)
+    radius = _usual(changes.get("gap_um"))
+    growths = [g for c in changes.values() if (g := _growth(c, comparison.level_of(c), radius)) is not None]
+    drops = max((c.difference.before.n for c in changes.values() if c.difference is not None), default=0)
+    return Sight(
+        end, told, drops, min(growths, default=None), settings.compare.least_drops, settings.inspect.gap_growth
+    )
+
+
+def _usual(radius: Change | None) -> float | None:
+    """Return the radius at rest of the drops before; None where none tells it."""
+    values = [] if radius is None else [e.value for _, e in radius.earlier if e.value is not None]
+    return float(np.median(values)) if values else None
+
+
+def _growth(change: Change, level: float, radius: float | None) -> float | None:
+    """Return by which share the radius must grow for a quantity of `WEAR` to be flagged; None where that is not known.
+
+    The deepest excursion grows by what the radius grows by.  The fall goes about through the radius, so that its time grows
+    with the root of it.
+    """
+    found = change.difference
+    smallest = None if found is None else found.detectable(level)
+    if found is None or smallest is None or found.before.centre <= 0:
+        return None
+    if change.kind.name == "fall_time_ms":
+        return (1 + smallest / found.before.centre) ** 2 - 1
+    return smallest / radius if radius else None
