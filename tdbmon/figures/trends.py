@@ -27,7 +27,8 @@ from tdbmon.figures.style import (
 from tdbmon.quantity import stated_percent
 
 if TYPE_CHECKING:
-    from tdbmon.history.compare import Change, Comparison
+    from tdbmon.history.change import Change
+    from tdbmon.history.compare import Comparison
 
 _COLUMNS = 2
 _ROW_MM = 42

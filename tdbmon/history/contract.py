@@ -8,7 +8,8 @@ from typing import Any
 
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.filing import StressBox
 from tdbmon.history.fleet import Member
 from tdbmon.history.sight import Sight, sights

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
 
 _NAMED = 4  # quantities with one reason

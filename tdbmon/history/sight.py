@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
 
 WEAR = ("gap_um", "fall_time_ms", "deepest_um")  # each grows with the gap, and stands for the others

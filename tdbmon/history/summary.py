@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.fleet import Member
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged

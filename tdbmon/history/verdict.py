@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import NO_SUCH, Change, Comparison
+from tdbmon.history.change import NO_SUCH, Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
 from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.matching import doubted_probes

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tdbmon.estimate import Estimate
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences

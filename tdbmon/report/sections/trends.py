@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.history.compare import Change, Comparison
+from tdbmon.history.change import Change
+from tdbmon.history.compare import Comparison
 from tdbmon.quantity import words
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
 
