@@ -19,35 +19,26 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.autoregression import Noise
 from tdbmon.analysis.coast_down_times import CoastDownTimes, coast_down_times
+from tdbmon.analysis.decay_time import decay_time_of, richer_than, widened_by_law
 from tdbmon.analysis.drag_law import Coast, DragLaw, LawFit
 from tdbmon.analysis.law_choice import FEWEST, NO_LAW, Candidate, choose_law, find_stretch, misfit_of, noise_in
+from tdbmon.analysis.lost_speed import gained_in, lost_to_law, lost_to_level
 from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
+from tdbmon.analysis.slip import FALLING, coasting, is_short, slip_in
 from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
 from tdbmon.analysis.speed_model import SpeedModel, speed_model, term_of
 from tdbmon.analysis.standstill import stop_seen, stop_time
 from tdbmon.analysis.unbroken import without_holes
 from tdbmon.estimate import Z95, Estimate
-from tdbmon.quantity import percent
 from tdbmon.record.keyphasor import Pulses
 
-_SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
-_SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
-# of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
-_STEADY = 0.5
 _TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
-_FALLING = 4.0  # standard deviations by which the speed must fall
 _TURNS_HZ = 1.0  # a steady reading below is no speed that a rotor lost some of
 _PLAINLY = 1e-3  # of the speed at the release, that a law takes more than was lost
-_HIDDEN = (
-    f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
-    " levitated one, which this record does not show well enough; a longer record is needed"
-)
 _BY_INERTIA = (
     ", times 2π and the polar inertia of the machine file; the interval holds the noise of the speed alone, neither an error of"
     " that inertia nor of the law"
 )
-_LAW = "speed at the release less the fitted law carried back to it"
-_LEVEL = "speed at the release less the steady speed after the contacts, carried back to it"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,7 +229,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
             source=source,
             pulse_ratio=ratio,
             polar_inertia=polar_inertia,
-            lost_speed=None if level is None else _lost(initial, level, release, _LEVEL),
+            lost_speed=None if level is None else lost_to_level(initial, level, release),
             models=models,
         )
 
@@ -262,13 +253,13 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     candidates, chosen = choose_law(stretch, noise)
     plain = next(c for c in candidates if c.name == "exponential").fit
     slope, error = -plain.law.linear * plain.law.speed, plain.sigma("linear") * plain.law.speed
-    if chosen is None or plain.law.linear < _FALLING * plain.sigma("linear"):
+    if chosen is None or plain.law.linear < FALLING * plain.sigma("linear"):
         why = f"the speed does not fall after the contacts: it changes by {slope:.3g} ± {Z95 * error:.2g} Hz/s"
         return without(why, level=plain if plain.law.speed > _TURNS_HZ else None)
     fit = chosen.fit
     models = tuple(speed_model(c, c is chosen) for c in candidates)
-    levitated = _coasting(stretch, before)
-    slip = _slip(stretch, fit, levitated) if levitated else ""
+    levitated = coasting(stretch, before)
+    slip = slip_in(stretch, fit, levitated) if levitated else ""
     misfit = misfit_of(chosen, candidates, stretch)
     if slip or misfit:
         if not slip:
@@ -276,22 +267,22 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         run = without(slip or NO_LAW, tuple(replace(m, chosen=False) for m in models))
         return run if slip else _seen(run, observed, release, last, misfit)
     initial = speed_at_release(before, release, source, Z95, _unsure(observed, before))
-    decay = _decay_time(chosen, levitated, stretch)
+    decay = decay_time_of(chosen, levitated, stretch)
     # what no law may be carried on by
-    slips = decay.why if levitated is None and _short(stretch) else ""
+    slips = decay.why if levitated is None and is_short(stretch) else ""
     hidden = slips if reached else "the fitted law does not hold down to the slowest measured speed"
-    lost = _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch)
-    gained = _gained(lost, float(stretch.begin[0]))
+    lost = lost_to_law(initial, fit, release, decay, stretch)
+    gained = gained_in(lost, float(stretch.begin[0]))
     # rings that may slip still take from the law what they took before it
     untold = gained or slips
     return RunDown(
         initial=initial,
         lost_speed=Estimate.missing("Hz", untold) if untold else lost,
-        decay_time=_inexact(decay, candidates, chosen, stretch),
+        decay_time=widened_by_law(decay, candidates, chosen, stretch),
         drag_torque=_torque(candidates, chosen, polar_inertia),
         standstill_time=stop_time(fit, rest, reached, last, release),
         coast_down=coast_down_times(
-            initial, observed, [chosen.fit, *_richer(candidates, chosen)], hidden, release, last
+            initial, observed, [chosen.fit, *richer_than(candidates, chosen)], hidden, release, last
         ),
         models=models,
         fitted_from=float(stretch.begin[0]),
@@ -334,110 +325,6 @@ def _known(coast: Coast, density: float | None) -> Noise | None:
 
 def _span(coast: Coast) -> float:
     return float(np.median(coast.end - coast.begin))
-
-
-def _lost(initial: Estimate, fit: LawFit, release: float, method: str) -> Estimate:
-    """Return the speed lost beyond the law, or beyond a level speed after the contacts."""
-    if initial.value is None or initial.sigma is None:
-        return Estimate.missing("Hz", initial.why)
-    lost = initial.value - float(fit.law.speed_at(release))
-    sigma = float(np.hypot(initial.sigma, fit.speed_sigma(release)))
-    return Estimate.from_sigma(lost, sigma, "Hz", method)
-
-
-def _gained(lost: Estimate, begin: float) -> str:
-    """Say that a rotor lost less than nothing to its contacts, s and Hz; empty where the interval reaches to nought."""
-    if lost.value is None or lost.high is None or lost.high >= 0:
-        return ""
-    return (
-        f"carried back to the release, the law that the speed follows from {begin:.3g} s on takes {-lost.value:.3g} Hz more than"
-        " was lost, and contacts drive no rotor: does the drive brake, or was it still on after the release?"
-    )
-
-
-def _turned(
-    lost: Estimate, initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast
-) -> Estimate:
-    """Widen a speed lost as far as the decay time is less sure than the fit says: its law may turn about its middle."""
-    if lost.value is None or lost.high is None or initial.value is None:
-        return lost
-    if decay.value is None or not decay.low or not decay.high:
-        return lost
-    arm = float(0.5 * (stretch.begin[0] + stretch.end[-1]) - release) * initial.value
-    own = Z95 * fit.sigma("linear")
-    down, up = (
-        arm * float(np.sqrt(max(turned**2 - own**2, 0.0)))
-        for turned in (1 / decay.low - 1 / decay.value, 1 / decay.value - 1 / decay.high)
-    )
-    half = lost.high - lost.value
-    return replace(lost, low=lost.value - float(np.hypot(half, down)), high=lost.value + float(np.hypot(half, up)))
-
-
-def _short(stretch: Coast) -> bool:
-    """True for a stretch too short to tell the bearings' drag."""
-    return bool(stretch.end[-1] - stretch.begin[0] <= _SHORT_S)
-
-
-def _coasting(stretch: Coast, before: LawFit | None) -> LawFit | None:
-    """The levitated run-down beside a short stretch, where the rotor coasts already."""
-    if not _short(stretch) or before is None:
-        return None
-    return before if before.law.linear > _FALLING * before.sigma("linear") else None
-
-
-def _slip(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
-    """Say why a short stretch cannot be trusted: the rotor slows faster than in levitation, as slipping rings make it."""
-    middle = float(fit.law.speed_at(0.5 * (stretch.begin[0] + stretch.end[-1])))
-    now, then = float(fit.law.deceleration(middle)) / middle, levitated.law.linear
-    if now - then < _SLIPPING * then + Z95 * levitated.sigma("linear"):
-        return ""
-    return (
-        f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed a second,"
-        f" in levitation {100 * then:.3g} %; a longer record is needed"
-    )
-
-
-def _decay_time(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> Estimate:
-    """The chosen law's; in a short stretch the drag of the bearings hides in it, and levitation bounds what it hides."""
-    if levitated is None and _short(stretch):
-        return Estimate.missing("s", _HIDDEN)
-    tau = term_of(chosen, "linear", lambda b: 1 / b, "s")
-    if levitated is None or tau.low is None or tau.high is None:
-        return tau
-    spread = Z95 * levitated.sigma("linear")
-    low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
-    method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
-    return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
-
-
-def _richer(candidates: list[Candidate], chosen: Candidate) -> list[LawFit]:
-    """Return the fits of the laws that have one term more than the chosen one."""
-    terms = set(chosen.fit.terms)
-    return [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
-
-
-def _inexact(decay: Estimate, candidates: list[Candidate], chosen: Candidate, stretch: Coast) -> Estimate:
-    """Widen the interval of a decay time by what is not known of the law.
-
-    In a long record to what laws of one term more leave possible, since a drag that is too weak to be told takes its share of
-    the linear term all the same, and by a constant drag that is not quite constant.  In a short one rings that slip so little
-    that it passes for coasting may add to the drag.
-    """
-    if decay.value is None or decay.low is None or decay.high is None:
-        return decay
-    if _short(stretch):
-        method = f"{decay.method}, and by slip below {percent(_SLIPPING)} of the deceleration"
-        return replace(decay, high=decay.high / (1 - _SLIPPING), method=method)
-    law, richer = chosen.fit.law, _richer(candidates, chosen)
-    least = min([1 / decay.high, *(fit.law.linear - Z95 * fit.sigma("linear") for fit in richer)])
-    unsteady = _STEADY * law.constant / law.speed
-    down, up = np.hypot(1 / decay.low - law.linear, unsteady), np.hypot(law.linear - least, unsteady)
-    return replace(
-        decay,
-        low=1 / float(law.linear + down),
-        high=1 / float(max(law.linear - up, 0.01 * law.linear)),
-        method=f"{decay.method}; interval with richer laws and a constant drag that changes by {percent(_STEADY)} with the speed",
-    )
 
 
 def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float | None) -> Estimate:

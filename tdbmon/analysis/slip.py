@@ -1,0 +1,38 @@
+"""Inner rings that still slip in a short record: what they take from the speed looks like drag of the rotor's own."""
+
+from __future__ import annotations
+
+from tdbmon.analysis.drag_law import Coast, LawFit
+from tdbmon.estimate import Z95
+
+_SHORT_S = 1.0  # a fit over less cannot tell the drag of slipping rings from the drag of the run-down,
+SLIPPING = 0.03  # except against levitation: a relative deceleration greater than there by this share is slip
+FALLING = 4.0  # standard deviations by which the speed must fall
+HIDDEN = (
+    f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
+    " levitated one, which this record does not show well enough; a longer record is needed"
+)
+
+
+def is_short(stretch: Coast) -> bool:
+    """True for a stretch too short to tell the bearings' drag."""
+    return bool(stretch.end[-1] - stretch.begin[0] <= _SHORT_S)
+
+
+def coasting(stretch: Coast, before: LawFit | None) -> LawFit | None:
+    """The levitated run-down beside a short stretch, where the rotor coasts already."""
+    if not is_short(stretch) or before is None:
+        return None
+    return before if before.law.linear > FALLING * before.sigma("linear") else None
+
+
+def slip_in(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
+    """Say why a short stretch cannot be trusted: the rotor slows faster than in levitation, as slipping rings make it."""
+    middle = float(fit.law.speed_at(0.5 * (stretch.begin[0] + stretch.end[-1])))
+    now, then = float(fit.law.deceleration(middle)) / middle, levitated.law.linear
+    if now - then < SLIPPING * then + Z95 * levitated.sigma("linear"):
+        return ""
+    return (
+        f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed a second,"
+        f" in levitation {100 * then:.3g} %; a longer record is needed"
+    )
