@@ -120,9 +120,8 @@ def _dim(sight: Sight) -> str:
     things = "radius at rest, fall and deepest excursion"
     if sight.drops < sight.least_drops:
         return (
-            f"{sight.end}: {things} alone tell whether it is worn, and this drop has any of them in common with"
-            f" {counted(sight.drops, 'drop')} before that {'is' if sight.drops == 1 else 'are'} a measure for it; “as before”"
-            f" takes {sight.least_drops}"
+            f"{sight.end}: whether it is worn is told by {things} alone, and any of these could be held against no more than"
+            f" {counted(sight.drops, 'drop')} before; “as before” takes {sight.least_drops}"
         )
     growth = "" if sight.growth is None else f", only from {percent(sight.growth)} on"
     return (

@@ -116,7 +116,7 @@ def test_drops_that_tell_nothing_of_an_end_do_not_count_for_it(empty, tmp_path, 
     assert verdict.word == ("as before" if shown == 5 else "too few drops")
     assert comparison_json(found, verdict)["ends"]["NDE"]["drops"] == shown
     if shown < 5:
-        assert verdict.reasons[0].startswith("NDE: ") and f"with {shown} drops before" in verdict.reasons[0]
+        assert verdict.reasons[0].startswith("NDE: ") and f"than {shown} drops before" in verdict.reasons[0]
     else:
         assert any(
             each.startswith("NDE: against 5 drops before, growth of the radius from") for each in verdict.reasons
