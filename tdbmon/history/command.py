@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import typer
 from tdbsim.errors import InputError
@@ -17,6 +17,10 @@ from tdbmon.json_file import say, write_json
 from tdbmon.progress import Progress
 from tdbmon.quantity import counted, moment, printed
 from tdbmon.report_file import ReportWriter
+
+if TYPE_CHECKING:
+    from tdbmon.history.fleet import Member
+    from tdbmon.report.document import Document
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
@@ -139,22 +143,11 @@ def report(
     names = archive.machines()
     if not names:
         raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
-    of_fleet = bool(writers) and not drop and not machine and len(names) > 1
-    members = fleet(archive, tell, machine) if judging or of_fleet else []
+    machine = machine or (names[0] if len(names) == 1 else "")
+    members = fleet(archive, tell, machine) if judging or not (drop or machine) else []
     written = write_json(json_file, fleet_json(folder, members))
-    document = None
-    if writers and drop:
-        document = _drop_document(archive, drop, tell)
-    elif writers and not of_fleet:
-        from tdbmon.history.machine_history import machine_history
-        from tdbmon.report.machine_report import build_machine_report
-
-        document = build_machine_report(machine_history(archive, machine or names[0], tell))
-    elif writers:
-        from tdbmon.report.fleet_report import build_fleet_report
-
-        document = build_fleet_report(members)
-    if document is not None:
+    if writers:
+        document = _document(archive, drop, machine, members, tell)
         tell("drawing the figures")
         for write in writers:
             write(document)
@@ -167,7 +160,20 @@ def _check_fail_on(fail_on: str) -> None:
         raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
 
 
-def _drop_document(archive: Archive, drop: str, tell: Progress) -> Any:
+def _document(archive: Archive, drop: str, machine: str, members: list[Member], tell: Progress) -> Document:
+    """The report of a drop, else of a machine, else of the fleet."""
+    from tdbmon.history.machine_history import machine_history
+    from tdbmon.report.fleet_report import build_fleet_report
+    from tdbmon.report.machine_report import build_machine_report
+
+    if drop:
+        return _drop_document(archive, drop, tell)
+    if machine:
+        return build_machine_report(machine_history(archive, machine, tell))
+    return build_fleet_report(members)
+
+
+def _drop_document(archive: Archive, drop: str, tell: Progress) -> Document:
     """The report of a drop, made again from its raw file."""
     from tdbsim.machine import load_machine
 

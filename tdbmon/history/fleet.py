@@ -12,6 +12,8 @@ from tdbmon.history.standing import Judged, judge, standing
 from tdbmon.history.verdict import WORST_FIRST, Verdict
 from tdbmon.progress import Progress, silent
 
+REASONS = 3  # of an alarm, that are told of a fleet: the machine's own report has all
+
 
 @dataclass(frozen=True)
 class Member:

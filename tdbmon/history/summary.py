@@ -8,13 +8,11 @@ from collections.abc import Sequence
 from tdbmon.estimate import Estimate
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
-from tdbmon.history.fleet import Member
+from tdbmon.history.fleet import REASONS, Member
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import counted, plain, printed, short, stated_percent, subtracted
-
-_REASONS = 3  # of an alarm in a fleet
 
 
 def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
@@ -49,7 +47,7 @@ def fleet_lines(members: Sequence[Member]) -> list[str]:
             f"{member.machine}: {member.verdict.word}: {member.judged.name}; {counted(member.drops, 'drop')}{undated}"
         )
         for each in member.standing:
-            lines += [f"  {each.name}: {each.verdict.word}: {reason}" for reason in each.verdict.reasons[:_REASONS]]
+            lines += [f"  {each.name}: {each.verdict.word}: {reason}" for reason in each.verdict.reasons[:REASONS]]
     return [plain(line) for line in lines]
 
 

@@ -194,15 +194,14 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     noise = _noise(raw, time, after_hole, release, turning, machine, [f"{name}: probe '{p.name}'" for p in probes])
+    free_fall = [each for each in check_free_fall(found, machine) if not each.passed]
+    scales = [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
     remarks = [
         *_of_probes(machine, probes, unused, lost),
         *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
         *wrong_speed,
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
-        *(f"{each.channel}: {each.detail}" for each in check_free_fall(found, machine) if not each.passed),
-    ]
-    scales = [
-        each for each in (*check_free_fall(found, machine), *check_probe_scales(found, machine)) if not each.passed
+        *(f"{each.channel}: {each.detail}" for each in free_fall),
     ]
     return MeasuredDrop(
         name=name,

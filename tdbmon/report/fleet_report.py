@@ -7,7 +7,7 @@ from functools import partial
 from itertools import pairwise
 
 from tdbmon import __version__
-from tdbmon.history.fleet import Member
+from tdbmon.history.fleet import REASONS, Member
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
 from tdbmon.history.verdict import beside
 from tdbmon.quantity import words
@@ -15,8 +15,6 @@ from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
 from tdbmon.report.sections.judgement import STANDING, WORDS
-
-_REASONS = 3  # of an alarm: the machine's own report has all
 
 
 def build_fleet_report(members: list[Member]) -> Document:
@@ -53,7 +51,7 @@ def _reasons(members: list[Member]) -> list[Section]:
     """Return why machines ask for attention, what else of them differs, and what of them bears no comparison."""
     why = []
     for m in members:
-        why += [(m.machine, each.name, reason) for each in m.standing for reason in each.verdict.reasons[:_REASONS]]
+        why += [(m.machine, each.name, reason) for each in m.standing for reason in each.verdict.reasons[:REASONS]]
         why += [(m.machine, m.judged.name, reason) for reason in _told_beside(m)]
     untold = [(m.machine, reason) for m in members for reason in not_compared_sentences(m.comparison)]
     tables = (
@@ -76,7 +74,7 @@ def _listed(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...
 
 def _told_beside(member: Member) -> list[str]:
     """Return what the drop by which a machine is judged shows beside its verdict, unless the reasons above say it."""
-    above = member.verdict.reasons[:_REASONS] if member.standing else ()
+    above = member.verdict.reasons[:REASONS] if member.standing else ()
     return [each for each in beside(member.comparison) if each not in above]
 
 
