@@ -46,7 +46,7 @@ from tdbmon.diagnosis.met_alike import (
 )
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.simplified import HOPELESS, hardly_fails, simplified
-from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
+from tdbmon.diagnosis.stated import explained, explained_by_stated_values, plain_beside, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
 from tdbmon.identify.clearances import better_clearances, hardly_gained, led_along
@@ -103,6 +103,8 @@ def contest(
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
         plain, others = simplified(plain, others)
+    if others:
+        plain = plain_beside(plain, min(others, key=lambda each: each.bic))
     return sorted([plain, *others], key=lambda each: each.bic)
 
 

@@ -185,6 +185,9 @@ class Search:
             self.asked[base.name] = horizon
             at = wavy if base is best else at
             found = self._more_than_half(best, invited)
+            held = [each for each in found if not each.fails]
+            if thorough and held and all(each.causes[-1].fits_much for each in held):
+                found += self._more_than_half(best, self._simple(base))
             if found and best.causes:
                 return found
         if thorough and self._shows_from_the_fall(best, horizon, found):
@@ -333,9 +336,16 @@ class Search:
 
         Asked of what promises that, and does not fit a little of anything.
         """
+        return self._more_than_half(best, self._simple(best, _FURTHER_TAKES))
+
+    def _simple(self, best: Contender, share: float = 0.0) -> list[Contender]:
+        """Return a contender, fitted from the fall on, with each cause that promises a share of what it leaves.
+
+        Of those that do not fit a little of anything.
+        """
         others = [each for each in self.suspects if each.name not in best.effects and not each.fits_much]
-        said = promising(best, scores(best.problem, best.fit, best.horizon, others), _FURTHER_TAKES)
-        return self._more_than_half(best, self._promised_from_the_fall(best, said))
+        said = promising(best, scores(best.problem, best.fit, best.horizon, others), share)
+        return self._promised_from_the_fall(best, said)
 
     def _promised_from_the_fall(
         self, best: Contender, said: Sequence[Score], led: Sequence[Contender] = ()

@@ -3,7 +3,7 @@
 A machine file gives tolerances to what calibration is for.  What it states without one (stiffness and exponent of the
 contact, how friction goes with the load, stiffness of the balls, masses, elastic modulus) is never exact either.
 Where the best model fails and these values, moved within what is known of them, take away half of what it leaves, they stay
-free in all models.
+free in all models.  Where the plain model explains the drops, a cause must take away more than they do.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, eased, settled
-from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values
+from tdbmon.diagnosis.contender import EXPLAINED, FEW_SLOPES, SLOPES, Contender, eased, settled
+from tdbmon.identify.free_effect import acts_on_sensors
+from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values, has_stated_values
 
 _HOPELESS = 2.0  # times what the best model leaves
 
@@ -28,6 +29,21 @@ def explained_by_stated_values(best: Contender) -> bool:
 def explained(before: Contender, freed: float) -> bool:
     """Return whether a model with the stated values free, which leaves this misfit, takes away half of what it left before."""
     return before.misfit - freed > WORTH * before.excess
+
+
+def plain_beside(plain: Contender, best: Contender) -> Contender:
+    """Return the plain model to weigh against one with causes: with the stated values free where that leaves less.
+
+    Asked where the plain model leaves little more than noise.  What acts on sensors alone is nothing that such values do.
+    """
+    on_sensors = all(acts_on_sensors(cause.declared) for cause in best.causes)
+    if on_sensors or plain.ratio > EXPLAINED or plain.horizon != best.horizon or has_stated_values(plain.problem):
+        return plain
+    try:
+        free = settled(eased(plain), plain.horizon, SLOPES)
+    except InputError:
+        return plain
+    return free if free.misfit < best.misfit else plain
 
 
 def with_stated_values_free(

@@ -17,6 +17,11 @@ _AT_LIMIT = 0.95  # of the way to a limit, from which on a value is at it
 _TOLD = 1.0  # standard deviation, from which on it is told
 
 
+def has_stated_values(problem: Problem) -> bool:
+    """Return whether these values may move already."""
+    return not {p.name for p in stated_parameters(problem.model.machine)}.isdisjoint(p.name for p in problem.shared)
+
+
 def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
     """Return a problem in which these values may move too, and a fit as it stands there (see `widened`)."""
     return widened(problem, found, horizon, stated_parameters(problem.model.machine), [()] * len(problem.drops))

@@ -93,6 +93,23 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
     assert asked == [best.name, rival.name]
 
 
+def test_beside_lobes_that_explain_the_drops_what_is_simpler_is_fitted_from_the_fall_on(competed, monkeypatch):
+    """An oval of 3 um, which values had made up for, stood behind lobes with a phase of their own in every drop."""
+    plain = contender(replace(plain_of(competed), horizon=0.022), (), 0, 1.4)
+    lobes = contender(plain, ("ring_out_of_round@DE",), 100, 0.9)
+    failing = contender(plain, ("ring_out_of_round@DE",), 100, 1.3)
+    oval = contender(plain, ("oval_clearance@DE",), 200, 0.9)
+    found = lobes
+    monkeypatch.setattr(Search, "_invited", lambda self, *_: ([found], frozenset()))
+    monkeypatch.setattr(Search, "_begun_in_the_fall", lambda self, *_: [])
+    monkeypatch.setattr(Search, "_promised_from_the_fall", lambda self, best, said: [oval])
+    search = Search(plain, (), (0.006, 0.022), lambda _: None)
+    assert search._found_beside(plain, plain, 0.022, [], True) == [lobes, oval]
+    assert search._found_beside(plain, plain, 0.022, [], False) == [lobes]
+    for found in (failing, oval):
+        assert search._found_beside(plain, plain, 0.022, [], True) == [found]
+
+
 def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_comes_first(competed, monkeypatch):
     """A support that looked softer one way until the second contact is loose: sought beside the plain model again."""
     plain = plain_of(competed)

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 from tdbsim.machine import load_machine
 
-from tdbmon.diagnosis.contender import Contender, settled
+from tdbmon.diagnosis.contender import EXPLAINED, Contender, settled, with_cause
 from tdbmon.diagnosis.contest import contest
-from tdbmon.diagnosis.stated import explained, explained_by_stated_values, with_stated_values_free
+from tdbmon.diagnosis.stated import explained, explained_by_stated_values, plain_beside, with_stated_values_free
+from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
@@ -21,6 +22,7 @@ from tests.identify import drops
 
 HORIZONS = (0.006, 0.010, 0.014, 0.018, 0.022)
 EXPONENT = 1.35
+SLIGHTLY_OFF = 1.2
 STRANGE = 99  # seed
 
 
@@ -38,8 +40,15 @@ def plain_model(crew, truth, *effects):
     return fallen, plain
 
 
-def with_exponent(machine):
-    ends = tuple(each.model_copy(update={"contact_exponent": EXPONENT}) for each in machine.touchdown_bearings)
+def beside(plain, name, values):
+    """The model with a cause more, begun at some values."""
+    machine = plain.problem.model.machine
+    cause = next(each for each in suspects(machine, machine.probes, ()) if each.name == name)
+    return settled(with_cause(plain, cause, Start(values)), plain.horizon, 3)
+
+
+def with_exponent(machine, exponent=EXPONENT):
+    ends = tuple(each.model_copy(update={"contact_exponent": exponent}) for each in machine.touchdown_bearings)
     return machine.model_copy(update={"touchdown_bearings": ends})
 
 
@@ -71,6 +80,29 @@ def test_a_cause_is_not_taken_for_stated_values(crew):
     assert plain.fails
     assert not explained_by_stated_values(plain)
     assert stated_remarks(plain.problem, plain.fit.point) == []
+
+
+def test_a_weak_cause_takes_away_more_than_stated_values_do(crew):
+    """A cause that fits what another law of the contact leaves is weighed against that law; one of a sensor is not."""
+    _, plain = plain_model(crew, with_exponent(drops.machine(), SLIGHTLY_OFF))
+    assert not plain.fails
+    pushed = beside(plain, "cross_coupled_stiffness@impeller", {"stiffness": 1e4})
+    assert pushed.misfit < plain.misfit
+    free = plain_beside(plain, pushed)
+    assert free.misfit < pushed.misfit
+    assert not free.causes
+    assert free.problem.values(free.fit.point, 0)[0]["DE.contact_exponent"] > 10 / 9 + 0.01
+    assert plain_beside(free, pushed) is free
+    assert plain_beside(plain, beside(plain, "probe_gain@DE_A", {"gain": 1.001})) is plain
+
+
+def test_stated_values_do_not_do_what_a_weak_cause_does(crew):
+    _, plain = plain_model(crew, drops.machine(), "cross_coupled_stiffness:plane=impeller,stiffness=20000 N/m")
+    assert plain.fails
+    assert plain.ratio < EXPLAINED  # so it is asked
+    pushed = beside(plain, "cross_coupled_stiffness@impeller", {"stiffness": 1e4})
+    assert not pushed.fails
+    assert plain_beside(plain, pushed) is plain
 
 
 @pytest.mark.slow
