@@ -19,7 +19,7 @@ from tdbmon.diagnosis.probability import (
 )
 from tdbmon.diagnosis.suspects import Suspect, met_alike
 from tdbmon.estimate import Estimate
-from tdbmon.identify.stated_values import at_their_limits
+from tdbmon.identify.stated_values import at_their_limits, has_stated_values
 
 _MOST = 0.5  # of what the plain model leaves beyond noise
 _STRAINED = 3  # stated values at their limits, with which a model is bent
@@ -130,7 +130,14 @@ class _Case:
 def _nothing_is_missing(case: _Case) -> Verdict | None:
     if case.best.causes or not case.plain_explains:
         return None
-    return case.nobody(Kind.NONE, f"the plain model leaves {case.best.times_noise} times what noise would")
+    why = f"the plain model leaves {case.best.times_noise} times what noise would"
+    rival = next((each for each in case.contenders if each.causes), None)
+    if rival is not None and has_stated_values(case.best.problem) and not has_stated_values(rival.problem):
+        why += (
+            " if values may move that the machine file states without tolerance; without that"
+            f" {rival.words} leaves {rival.times_noise} times"
+        )
+    return case.nobody(Kind.NONE, why)
 
 
 def _too_much_is_left(case: _Case) -> Verdict | None:

@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 from tdbsim.machine import load_machine
 
-from tdbmon.diagnosis.contender import EXPLAINED, Contender, settled, with_cause
+from tdbmon.diagnosis.contender import EXPLAINED, Contender, eased, settled, with_cause
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, plain_beside, with_stated_values_free
 from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.diagnosis.verdict import Kind, verdict
 from tdbmon.identify.divergence import with_divergence
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
@@ -93,6 +94,10 @@ def test_a_weak_cause_takes_away_more_than_stated_values_do(crew):
     assert not free.causes
     assert free.problem.values(free.fit.point, 0)[0]["DE.contact_exponent"] > 10 / 9 + 0.01
     assert plain_beside(free, pushed) is free
+    told = verdict(sorted([free, pushed], key=lambda each: each.bic), None)
+    assert told.kind is Kind.NONE
+    assert told.why.endswith(f"without that cross-coupled stiffness at impeller leaves {pushed.times_noise} times")
+    assert verdict(sorted([free, eased(pushed)], key=lambda each: each.bic), None).why.endswith("what noise would")
     assert plain_beside(plain, beside(plain, "probe_gain@DE_A", {"gain": 1.001})) is plain
 
 
