@@ -185,9 +185,10 @@ class Search:
             self.asked[base.name] = horizon
             at = wavy if base is best else at
             found = self._more_than_half(best, invited)
-            held = [each for each in found if not each.fails]
-            if thorough and held and all(each.causes[-1].fits_much for each in held):
-                found += self._more_than_half(best, self._simple(base))
+            holding = [each for each in found if not each.fails]
+            # values make up for a small oval too, and lobes fit what these leave of it
+            if thorough and holding and all(each.causes[-1].fits_much for each in holding):
+                found += self._more_than_half(best, self._definite(base))
             if found and best.causes:
                 return found
         if thorough and self._shows_from_the_fall(best, horizon, found):
@@ -332,16 +333,13 @@ class Search:
         return best_of_each_name([*near, *self._promised_from_the_fall(best, said, led)])
 
     def weak_beside(self, best: Contender) -> list[Contender]:
-        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes.
+        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes."""
+        return self._more_than_half(best, self._definite(best, _FURTHER_TAKES))
 
-        Asked of what promises that, and does not fit a little of anything.
-        """
-        return self._more_than_half(best, self._simple(best, _FURTHER_TAKES))
+    def _definite(self, best: Contender, share: float = 0.0) -> list[Contender]:
+        """Return a contender with each cause that promises a share of what it leaves, fitted from the fall on.
 
-    def _simple(self, best: Contender, share: float = 0.0) -> list[Contender]:
-        """Return a contender, fitted from the fall on, with each cause that promises a share of what it leaves.
-
-        Of those that do not fit a little of anything.
+        Asked are those that do not fit a little of anything.
         """
         others = [each for each in self.suspects if each.name not in best.effects and not each.fits_much]
         said = promising(best, scores(best.problem, best.fit, best.horizon, others), share)
