@@ -13,6 +13,7 @@ from tdbmon.diagnosis.effect_size import share_of
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import FAILING
+from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
@@ -150,6 +151,11 @@ class Contender:
     def in_contacts(self) -> bool:
         """True where one of its causes acts in contacts."""
         return any(cause.in_contacts for cause in self.causes)
+
+    @property
+    def on_shaft(self) -> bool:
+        """True where one of its causes acts on the shaft, and not only on what the probes show of it."""
+        return not all(acts_on_sensors(cause.declared) for cause in self.causes)
 
     @property
     def negligible(self) -> bool:

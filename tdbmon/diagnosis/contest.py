@@ -103,8 +103,7 @@ def contest(
     if min(compared, key=lambda each: each.bic) not in before:
         # a cause that is next to nothing may have led to the paths that were found
         plain, others = simplified(plain, others)
-    if others:
-        plain = plain_beside(plain, min(others, key=lambda each: each.bic))
+    plain = plain_beside(plain, min([plain, *others], key=lambda each: each.bic))
     return sorted([plain, *others], key=lambda each: each.bic)
 
 

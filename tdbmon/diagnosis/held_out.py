@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.identify.cages import better_cages
-from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit, fit
 from tdbmon.identify.one_drop import coordinates, frozen, only
 from tdbmon.identify.own_paths import better_paths, lost_drops
@@ -177,8 +176,7 @@ def proved(plain: Contender, extended: Contender, proof: HeldOut) -> bool:
     where readings can tell: with nothing hidden some such cause made up for laws that are a little off, and took away 0.23 to
     0.37 of what was left there in four fits to synthetic drops.  Sensors have exact laws.
     """
-    on_shaft = not all(acts_on_sensors(cause.declared) for cause in extended.causes)
-    tells = on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None
+    tells = extended.on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None
     return proof.seen if tells or to_be_seen(plain, extended) else proof.holds
 
 

@@ -14,7 +14,6 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import EXPLAINED, FEW_SLOPES, SLOPES, Contender, eased, settled
-from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values, has_stated_values
 
 _HOPELESS = 2.0  # times what the best model leaves
@@ -32,12 +31,17 @@ def explained(before: Contender, freed: float) -> bool:
 
 
 def plain_beside(plain: Contender, best: Contender) -> Contender:
-    """Return the plain model to weigh against one with causes: with the stated values free where that leaves less.
+    """Return the plain model to weigh against the best one: with the stated values free where that leaves less.
 
-    Asked where the plain model leaves little more than noise.  What acts on sensors alone is nothing that such values do.
+    Asked where a cause leads and the plain model leaves little more than noise.  What acts on sensors alone is nothing that
+    such values do.
     """
-    on_sensors = all(acts_on_sensors(cause.declared) for cause in best.causes)
-    if on_sensors or plain.ratio > EXPLAINED or plain.horizon != best.horizon or has_stated_values(plain.problem):
+    if (
+        not best.on_shaft
+        or plain.ratio > EXPLAINED
+        or plain.horizon != best.horizon
+        or has_stated_values(plain.problem)
+    ):
         return plain
     try:
         free = settled(eased(plain), plain.horizon, SLOPES)

@@ -19,7 +19,12 @@ _TOLD = 1.0  # standard deviation, from which on it is told
 
 def has_stated_values(problem: Problem) -> bool:
     """Return whether these values may move already."""
-    return not {p.name for p in stated_parameters(problem.model.machine)}.isdisjoint(p.name for p in problem.shared)
+    return bool(_free(problem))
+
+
+def _free(problem: Problem) -> list[Parameter]:
+    known = {p.name for p in problem.shared}
+    return [each for each in stated_parameters(problem.model.machine) if each.name in known]
 
 
 def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
@@ -39,8 +44,7 @@ def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> t
 def at_their_limits(problem: Problem, point: NDArray[np.float64]) -> list[str]:
     """Return the names of those that are free and at a point nearly as far off as they may be."""
     values, _ = problem.values(point, 0)
-    stated = [each for each in stated_parameters(problem.model.machine) if each.name in values]
-    return [each.name for each in stated if _way_to_limit(each, values[each.name]) >= _AT_LIMIT]
+    return [each.name for each in _free(problem) if _way_to_limit(each, values[each.name]) >= _AT_LIMIT]
 
 
 def _way_to_limit(of: Parameter, value: float) -> float:
@@ -54,8 +58,8 @@ def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
     values, _ = problem.values(point, 0)
     moved = [
         p.instead(values[p.name], p.nominal)
-        for p in stated_parameters(problem.model.machine)
-        if p.name in values and abs(values[p.name] - p.nominal) > _TOLD * p.sigma
+        for p in _free(problem)
+        if abs(values[p.name] - p.nominal) > _TOLD * p.sigma
     ]
     if not moved:
         return []
