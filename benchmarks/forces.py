@@ -47,7 +47,8 @@ code with tdbmon or tdbsim; "true" is what that program used.
    share. Fits that begin at other clearances run beside it until the contacts decide. Where one-sided difference quotients no
    longer improve the fit, central ones are taken: paths with impacts bend. A value's interval rests on the contacts that the
    fit explains. A value at the edge of its tolerance, and one that the drops hardly determine, is reported with those that
-   it is correlated with.
+   it is correlated with. Where the model fails, what the file states without tolerance is let free too, and a remark lists what
+   had to move.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
    beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence.
@@ -79,8 +80,8 @@ _TAIL = """## What falls short
 - **Friction by sensitivity** varies one coefficient of both ends with all else as fitted by least squares; it is a check of
   that fit, not a second measurement.
 - **Natural frequencies** have the intervals of the calibration alone. They are those of small motion about rest at the
-  static load, without damping; support masses are as the machine file has them, and matter: without them the second vertical
-  mode is 5 to 7 % off.
+  static load, without damping; support masses are as the machine file has them (as fitted where they were let
+  free), and matter: without them the second vertical mode is 5 to 7 % off.
 - **Peak forces** are the greatest of all integration steps. The first blow of the inner ring is shorter than a sample of
   10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
   documented how they were taken, agree with the peaks at the samples better than with those of all steps.

@@ -49,13 +49,6 @@ def analyse(
             if writers or json_file is not None:
                 tell("simulating on to the end of the record")
                 fitted = fitted.with_coast_down(result)
-        if writers:
-            from tdbmon.report.drop_report import build_report
-
-            tell("drawing the figures")
-            document = build_report(result, fitted=fitted)
-            for write in writers:
-                write(document)
     lines, written = list(summary_lines(result, fitted is not None)), []
     if fitted is not None:
         from tdbmon.identify.contract import force_lines
@@ -69,7 +62,17 @@ def analyse(
             written.append(f"machine: {calibrated}")
     if json_file is not None:
         written += write_json(json_file, _content(result, fitted))
-    say([*lines, *written, *(f"report: {path}" for path in report or [])])
+    # before the figures: what was found is not lost with one that can't be drawn
+    say([*lines, *written])
+    if writers:
+        from tdbmon.report.drop_report import build_report
+
+        with on_terminal() as tell:
+            tell("drawing the figures")
+            document = build_report(result, fitted=fitted)
+            for write in writers:
+                write(document)
+        say(f"report: {path}" for path in report or [])
 
 
 def _content(result: Analysis, fitted: FittedDrop | None) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
     problem, new, point = contender.problem, contender.causes[-1], contender.fit.point
     if new.standing_waves:
         found = [_round_the_race(problem, new, contender.fit, horizon)]
-    elif new.of_each_drop:
+    elif new.drop_specific:
         found = [turned(problem, contender.fit, horizon)]
     else:
         found = [fit_or_none(problem, point, horizon, 1)]

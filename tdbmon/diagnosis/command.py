@@ -48,18 +48,21 @@ def diagnose(
             result, since = diagnose_since(plan, before, channels, tell, all_cores())
         else:
             result = run(plan, channels, tell, all_cores())
-        if writers:
+    lines, content = diagnosis_lines(result), diagnosis_json(result)
+    if since is not None:
+        lines, content = [*reference_lines(since), *lines], {**content, "reference": reference_json(since)}
+    written = write_json(json_file, content)
+    if extended is not None:
+        written.append(_write_extended(result, extended))
+    # before the figures: what took minutes to find is not lost with one that can't be drawn
+    say([*lines, *written])
+    if writers:
+        with on_terminal() as tell:
             tell("drawing the figures")
             document = _document(result, since, channels)
             for write in writers:
                 write(document)
-    lines, content = diagnosis_lines(result), diagnosis_json(result)
-    if since is not None:
-        lines, content = [*reference_lines(since), *lines], {**content, "reference": reference_json(since)}
-    written = [*write_json(json_file, content), *(f"report: {path}" for path in report or [])]
-    if extended is not None:
-        written.append(_write_extended(result, extended))
-    say([*lines, *written])
+        say(f"report: {path}" for path in report or [])
 
 
 def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.Dataset]) -> Document:

@@ -17,7 +17,6 @@ from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit, fit, misfit_of
 from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import squares
 from tdbmon.identify.stated_values import with_stated_values
 from tdbmon.identify.stray import led_back, stray_drop
 from tdbmon.identify.widened import widened
@@ -78,24 +77,14 @@ class Contender:
         return self.fit.misfit
 
     @property
-    def residuals(self) -> int:
-        """How many there are."""
-        return sum(len(r) for r in self.fit.residuals)
-
-    @property
     def ratio(self) -> float:
         """Misfit a residual: 1 where only noise is left."""
-        return self.misfit / self.residuals
-
-    @property
-    def ratio_of_drops(self) -> list[float]:
-        """Misfit a residual of each drop, without what is known beforehand."""
-        return [squares(r) / len(r) for r in self.fit.residuals]
+        return self.fit.ratio
 
     @property
     def excess(self) -> float:
         """Misfit beyond that of the noise."""
-        return max(self.misfit - self.floor * self.residuals, 0.0)
+        return max(self.misfit - self.floor * self.fit.count, 0.0)
 
     @property
     def freedom(self) -> int:
@@ -105,7 +94,7 @@ class Contender:
     @property
     def bic(self) -> float:
         """Bayesian information criterion: G. Schwarz, Ann. Statist. 6 (1978) 461."""
-        return self.misfit + self.later + self.freedom * math.log(self.residuals)
+        return self.misfit + self.later + self.freedom * math.log(self.fit.count)
 
     @property
     def name(self) -> str:
@@ -133,9 +122,9 @@ class Contender:
         return replace(self, causes=causes, problem=replace(self.problem, drops=known.drops, crew=known.crew))
 
     @property
-    def of_each_drop(self) -> bool:
+    def drop_specific(self) -> bool:
         """True where one of its causes has angles or a number of its own in every drop, by which it fits much."""
-        return any(cause.of_each_drop for cause in self.causes)
+        return any(cause.drop_specific for cause in self.causes)
 
     @property
     def fits_much(self) -> bool:

@@ -280,7 +280,7 @@ class _Contest:
             best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
         if horizon >= self.stages.bounced and self._may_be_led(best) and _nearly_holds(best):  # still
             led = led_along(best.problem, best.fit, horizon)
-            if hardly_gained(best.fit, led, best.floor * best.residuals):
+            if hardly_gained(best.fit, led, best.floor * best.fit.count):
                 self.tried.add((_Way.VALLEY, best.name))
             best = self._replaced(best, replace(best, fit=led))
         if horizon <= self.stages.sound:
@@ -457,7 +457,7 @@ def _nearly_holds(best: Contender) -> bool:
     """
     if best.ratio > _NEAR_NOISE * best.floor or (best.causes and not best.fails):
         return False
-    return max(best.ratio_of_drops) > FAILING * best.floor
+    return max(best.fit.ratio_of_drops) > FAILING * best.floor
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

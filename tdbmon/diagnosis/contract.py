@@ -42,6 +42,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "held_out_rms_um": proof.extended * 1e6 if proof and best.causes else None,
         },
         "held_out": list(proof.drops) if proof else [],
+        "held_out_judge": str(proof.judge) if proof else None,
         "gain": proof.gain if proof and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS) else None,
         "horizon_s": best.horizon,
         "unexplained": {
@@ -77,8 +78,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     proof = diagnosis.proof
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
-            f"held out {proof.drop}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um, noise"
-            f" {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"
+            f"held out {proof.drop}, {proof.judge}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um,"
+            f" noise {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"
         )
     out += [f"remark: {each}" for each in diagnosis.remarks]
     out.append(f"next test: {diagnosis.next_test}")

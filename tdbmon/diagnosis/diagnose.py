@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
-from tdbmon.diagnosis.contender import PLAIN_LEAD, Contender, plain_of
+from tdbmon.diagnosis.contender import PLAIN_LEAD, SLOPES, Contender, plain_of, settled
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
@@ -20,7 +20,7 @@ from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.parameters import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
-from tdbmon.diagnosis.slows_otherwise import has_drive_torque, slowing_remarks
+from tdbmon.diagnosis.slows_otherwise import SlowsOtherwise, slowing_beside
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, strained, verdict
 from tdbmon.estimate import Estimate
@@ -51,7 +51,7 @@ class Diagnosis:
     parameters : dict
         Of each accused model, then of each of its causes by name: its parameters' estimates by theirs.
     values : dict
-        Of the machine, to which its file gives a tolerance, as the likeliest model was fitted with them.
+        Of the machine, to which its file gives a tolerance, as the model that the verdict believes was fitted with them.
     late : tuple of LateRecord or None
         The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
         tell, or it believes none.
@@ -137,11 +137,9 @@ def diagnose(
         if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
-        # a model with a cause that is not believed may have bent its values to it
-        believed = found.plain if found.verdict.kind is Kind.UNKNOWN else found.likeliest
-        unlike = unlike_drops(believed.problem, believed.fit) if obstacle is None else []
-        slowed_otherwise = slowing_remarks(found.likeliest) if mistaken is None else []
-        driven = bool(slowed_otherwise) and has_drive_torque(found.likeliest)
+        believed = found.believed
+        unlike = _unlike(believed) if obstacle is None else []
+        slows = slowing_beside(believed) if mistaken is None else SlowsOtherwise()
         judged, remarked = _against(found, obstacle, otherwise)
     return Diagnosis(
         machine=machine,
@@ -149,22 +147,31 @@ def diagnose(
         contenders=found.field,
         proof=found.proof,
         parameters={each: found.sizes[each].causes for each in judged.accused},
-        values=found.sizes[found.likeliest].machine,
+        values=found.sizes[believed].machine,
         late=late,
         late_before=late_before,
         mistaken=mistaken.why if mistaken is not None else None,
-        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field, driven),
+        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field, slows.driven),
         remarks=(
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *parting_remarks(problem, asked, horizons),
             *unlike,
-            *stated_remarks(found.likeliest.problem, found.likeliest.fit.point),
-            *slowed_otherwise,
+            *stated_remarks(believed.problem, believed.fit.point),
+            *slows.remarks,
             *remarked,
         ),
         seconds=time.monotonic() - began,
     )
+
+
+def _unlike(believed: Contender) -> list[str]:
+    """Return what there is to say of drops that hardly go with the others, at the first contacts too: a path may part later."""
+    found = unlike_drops(believed.problem, believed.fit)
+    if not found:
+        return []
+    early = settled(believed, min(believed.problem.stages.bounced, believed.horizon), SLOPES)
+    return unlike_drops(early.problem, early.fit)
 
 
 @dataclass(frozen=True)
@@ -195,7 +202,7 @@ class _Judged:
     verdict : Verdict
     likeliest : Contender
     sizes : dict
-        Of the likeliest model and of those accused.
+        Of the model that is believed and of those accused.
     """
 
     field: tuple[Contender, ...]
@@ -208,6 +215,11 @@ class _Judged:
     def plain(self) -> Contender:
         """The model without causes."""
         return plain_of(self.field)
+
+    @property
+    def believed(self) -> Contender:
+        """The model whose values are told: one with a cause that is not believed may have bent its own to it."""
+        return self.plain if self.verdict.kind in (Kind.NONE, Kind.UNKNOWN) else self.likeliest
 
 
 def _first_judged(
@@ -251,20 +263,19 @@ def _beside_the_rest(
 ) -> tuple[_Judged, tuple[LateRecord, ...] | None, tuple[LateRecord, ...] | None]:
     """Return the models judged by the rest of the records too, if it has another cause; and that rest, with and without it."""
     progress("holding the rest of the record against simulations")
-    # a cause of the likeliest model may be none that was proved
-    believed = found.plain if found.verdict.kind is Kind.NONE else found.likeliest
-    late = late_records(believed)
+    late = late_records(found.believed)
     if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
         return found, late, None
     progress("looking for what would explain the rest of the record")
-    told = _with_late_cause(found, believed, late, suspected)
+    told = _with_late_cause(found, late, suspected)
     return (found, late, None) if told is None else (*told, late)
 
 
 def _with_late_cause(
-    found: _Judged, believed: Contender, late: tuple[LateRecord, ...], suspected: Sequence[Suspect]
+    found: _Judged, late: tuple[LateRecord, ...], suspected: Sequence[Suspect]
 ) -> tuple[_Judged, tuple[LateRecord, ...]] | None:
     """Return the models judged with a cause that explains the rest of the records, and that rest with it; None without one."""
+    believed = found.believed
     field, causes = with_late_causes(believed, found.field, late, suspected)
     if not causes:
         return None
@@ -273,11 +284,12 @@ def _with_late_cause(
     wider = _judged(field, proof, 0.0, suspected, late=causes)
     if not wider.verdict.accused:
         return None
-    added = wider.likeliest.causes[-1]
+    accused = wider.verdict.accused[0]
+    added = accused.causes[-1]
     # where each drop would have it otherwise, they have none in common
-    if not clear_of_nothing(added, wider.sizes[wider.likeliest].causes[added.name]):
+    if not clear_of_nothing(added, wider.sizes[accused].causes[added.name]):
         return None
-    after = late_records(wider.likeliest)
+    after = late_records(accused)
     if after is None:
         return None
     # simulations that lie further apart are no nearer
@@ -317,11 +329,13 @@ def _judged(
         without = tuple(values for proof in proofs if proof is not None for values in proof.without)
         return sizes_of(each, without, rest)
 
-    concerned = (likeliest, *(each for each in judged.accused if each is not likeliest))
-    sizes = {each: sized(each) for each in concerned}
+    sizes = {each: sized(each) for each in judged.accused}
     if judged.accused:
         judged = strained(doubted(judged, plain_of(field), sizes[judged.accused[0]].causes, proof))
-    return _Judged(tuple(field), proof, judged, likeliest, sizes)
+    found = _Judged(tuple(field), proof, judged, likeliest, sizes)
+    if found.believed not in sizes:
+        sizes[found.believed] = sized(found.believed)
+    return found
 
 
 def _best_with_cause(field: Sequence[Contender]) -> Contender | None:

@@ -88,7 +88,7 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
 
 def _criterion(found: Contender, drift: Drift) -> float:
     """Return the Bayesian information criterion of a model fitted to readings that are put right by a drift."""
-    return found.bic + drift.shape.size * math.log(found.residuals)
+    return found.bic + drift.shape.size * math.log(found.fit.count)
 
 
 def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:

@@ -166,7 +166,7 @@ def to_be_seen(plain: Contender, extended: Contender) -> bool:
 
     So do waves, lobes and balls beside a plain model that explains the drops: that one may have lost its way within the noise.
     """
-    return extended.of_each_drop or (extended.fits_much and plain.ratio <= EXPLAINED)
+    return extended.drop_specific or (extended.fits_much and plain.ratio <= EXPLAINED)
 
 
 def proved(plain: Contender, extended: Contender, proof: HeldOut) -> bool:
@@ -260,7 +260,7 @@ def telling_drops(plain: Contender) -> list[int]:
     order = np.argsort([drop.speed for drop in plain.problem.drops])
     middle = (len(order) - 1) // 2
     drops = [int(order[k]) for k in sorted(range(len(order)), key=lambda k: abs(k - middle - 0.1))]
-    beyond = [max(ratio - plain.floor, 0.0) for ratio in plain.ratio_of_drops]
+    beyond = [max(ratio - plain.floor, 0.0) for ratio in plain.fit.ratio_of_drops]
     return sorted(drops, key=lambda drop: beyond[drop] < _TELLING * max(beyond))
 
 

@@ -170,8 +170,9 @@ def from_the_first_contact(
     touched = fallen.problem.stages.touched
     told = [horizon for horizon in horizons if horizon <= touched]
     later = [horizon for horizon in horizons if horizon > touched]
-    taken = any(cause.of_each_drop for cause, _ in known)
-    others = [each for each in others if not (taken and each.of_each_drop)]
+    taken = any(cause.drop_specific for cause, _ in known)
+    stands = {cause.name for cause, _ in known}  # two causes of one name would be one value to the problem
+    others = [each for each in others if each.name not in stands and not (taken and each.drop_specific)]
     before = met if met is not None and not known else {}
     asked = [each for each in others if (fallen, each) not in before]
     before.update({(fallen, each): few for each, few in _to_the_first_contacts(fallen, known, asked, told).items()})

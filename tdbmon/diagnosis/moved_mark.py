@@ -33,7 +33,7 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
     names = set.intersection(*({probe.name for probe in drop.probes} for drop in drops))
     (first, chance), *others = (_twice_a_revolution(drop, names) for drop in drops)
     size = float(np.linalg.norm(first))
-    if size < _CLEAR * chance:
+    if not size > _CLEAR * chance:  # nor where no probe is in all drops
         return None
     turns, moved = [], False
     for seen, chance_too in others:

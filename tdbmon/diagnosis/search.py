@@ -257,7 +257,7 @@ class Search:
             not self.stages.touched < horizon < self.stages.followed
             or parts
             or best.ratio > NEARLY
-            or best.of_each_drop
+            or best.drop_specific
         ):
             return []
         known = list(zip(best.causes, best.starts(), strict=True))

@@ -26,7 +26,7 @@ def promising(best: Contender, asked: Sequence[Score], share: float = 0.0) -> li
 
     They must promise a share of what the best contender leaves beyond noise, too.
     """
-    price = math.log(best.residuals)
+    price = math.log(best.fit.count)
     of_each_name: dict[str, Score] = {}
     for score in sorted(asked, key=lambda score: score.beyond(price), reverse=True):
         of_each_name.setdefault(score.suspect.name, score)
@@ -55,9 +55,9 @@ def worth_fitting(
         for s in suspects
         if s.name not in best.effects
         and best.effects | {s.name} not in known
-        and not (s.of_each_drop and best.of_each_drop)
+        and not (s.drop_specific and best.drop_specific)
     ]
-    price = math.log(best.residuals)
+    price = math.log(best.fit.count)
     found: list[Score] = []
     names: dict[str, int] = {}
     for score in scores(best.problem, best.fit, horizon, open_to):

@@ -37,7 +37,7 @@ def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool
     With angles or a number of its own in every drop it fits much that is not there.
     """
     gone = [cause for cause in best.causes if cause.name not in near.effects]
-    return bool(near.causes and gone) and all(cause.of_each_drop for cause in gone) and hardly_fails(near, plain)
+    return bool(near.causes and gone) and all(cause.drop_specific for cause in gone) and hardly_fails(near, plain)
 
 
 def hardly_fails(each: Contender, plain: Contender) -> bool:

@@ -163,7 +163,7 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
     found = []
     for suspect in suspects:
         first = _tried(base, suspect, _sizes(suspect, _SHARES))
-        if not first:
+        if len(first) < 2:  # one size alone tells neither the best nor how well it is known
             continue
         misfits = [slowing_misfit(trial) for _, trial in first]
         if misfits[-1] <= min(misfits) + _AS_GOOD:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,31 +30,43 @@ def slows_otherwise(contender: Contender) -> bool:
     return slowings is not None and slowing_misfit(slowings) > _PLAINLY_SLOWS
 
 
-def slowing_remarks(contender: Contender) -> list[str]:
-    """Return what there is to say of how fast the rotor slows, where it is plainly not as simulated."""
+@dataclass(frozen=True)
+class SlowsOtherwise:
+    """How a rotor slows otherwise than a model has it.
+
+    Attributes
+    ----------
+    remarks : tuple of str
+        What there is to say of it; empty where nothing is plain.
+    driven : bool
+        Whether the drops slow as by a torque that acts from the release on.
+    """
+
+    remarks: tuple[str, ...] = ()
+    driven: bool = False
+
+
+def slowing_beside(contender: Contender) -> SlowsOtherwise:
+    """Return how fast the rotor slows, where it is plainly not as simulated."""
     slowings = slowings_of(contender)
     if slowings is None:
-        return []
+        return SlowsOtherwise()
     machine = contender.problem.model.machine
     torques = torques_beside_lag(slowings, contender)
     if torques is not None:
-        return [torque_in_words(torques, machine)]
+        return SlowsOtherwise((torque_in_words(torques, machine),), driven=True)
     factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
-        return []
+        return SlowsOtherwise()
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     where = ", in all drops" if len(slowings) > 1 else ""
-    return [
-        f"the contacts slow the shaft {factor:.2f} times as much as simulated{where}, and a drag within its tolerance does not"
-        f" explain that: the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings, or"
-        " friction at small loads may not be as the file has it. The verdict does not rest on it"
-    ]
-
-
-def has_drive_torque(contender: Contender) -> bool:
-    """True where drops slow as by a torque that acts from the release on."""
-    slowings = slowings_of(contender)
-    return slowings is not None and torques_beside_lag(slowings, contender) is not None
+    return SlowsOtherwise(
+        (
+            f"the contacts slow the shaft {factor:.2f} times as much as simulated{where}, and a drag within its tolerance does"
+            f" not explain that: the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings,"
+            " or friction at small loads may not be as the file has it. The verdict does not rest on it",
+        )
+    )
 
 
 def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float]:

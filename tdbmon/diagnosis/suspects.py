@@ -106,19 +106,19 @@ class Suspect:
         return bool(self.usual()) and bool(self.shapes)
 
     @property
-    def of_each_drop(self) -> bool:
-        """True for what has an angle or a number of its own in every drop: it fits anything a little."""
+    def drop_specific(self) -> bool:
+        """True for lobes, turning waves and balls: with an angle or number of each drop's own they fit anything a little."""
         return self.turning or self.counted is not None
 
     @property
     def fits_much(self) -> bool:
         """True for a ball, waves or lobes, which have many orders, numbers and angles to fit with."""
-        return self.of_each_drop or self.standing_waves
+        return self.drop_specific or self.standing_waves
 
     def usual(self) -> tuple[Start, ...]:
         """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
         shared, angles = self.usual_values, self.angles
-        if not self.in_contacts or self.of_each_drop:
+        if not self.in_contacts or self.drop_specific:
             return ()
         if not angles:
             return (Start(shared),)

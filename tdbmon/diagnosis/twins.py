@@ -8,6 +8,7 @@ than they differ by.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -56,7 +57,7 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
 def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horizon: float) -> list[Contender]:
     """Return a model with others in the place of a cause of sensors, which promise about as much."""
     ranked = scores(bare.problem, bare.fit, horizon, [cause, *others])
-    own = max(score.gain for score in ranked if score.suspect is cause)
+    own = max((score.gain for score in ranked if score.suspect is cause), default=math.inf)
     return [
         settled(with_cause(bare, score.suspect, score.start), horizon, FEW_SLOPES)
         for score in ranked

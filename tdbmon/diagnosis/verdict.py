@@ -267,8 +267,8 @@ def doubted(
     if judged.kind is not Kind.NAMED or plain.ratio > EXPLAINED:
         return judged
     named = judged.accused[0]
-    alone = max(plain.ratio_of_drops) > EXPLAINED >= max(named.ratio_of_drops)
-    if proof is not None and (proof.seen or (alone and proof.holds and proof.clear)) and not named.of_each_drop:
+    alone = max(plain.fit.ratio_of_drops) > EXPLAINED >= max(named.fit.ratio_of_drops)
+    if proof is not None and (proof.seen or (alone and proof.holds and proof.clear)) and not named.drop_specific:
         return judged
     for cause in named.causes:
         if not clear_of_nothing(cause, sizes[cause.name]):

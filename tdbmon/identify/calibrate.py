@@ -96,9 +96,10 @@ def fit_drops(
     with Crew(workers) as crew:
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
+        problem = with_divergence(problem)
         progress("looking for what the machine file may have wrong")
         mistaken = machine_doubt(problem)
-        problem = replace(with_divergence(problem), to_the_bottom=True)
+        problem = replace(problem, to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
         if mistaken is not None:  # fits of a wrong machine fail further on, where they take long

@@ -42,7 +42,8 @@ def exchanged_ends(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     if len(put_back) < len(drops):
         return None
     try:
-        otherwise = first_fits(build_problem(machine, put_back, problem.crew)).get(STAGES.touched)
+        exchanged = replace(build_problem(machine, put_back, problem.crew), standing=problem.standing)
+        otherwise = first_fits(exchanged).get(STAGES.touched)
     except InputError:
         return None
     if otherwise is None or otherwise.ratio * _CLEARLY > as_recorded.ratio:

@@ -49,9 +49,19 @@ class Fit:
     misfit: float
 
     @property
+    def count(self) -> int:
+        """How many residuals there are."""
+        return sum(len(each) for each in self.residuals)
+
+    @property
     def ratio(self) -> float:
         """What is left, a residual: 1 where that is noise alone."""
-        return self.misfit / sum(len(each) for each in self.residuals)
+        return self.misfit / self.count
+
+    @property
+    def ratio_of_drops(self) -> Array:
+        """The same of each drop, without what is known beforehand."""
+        return np.array([squares(each) / len(each) for each in self.residuals])
 
 
 def fit(

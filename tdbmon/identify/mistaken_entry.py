@@ -108,10 +108,12 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
     """Return the entries that say the same of both ends, together; a nought is wrong by no factor."""
+    machine = problem.model.machine
+    magnets = {f"magnet {magnet.name}" for magnet in machine.magnetic_bearings}
     kinds: dict[str, tuple[Parameter, ...]] = {}
-    for each in (each for each in entries(problem.model.machine) if each.nominal > 0):
+    for each in (each for each in entries(machine) if each.nominal > 0):
         owner, _, field = each.name.rpartition(".")
-        kind = f"{owner.partition(' ')[0]} {field}" if " " in owner else field
+        kind = f"magnet {field}" if owner in magnets else field
         kinds[kind] = (*kinds.get(kind, ()), each)
     return list(kinds.values())
 

@@ -109,8 +109,9 @@ class Levitated:
 
 def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
     """Return the first sample of the record that is simulated to a horizon, and how many there are."""
-    first = max(int(np.searchsorted(drop.time, drop.release - LEAD_S)), 0)
-    return first, min(round((LEAD_S + horizon) / drop.interval), drop.unbroken - first)
+    lead = min(LEAD_S, drop.release - float(drop.time[0]))
+    first = int(np.searchsorted(drop.time, drop.release - lead))
+    return first, min(round((lead + horizon) / drop.interval), drop.unbroken - first)
 
 
 def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int) -> DropPlan:

@@ -110,10 +110,8 @@ class Stages:
 
 
 def stages_of(machine: Machine) -> Stages:
-    """Return the instants for a machine's gaps by its file; a vertical one, which does not fall, has the usual ones."""
+    """Return the instants for a machine's gaps by its file."""
     gaps = [each.radial_gap.nominal for each in machine.touchdown_bearings]
-    if machine.gravity <= 0:
-        return Stages()
     falls_like = sum(gaps) / len(gaps) * STANDARD_GRAVITY / machine.gravity  # m: the gap with the same time of fall
     if falls_like <= _WIDEST:
         return Stages()

@@ -15,7 +15,6 @@ from tdbmon.identify.cages import circle, turning
 from tdbmon.identify.least_squares import Fit, fit, fit_or_none
 from tdbmon.identify.one_drop import coordinates, frozen, only
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import squares
 
 Array = NDArray[np.float64]
 
@@ -32,7 +31,7 @@ def stray_drop(found: Fit, sound: float) -> int | None:
     sound : float
         Misfit a residual up to which drops count as explained.
     """
-    left = np.array([squares(r) / len(r) for r in found.residuals])
+    left = found.ratio_of_drops
     worst = int(np.argmax(left))
     others = np.delete(left, worst)
     if others.size == 0 or others.mean() > sound or left[worst] <= max(_APART * others.max(), sound):

@@ -14,7 +14,6 @@ import numpy as np
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import ZERO_SIGMA
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import squares
 
 _FAR_WORSE = 4.0  # times the misfit of the other drops, which is told of a drop
 _APART = 3.0  # standard deviations of such a drift, of the step between drops that is told
@@ -34,7 +33,7 @@ def unlike_drops(problem: Problem, fit: Fit) -> list[str]:
 
 def _far_worse(problem: Problem, fit: Fit) -> list[str]:
     """Return the drops that fit far worse than the others, in words."""
-    ratios = np.array([squares(r) / len(r) for r in fit.residuals])
+    ratios = fit.ratio_of_drops
     out = []
     for i, drop in enumerate(problem.drops):
         others = np.delete(ratios, i)
@@ -52,7 +51,11 @@ def _seen_elsewhere(problem: Problem, fit: Fit) -> list[str]:
     own = [problem.values(fit.point, drop)[1] for drop in range(len(problem.drops))]
     found = []
     for probe in probes:
-        seen = [(values[f"zero_{probe}"], k) for k, values in enumerate(own) if f"zero_{probe}" in values]
+        seen = [
+            (values[f"zero_{probe}"], k)
+            for k, values in enumerate(own)
+            if any(each.name == probe for each in problem.drops[k].probes)
+        ]
         found.append((*_widest(sorted(seen)), probe))
     apart, lower, upper, probe = max(found, default=(0.0, (), (), ""))
     if apart < _APART * ZERO_SIGMA:

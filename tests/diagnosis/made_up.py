@@ -8,7 +8,7 @@ from tdbmon.identify.least_squares import Fit
 
 def contender(like, names, bic_less, ratio):
     """A contender of made-up misfit, to judge."""
-    count = like.residuals
+    count = like.fit.count
     point, fitted = like.fit.point, like.fit
     made = Fit(point, fitted.residuals, fitted.slopes, ratio * count - bic_less)
     causes = tuple(s for s in like_suspects(like) if s.name in names)

@@ -72,10 +72,10 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     plain = plain_of(competed)
     extended = next(each for each in competed if each.causes)
     worse = contender(extended, {"oval_clearance@NDE"}, 0.0, 1.5)
-    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
+    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.fit.count))
     assert worse.fails
     assert not worse.fails_beside(lost)
-    assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.residuals)))
+    assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.fit.count)))
     # more than a model that explains the drops may leave is more than a law that is a little off
     assert contender(extended, {"oval_clearance@NDE"}, 0.0, 2.0).fails_beside(lost)
     assert lost.fails_beside(lost)
@@ -90,7 +90,7 @@ def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed,
     """A large runout or gain shows before anything touches: it says nothing of how well an oval fits."""
     _, everyone = gained
     plain = plain_of(competed)
-    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.residuals))
+    lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.fit.count))
     both = contender(lost, {"oval_clearance@NDE", "probe_gain@DE_A"}, 0.0, 1.5)
     assert not both.fails_beside(lost)
     assert replace(both, exact_excess=2 * both.excess).fails_beside(lost)
@@ -410,7 +410,7 @@ def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
         if s.name == "race_waviness@DE" and s.held == outer
     )
     assert waves.standing_waves
-    assert not waves.of_each_drop
+    assert not waves.drop_specific
     start = with_cause(bare, waves, Start({"amplitude": 2e-6, "phase": math.radians(-80)}))
     straight = fit(start.problem, start.fit.point, 0.014, 3)
     (found,) = with_own_slopes([start], 0.014)

@@ -19,7 +19,7 @@ def plain(speeds, ratios):
         problem=SimpleNamespace(drops=drops, stages=Stages()),
         floor=FLOOR,
         ratio=max(ratios),
-        ratio_of_drops=list(ratios),
+        fit=SimpleNamespace(ratio_of_drops=list(ratios)),
         fails=fails,
     )
 
@@ -38,7 +38,7 @@ def test_a_drop_in_which_the_plain_model_fails_is_held_out_the_middle_one_of_sev
     assert telling_drops(plain(speeds, ratios)) == order
 
 
-def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True, of_each_drop=False, fits_much=False):
+def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True, drop_specific=False, fits_much=False):
     """The proof where plain and extended model leave so many times the noise (1 um) at the horizons in turn."""
     seen = dict(zip((0.022, 0.027, 0.033, 0.04), left, strict=True))
 
@@ -49,7 +49,7 @@ def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True
     # whatever the horizon to which they are judged, both are taught all that the other drops know
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
-    extended = SimpleNamespace(horizon=0.04, of_each_drop=of_each_drop, in_contacts=in_contacts, fits_much=fits_much)
+    extended = SimpleNamespace(horizon=0.04, drop_specific=drop_specific, in_contacts=in_contacts, fits_much=fits_much)
     return held_out.proof_of(plain((60, 100, 150, 210), ratios), extended)
 
 

@@ -87,6 +87,13 @@ def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(
     assert from_the_first_contact(fallen, [(turning[0], start)], turning[1:], HORIZONS) == []
 
 
+def test_waves_of_another_order_never_stand_beside_waves_of_that_bearing(beside_an_oval):
+    fallen, everyone, *_ = beside_an_oval
+    outer = [s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves]
+    start = Start(outer[0].usual_values | {angle.name: 0.0 for angle in outer[0].angles})
+    assert from_the_first_contact(fallen, [(outer[0], start)], outer[1:3], HORIZONS) == []
+
+
 def test_nothing_is_begun_before_both_ends_have_touched(beside_an_oval):
     fallen, everyone, oval, lies = beside_an_oval
     waves = [s for s in everyone if s.standing_waves]

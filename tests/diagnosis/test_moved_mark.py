@@ -57,6 +57,17 @@ def test_three_drops_or_no_keyphasor_tell_nothing(moved):
     assert moved_mark([*drops[:3], replace(drops[3], angle_sigma=math.inf)]) is None
 
 
+def test_drops_that_no_probe_has_in_common_tell_nothing(moved):
+    drops, _ = moved
+    lame = [
+        replace(
+            drop, probes=drop.probes[:k] + drop.probes[k + 1 :], noise=drop.noise[:k] + drop.noise[k + 1 :]
+        )
+        for k, drop in enumerate(drops)
+    ]  # fmt: skip
+    assert moved_mark(lame) is None
+
+
 def _made_up(drops, rng, *, step, smooth):
     """The drops with a surface `smooth` times what noise makes of all readings, and a mark that moves by a step a drop."""
     sigma = drops[0].noise[0].order_sigma

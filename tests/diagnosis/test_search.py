@@ -287,7 +287,7 @@ def test_of_weak_causes_those_are_fitted_from_the_fall_on_whose_scores_are_plain
     phases = tuple({"phase": 0.0} for _ in range(4))
     waves, more = score("race_waviness@DE", 230, phases), score("race_waviness@DE", 225, phases)
     grown, hard = score("thermal_growth@NDE", 220), score("hardening_support@DE", 150)
-    price = math.log(plain.residuals)
+    price = math.log(plain.fit.count)
     assert 150 < waves.beyond(price) < grown.beyond(price)  # they have a phase of their own in every drop
     assert promising(plain, [waves, more, grown, hard]) == [grown, waves]
     assert promising(plain, [more, hard]) == [more]
@@ -305,11 +305,11 @@ def test_what_explains_clearly_less_than_a_cause_next_to_nothing_imitates_it(cre
         wider = with_cause(plain, suspect, Start({suspect.sizes[0][0].name: size}))
         return replace(wider, fit=replace(wider.fit, misfit=misfit))
 
-    failing = replace(plain, fit=replace(plain.fit, misfit=1.3 * plain.residuals))
-    gain = found("probe_gain@DE_A", 1.0005, 1.2 * plain.residuals)
+    failing = replace(plain, fit=replace(plain.fit, misfit=1.3 * plain.fit.count))
+    gain = found("probe_gain@DE_A", 1.0005, 1.2 * plain.fit.count)
     near, far = (found("probe_crosstalk@DE", 0.02, gain.misfit + more) for more in (5.0, 50.0))
     assert gain.negligible and not near.negligible
     assert of_size([gain, near], failing) == [near]
     assert of_size([gain, far], failing) == []
-    explains = replace(gain, fit=replace(gain.fit, misfit=0.9 * plain.residuals))
+    explains = replace(gain, fit=replace(gain.fit, misfit=0.9 * plain.fit.count))
     assert of_size([explains, far], failing) == [explains, far]

@@ -11,7 +11,7 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.slowing_cause import with_slowing
-from tdbmon.diagnosis.slows_otherwise import slowing_remarks, slowings_of, torques_beside_lag
+from tdbmon.diagnosis.slows_otherwise import slowing_beside, slowings_of, torques_beside_lag
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
 from tests.diagnosis import simulated
@@ -90,16 +90,15 @@ def test_with_nothing_hidden_nothing_is_added(crew):
 def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     problem = problem_of(crew)
     as_it_is = settled_plain(problem)
-    assert slowing_remarks(as_it_is) == []
+    assert slowing_beside(as_it_is).remarks == ()
     lighter = problem.model.copy()
     lighter.arrays.spin[INERTIA] *= 1.6
-    (said,) = slowing_remarks(settled_plain(replace(problem, model=lighter)))
+    (said,) = slowing_beside(settled_plain(replace(problem, model=lighter))).remarks
     assert "slow the shaft 1.6" in said or "slow the shaft 1.5" in said
     assert "polar inertia" in said
     assert "in all drops" in said
-    (said,) = slowing_remarks(
-        settled_plain(replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1]))
-    )
+    one_drop = replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1])
+    (said,) = slowing_beside(settled_plain(one_drop)).remarks
     assert "drops" not in said
 
 
@@ -113,7 +112,7 @@ def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
     machine = off.machine.model_copy(update={"rotor": off.machine.rotor.model_copy(update=loose)})
     plain = settled_plain(replace(problem, model=replace(off, machine=machine)))
     assert abs(lag_factor(slowings_of(plain)) - 1) > 0.2
-    assert slowing_remarks(plain) == []
+    assert slowing_beside(plain).remarks == ()
 
 
 def slowed_from_the_release(problem, torques):
@@ -138,7 +137,8 @@ def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
     plain = settled_plain(slowed_from_the_release(problem_of(crew, seconds=0.6), torques))
     found = torques_beside_lag(slowings_of(plain), plain)
     np.testing.assert_allclose(found, torques, rtol=0.05)
-    (said,) = slowing_remarks(plain)
+    (said,) = slowing_beside(plain).remarks
+    assert slowing_beside(plain).driven
     assert "inertia" not in said
     asked = "does the drive stay on" if torques[0] < 0 else "does the drive brake"
     assert asked in said

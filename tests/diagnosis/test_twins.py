@@ -84,7 +84,7 @@ def test_an_effect_at_one_end_is_fitted_in_the_place_of_one_at_both(crew):
 def test_twins_are_made_of_who_may_be_named_only(leaking):
     """Leading a model's twins takes long, and nobody names one that leaves so much."""
     everyone, bare, leak = leaking
-    hopeless = replace(leak, fit=replace(leak.fit, misfit=4.0 * leak.residuals))
+    hopeless = replace(leak, fit=replace(leak.fit, misfit=4.0 * leak.fit.count))
     assert with_twins([bare, hopeless], hopeless, everyone, (0.014,)) == [bare, hopeless]
 
 

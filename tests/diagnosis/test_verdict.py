@@ -198,7 +198,7 @@ def test_causes_that_look_alike_share_a_probability_with_the_one_that_was_fitted
     foundation = next(s for s in everyone if s.name == "foundation_mode@DE")
     both = with_cause(plain, waves, Start({**waves.usual_values, "phase": 0.0}))
     both = with_cause(both, foundation, Start(foundation.usual_values))
-    both = replace(both, failed_s=0.027, fit=replace(both.fit, misfit=0.95 * both.residuals))
+    both = replace(both, failed_s=0.027, fit=replace(both.fit, misfit=0.95 * both.fit.count))
     field = (both, contender(plain, (), 0, 8.0))
     judged = verdict(field, None, suspects=everyone)
     assert [{c.name for c in each.causes} for each in judged.alike] == [
@@ -264,7 +264,7 @@ def test_a_cause_that_explains_a_drop_which_the_plain_model_does_not_is_there_th
     plain = replace(plain, fit=replace(plain.fit, residuals=quiet))
     loud = np.full(len(quiet[0]), 1.8)
     failing = replace(plain, fit=replace(plain.fit, residuals=(loud, *quiet[1:])))
-    assert max(failing.ratio_of_drops) > 1.6 > max(gain.ratio_of_drops)
+    assert max(failing.fit.ratio_of_drops) > 1.6 > max(gain.fit.ratio_of_drops)
     little = HeldOut(("drop_80.nc",), 4e-7, 3.7e-7, 3e-7, 4000.0, 3500.0)
     assert little.clear and not little.seen
     named = verdict([gain, failing], little)
@@ -279,7 +279,7 @@ def test_a_cause_that_explains_a_drop_which_the_plain_model_does_not_is_there_th
 def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_none(competed):
     plain = contender(plain_of(competed), (), 0, 0.95)
     ball = contender(plain, ("off_sized_ball@DE",), 900, 0.9)
-    assert ball.of_each_drop
+    assert ball.drop_specific
     much = HeldOut(("drop_80.nc",), 4e-7, 3.1e-7, 3e-7, 4000.0, 2000.0)
     assert much.seen
     named = verdict([ball, plain], much)
@@ -321,11 +321,11 @@ def test_waves_of_two_orders_that_are_as_likely_are_one_cause_with_the_values_of
             if s.name == "race_waviness@DE" and s.held["order"] == order and s.held["race"] == "outer"
         )
         found = with_cause(bare, suspect, Start({"amplitude": amplitude, "phase": 0.1}))
-        made = Fit(found.fit.point, found.fit.residuals, found.fit.slopes, 0.9 * found.residuals - bic_less)
+        made = Fit(found.fit.point, found.fit.residuals, found.fit.slopes, 0.9 * found.fit.count - bic_less)
         return replace(found, fit=made)
 
     likelier, other = waves(3.0, 5e-6, 10), waves(4.0, 9e-6, 4)
-    lost = replace(bare, fit=Fit(bare.fit.point, bare.fit.residuals, bare.fit.slopes, 9.0 * bare.residuals))
+    lost = replace(bare, fit=Fit(bare.fit.point, bare.fit.residuals, bare.fit.slopes, 9.0 * bare.fit.count))
     field = (other, lost, likelier)
     judged = verdict(field, None)
     assert judged.kind is Kind.NAMED

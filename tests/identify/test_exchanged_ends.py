@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from tdbsim.machine import load_machine
+from tdbsim.stated_effects import parse
 from typer.testing import CliRunner
 
 from tdbmon.cli import app
@@ -13,6 +14,7 @@ from tdbmon.identify.exchanged_ends import exchanged_ends
 from tdbmon.identify.first_fits import few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem
+from tdbmon.machine_file import with_effects
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 
@@ -56,6 +58,21 @@ def test_an_end_that_lacks_a_probe_tells_nothing(cabled):
     lame = replace(drops[0], probes=drops[0].probes[1:], reading=drops[0].reading[1:], noise=drops[0].noise[1:])
     with Crew() as crew:
         assert told_by(build_problem(exchanged, (lame,), crew)) is None
+
+
+def test_what_the_machine_file_knows_to_act_acts_in_both_fits(cabled, monkeypatch):
+    from tdbmon.identify import exchanged_ends as module
+
+    _, exchanged, records = cabled
+    drops = measured_drops([read(path) for path in records[:1]], exchanged)
+    known = with_effects(exchanged, [parse("oval_clearance:end=DE,amplitude=20 um")])
+    fitted = []
+    one_of_them = module.first_fits
+    monkeypatch.setattr(module, "first_fits", lambda problem: fitted.append(problem) or one_of_them(problem))
+    with Crew() as crew:
+        told_by(build_problem(known, drops, crew))
+    (put_back,) = fitted
+    assert [each.identifier() for each in put_back.standing] == ["oval_clearance"]
 
 
 def test_diagnosis_names_no_cause_and_says_what_to_put_right(tmp_path):

@@ -13,7 +13,7 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.first_fits import few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import mistaken_entry
+from tdbmon.identify.mistaken_entry import _kinds, mistaken_entry
 from tdbmon.identify.problem import build_problem
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
@@ -59,6 +59,22 @@ def test_a_gap_given_as_a_diameter_is_told_with_the_gap_that_was(tmp_path):
     for end, true in ANSWER["ends"].items():
         assert found[end] == pytest.approx(true["radial_gap_m"] * 1e6, rel=0.05)
     assert "instead of 400 to 600" in told
+
+
+def test_an_end_may_have_a_name_of_several_words():
+    """What both ends have is asked of both at once, however they are called; what the magnets have, of the magnets."""
+    plain = load_machine(shipped("short/machine.toml"))
+    named = zip(plain.touchdown_bearings, ("coupling end", "free end"), strict=True)
+    bearings = tuple(bearing.model_copy(update={"name": name}) for bearing, name in named)
+    renamed = plain.model_copy(update={"touchdown_bearings": bearings})
+
+    def kinds(machine):
+        with Crew() as crew:
+            found = _kinds(build_problem(machine, (), crew))
+        return [[each.name.rpartition(".")[2] for each in kind] for kind in found]
+
+    assert kinds(renamed) == kinds(plain)
+    assert any(len(kind) == 2 for kind in kinds(plain))
 
 
 def test_a_friction_stated_without_tolerance_is_told(tmp_path):

@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tdbsim.sensors import ProbeChain, Runout, SensorChain
 
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import covariance_of, fit
 from tdbmon.identify.prediction import (
     Sensors,
@@ -15,7 +17,9 @@ from tdbmon.identify.prediction import (
     predict,
     readings,
     touched_rows,
+    window,
 )
+from tests.identify.drops import drop, machine
 
 LAG, GAIN = 19, 1.2
 
@@ -76,6 +80,14 @@ def test_the_levitated_orbit_in_closed_form_is_what_the_probes_read_before_the_r
     turn = np.exp(1j * own["shaft_angle"] * np.array([1, 2]))
     np.testing.assert_allclose(held.mean, read[:, 0], atol=1e-9)
     np.testing.assert_allclose(held.orders * turn, read[:, 1:3] + 1j * read[:, 3:], atol=1e-9)
+
+
+@pytest.mark.parametrize("levitated", [0.08, 0.0065])
+def test_what_is_simulated_ends_at_the_horizon_however_short_the_levitated_stretch(levitated):
+    measured = measured_drop(drop(levitated=levitated, seconds=0.03), machine())
+    first, count = window(measured, 0.01)
+    assert measured.time[first + count - 1] - measured.release == pytest.approx(0.01, abs=2 * measured.interval)
+    assert measured.release - measured.time[first] == pytest.approx(min(levitated, 0.008), abs=2 * measured.interval)
 
 
 def test_missing_samples_have_no_rows_and_the_others_theirs(problem):

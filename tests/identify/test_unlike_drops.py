@@ -74,6 +74,27 @@ def test_zeros_that_drift_as_usual_are_not_told(alike):
             assert said[0].startswith("drop_149.nc, drop_197.nc hardly go with drop_61.nc, drop_97.nc")
 
 
+def test_a_drop_without_the_probe_does_not_stand_between_the_others(alike):
+    """A zero that nobody read is none: a step of 4 um between two drops is told whatever the third one lacks."""
+    problem = alike.problem
+    at = [k for k, p in enumerate(problem.parameters) if p.name == "zero_DE_B"][:3]
+    lame = problem.drops[2]
+    kept = [k for k, probe in enumerate(lame.probes) if probe.name != "DE_B"]
+    without = replace(
+        lame,
+        probes=tuple(lame.probes[k] for k in kept),
+        noise=tuple(lame.noise[k] for k in kept),
+        reading=lame.reading[kept],
+    )
+    three = replace(problem, drops=(*problem.drops[:2], without), own=problem.own[:3])
+    point = alike.point[: len(three.parameters)].copy()
+    point[at] = np.array([-2.0, 2.0, 0.0]) * 1e-6 / problem.parameters[at[0]].scale
+    found = as_fitted(alike)
+    (said,) = unlike_drops(three, replace(found, point=point, residuals=found.residuals[:3]))
+    assert said.startswith("drop_97.nc hardly goes with drop_61.nc")
+    assert "'DE_B' has a zero 4 um higher" in said
+
+
 def test_a_single_drop_has_nothing_to_be_unlike(alike):
     one = replace(alike.problem, drops=alike.problem.drops[:1], own=alike.problem.own[:1])
     point = np.concatenate([alike.point[: len(one.shared)], np.full(len(one.own[0]), 20.0)])
