@@ -2,14 +2,18 @@
 
 numba compiles what a kernel calls (`tdbsim.cache.called`) for itself too, and a kernel that was just compiled calls that.
 Loaded from the cache, it calls the copies within it, which the compiler saw together with it and which round otherwise.
-A process that only loads kernels comes to the same last digits as all later ones.
+A process that only loads kernels comes to the same last digits as all later ones.  Of several that begin at a time one has a
+kernel compiled, and the others wait for it.
 """
 
 from __future__ import annotations
 
 import pickle
+import sqlite3
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -21,6 +25,7 @@ if TYPE_CHECKING:
     from tdbsim.simulate import DropPlan
 
 _SECONDS = 1e-3  # of a drop that is simulated to have a kernel compiled
+_PATIENCE_S = 600.0  # with another process that has one compiled, which takes a minute or two
 _CHILD = (
     "import pickle, sys\n"
     "sys.path[:] = pickle.load(sys.stdin.buffer)\n"
@@ -51,12 +56,14 @@ def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
         return
     with _lock:
         if kernel not in _seen and not _in_cache(kernel) and _compiles():
-            subprocess.run(
-                [sys.executable, "-c", _CHILD],
-                input=pickle.dumps(sys.path) + pickle.dumps((kernel, model, plan)),
-                capture_output=True,
-                check=False,
-            )
+            with _one_at_a_time():
+                if not _in_cache(kernel):  # another process may have seen to it meanwhile
+                    subprocess.run(
+                        [sys.executable, "-c", _CHILD],
+                        input=pickle.dumps(sys.path) + pickle.dumps((kernel, model, plan)),
+                        capture_output=True,
+                        check=False,
+                    )
         _seen.add(kernel)
 
 
@@ -73,9 +80,26 @@ def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
         run(model, short)
 
 
+@contextmanager
+def _one_at_a_time() -> Iterator[None]:
+    """Hold off other processes that share the cache, by the lock of a database: it ends with the process that holds it."""
+    database = None
+    try:
+        try:
+            database = sqlite3.connect(kernel_folder() / "compiling.sqlite", timeout=_PATIENCE_S, isolation_level=None)
+            database.execute("BEGIN EXCLUSIVE")
+        except sqlite3.Error:  # a folder that knows no locks: at worst both compile
+            pass
+        yield
+    finally:
+        if database is not None:
+            database.close()
+
+
 def _in_cache(kernel: str) -> bool:
     python = f"py{sys.version_info.major}{sys.version_info.minor}"
-    return any(kernel_folder().rglob(f"{kernel}.integrate-*.{python}*.nbi"))
+    # numba writes its index (.nbi) before the code
+    return any(kernel_folder().rglob(f"{kernel}.integrate-*.{python}*.nbc"))
 
 
 def _compiles() -> bool:

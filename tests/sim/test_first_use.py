@@ -43,6 +43,18 @@ def test_a_first_run_loads_its_kernels_as_later_ones_do(tmp_path):
     assert said[0] == said[1]
 
 
+@pytest.mark.slow
+def test_processes_that_begin_at_a_time_compile_a_kernel_once_and_come_to_the_same(tmp_path):
+    environment = os.environ | {"TDBMON_CACHE": str(tmp_path)}
+    command = [sys.executable, "-c", SCRIPT, str(MACHINE)]
+    begun = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) for _ in range(2)]
+    said = [process.communicate()[0].split() for process in begun]
+    assert said[0][0] == "0"
+    assert said[0] == said[1]
+    written = list(tmp_path.rglob("splitting.integrate-*.nbc"))
+    assert len(written) == 1
+
+
 @pytest.fixture
 def children(monkeypatch):
     """Count the processes that are begun to compile; none of them does."""
