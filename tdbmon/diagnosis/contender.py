@@ -183,6 +183,10 @@ class Contender:
         inexact = self.in_contacts and self.ratio <= EXPLAINED
         return self.fails and not (inexact and self.leaves_little(plain) and self.coasts)
 
+    def fails_with_causes(self, plain: Contender) -> bool:
+        """True where it has causes that explain something, and fails all the same."""
+        return bool(self.causes) and self.fails_beside(plain) and not self.hardly_better(plain)
+
     def leaves_little(self, plain: Contender) -> bool:
         """True where it leaves so little of what its causes in contacts take away that their laws may be a little off."""
         return self.excess < MINOR * min(plain.excess, self.exact_excess)
@@ -260,11 +264,11 @@ def best_of_each_name(fitted: Sequence[Contender]) -> list[Contender]:
 
 def replaced(
     plain: Contender, field: list[Contender], old: Contender, new: Contender
-) -> tuple[Contender, list[Contender], Contender]:
-    """Return the plain model, the others and the new one, with the old one, which is among them, replaced by it."""
+) -> tuple[Contender, list[Contender]]:
+    """Return the plain model and the others with one of them, the old one, replaced by the new one."""
     if old is plain:
-        return new, field, new
-    return plain, [new if each is old else each for each in field], new
+        return new, field
+    return plain, [new if each is old else each for each in field]
 
 
 def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contender:

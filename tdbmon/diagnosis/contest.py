@@ -13,18 +13,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from enum import Enum, auto
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import from_the_fall_or_none
 from tdbmon.diagnosis.bases import only_parts
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
     HARDLY,
     MOST_CAUSES,
-    NEARLY,
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
@@ -37,23 +34,13 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.exchanged import exchanged
 from tdbmon.diagnosis.held_out import LEAST_DROPS, proof_of, proved_beside
-from tdbmon.diagnosis.met_alike import (
-    at_other_angles,
-    at_other_sizes,
-    in_neighbouring_orders,
-    neighbours,
-    of_any_kind,
-)
 from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.simplified import HOPELESS, hardly_fails, simplified
 from tdbmon.diagnosis.stated import explained, explained_by_stated_values, plain_beside, with_stated_values_free
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.diagnosis.twins import with_twins
-from tdbmon.identify.clearances import better_clearances, hardly_gained, led_along
-from tdbmon.identify.draws import shaken
-from tdbmon.identify.follow import FAILING
+from tdbmon.diagnosis.wrong_minimum import LITTLE_EXPLAINED, Way, WaysOut
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.own_paths import best_paths
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stages import Stages
 from tdbmon.progress import Progress
@@ -66,10 +53,8 @@ _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
 _FAILED_BY_THEN = 1.25
 # the best ratio at so many horizons running, where it is no use to go on; once is enough where a search was in vain
 _LOST, _LOST_HORIZONS = 3.0, 2
-_GIVEN_UP = 1.8  # the same where no search is left
 _ACTS_LATER = 2.5  # times the floor: more than a path makes that only parts
 _MILD = 2.0  # times the floor: as far as laws that are a little off lead when they begin to show
-_NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 
 
 def contest(
@@ -87,12 +72,12 @@ def contest(
     floor = min(fallen.ratio, _HIGHEST_FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     held = _Contest(Search(plain, suspects, horizons, progress), plain)
-    over = held.met([horizon for horizon in horizons if horizon <= problem.stages.followed])
+    over = held.run_to([horizon for horizon in horizons if horizon <= problem.stages.followed])
     held.simplify()
     later = [horizon for horizon in horizons if horizon > problem.stages.followed]
     if later and not over:
         early = replace(held)
-        held.met(later)
+        held.run_to(later)
         held.simplify()
         if held.parts_from(early, floor):
             held = early
@@ -105,18 +90,6 @@ def contest(
         plain, others = simplified(plain, others)
     plain = plain_beside(plain, min([plain, *others], key=lambda each: each.bic))
     return sorted([plain, *others], key=lambda each: each.bic)
-
-
-class _Way(Enum):
-    """A way out of a wrong minimum."""
-
-    VALLEY = auto()  # along the valley of the clearances
-    ANGLES = auto()
-    SIZES = auto()
-    ORDERS = auto()  # neighbouring ones
-    KINDS = auto()  # balls, waves and lobes in each other's place
-    EXCHANGED = auto()  # the last cause for another
-    STATED = auto()  # what the machine file states without tolerance let free
 
 
 @dataclass
@@ -133,10 +106,8 @@ class _Contest:
         s, to which they were compared last.
     sound : tuple of Contender
         The other models, if one of them left noise alone there.
-    tried : set of tuple
-        Ways that would come to the same again: each `_Way`, and the model, cause or bearing that it was tried with.
-    other_kinds : bool
-        Whether it may still help to try balls, waves and lobes in each other's place.
+    ways : WaysOut
+        Of a wrong minimum, which remember what was tried.
     freed : bool
         Whether what the machine file states without tolerance is free, or was tried for the last time.
     decided : bool
@@ -150,11 +121,14 @@ class _Contest:
     others: list[Contender] = field(default_factory=list)
     horizon: float = 0.0
     sound: tuple[Contender, ...] = ()
-    tried: set[tuple[object, ...]] = field(default_factory=set)
-    other_kinds: bool = True
     freed: bool = False
     decided: bool = False
     lost: int = 0
+    ways: WaysOut = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Know of no way that was tried."""
+        self.ways = WaysOut(self.search)
 
     @property
     def stages(self) -> Stages:
@@ -166,13 +140,7 @@ class _Contest:
         """The leader at the horizon."""
         return leader(self.plain, self.others, self.horizon)
 
-    def _untried(self, way: _Way, *of: object) -> bool:
-        """True where a way was not yet tried with something; from then on it was."""
-        new = (way, *of) not in self.tried
-        self.tried.add((way, *of))
-        return new
-
-    def met(self, horizons: Sequence[float]) -> bool:
+    def run_to(self, horizons: Sequence[float]) -> bool:
         """Let the models meet at horizons in turn; True where the contest was over before the last of them."""
         return any(self._over(horizon) for horizon in horizons)
 
@@ -269,67 +237,8 @@ class _Contest:
 
     def _deepen(self) -> None:
         """Lead the best model out of a wrong minimum, if it is in one."""
-        best, horizon = self.best, self.horizon
-        if horizon > self.stages.sound and self._fails_with_causes(best) and best.fits_much:
-            # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
-            best = self._replaced(best, self._of_any_kind(best))
-        if horizon == self.search.last:
-            best = self._replaced(best, self._again_from_the_fall(best))
-        # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
-        if horizon == self.stages.touched or (self._may_be_led(best) and _nearly_holds(best)):
-            best = self._replaced(best, replace(best, fit=better_clearances(best.problem, best.fit, horizon)))
-        if horizon >= self.stages.bounced and self._may_be_led(best) and _nearly_holds(best):  # still
-            led = led_along(best.problem, best.fit, horizon)
-            if hardly_gained(best.fit, led, best.floor * best.fit.count):
-                self.tried.add((_Way.VALLEY, best.name))
-            best = self._replaced(best, replace(best, fit=led))
-        if horizon <= self.stages.sound:
-            best = self._replaced(best, self._at_other_sizes(best))
-        if not self._fails_with_causes(best):
-            return
-        sought = best_paths(best.problem, best.fit, horizon)
-        deeper = replace(best, fit=shaken(best.problem, sought, horizon))
-        deeper = self._at_other_sizes(self._at_other_angles(deeper))
-        if horizon > self.stages.sound:
-            deeper = self._in_neighbouring_orders(deeper)
-            # a wrong order holds for a while; that it did is no witness before the others were asked
-            if (self.sound and deeper.fails_beside(self.plain)) or deeper.ratio > _GIVEN_UP:
-                deeper = self._of_any_kind(deeper)
-        self._replaced(best, deeper)
-
-    def _again_from_the_fall(self, best: Contender) -> Contender:
-        """Return a model, or one with causes that fails followed from the fall on once more, with these as they are known now.
-
-        Where a cause was found its size was rough, and the machine's values that made up for that came along since.
-        """
-        if not best.causes or not best.fails or best.ratio > NEARLY:
-            return best
-        horizons = [h for h in self.search.horizons if h <= self.horizon]
-        return from_the_fall_or_none(self.search.fallen, best, horizons) or best
-
-    def _at_other_angles(self, best: Contender) -> Contender:
-        """Return a model, or the best with its last cause begun at other angles."""
-        if best.causes[-1].lies and best.fails_beside(self.plain) and self._untried(_Way.ANGLES, best.name):
-            return at_other_angles(self.search.fallen, best, self.search.horizons)
-        return best
-
-    def _at_other_sizes(self, best: Contender) -> Contender:
-        """Return a model, or the best with one of its causes that have several values begun at other sizes."""
-        early = self.horizon <= self.stages.sound  # what is left there is seldom a law that is a little off
-        for cause in best.causes if self.horizon > self.stages.touched else ():
-            fails = best.fails if early else best.fails_beside(self.plain)
-            if cause.many_valued and fails and self._untried(_Way.SIZES, cause.name, best.name):
-                best = at_other_sizes(self.search.fallen, best, cause, self.search.horizons)
-        return best
-
-    def _in_neighbouring_orders(self, best: Contender) -> Contender:
-        """Return a model, or the best with waves or lobes of a neighbouring order in the place of its own."""
-        cause = best.much_fitting
-        if cause is None or not best.fails_beside(self.plain) or (_Way.ORDERS, cause) in self.tried:
-            return best
-        near = neighbours(cause, self.search.suspects)
-        self.tried |= {(_Way.ORDERS, each) for each in (cause, *near)}
-        return in_neighbouring_orders(self.search.fallen, best, cause, near, self.search.horizons)
+        best = self.best
+        self._replace(best, self.ways.deepened(best, self.plain, held=bool(self.sound), decided=self.decided))
 
     def _met_by_another_kind(self, came: Contender) -> bool:
         """Try other waves, lobes or balls in the place of the best model's, which fails still; True where one of them is better.
@@ -340,50 +249,24 @@ class _Contest:
         best = self.best
         if not self.stages.touched <= self.horizon <= self.stages.sound:
             return False
-        if self._fails_with_causes(best):
-            self._replaced(best, self._of_any_kind(best))
-        elif len(best.causes) > len(came.causes) and self._fails_with_causes(came):
-            anew = self._of_any_kind(came)
+        if best.fails_with_causes(self.plain):
+            self._replace(best, self.ways.of_any_kind(best, self.plain))
+        elif len(best.causes) > len(came.causes) and came.fails_with_causes(self.plain):
+            anew = self.ways.of_any_kind(came, self.plain)
             if anew is not came:
                 self.others = [*self.others, anew]
         return self.best is not best
 
-    def _of_any_kind(self, best: Contender) -> Contender:
-        """Return a model, or the best with other waves, lobes or balls of the bearing in the place of its own."""
-        cause, search = best.much_fitting, self.search
-        if cause is None or search.began > self.stages.sound or not self.other_kinds:
-            return best
-        early = best.horizon <= self.stages.sound
-        if not self._untried(_Way.KINDS, cause.where, early):
-            return best
-        anew = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, met=search.met)
-        if early and anew.fails_beside(self.plain) and any(each.many_valued for each in best.causes):
-            again = of_any_kind(search.fallen, best, cause, search.suspects, search.horizons, afresh=True)
-            anew = min(anew, again, key=lambda each: each.misfit)
-        # where none of them leaves noise alone, what is missing is of another kind
-        self.other_kinds = not anew.fails_beside(self.plain)
-        return anew
-
     def _exchange(self) -> None:
         """Try others in the place of the best model's last cause, which acts in contacts and fails now."""
         best = self.best
-        may = self._fails_with_causes(best) and best.causes[-1].in_contacts
-        if may and self._untried(_Way.EXCHANGED, best.name):
+        may = best.fails_with_causes(self.plain) and best.causes[-1].in_contacts
+        if may and self.ways.untried(Way.EXCHANGED, best.name):
             self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
-            self._replaced(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
+            self._replace(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
 
-    def _fails_with_causes(self, best: Contender) -> bool:
-        """True where the best model has causes that explain something, and fails all the same."""
-        return bool(best.causes) and best.fails_beside(self.plain) and not best.hardly_better(self.plain)
-
-    def _may_be_led(self, best: Contender) -> bool:
-        """True where leading the best model along the valley of the clearances may still decide something."""
-        in_vain = (_Way.VALLEY, best.name) in self.tried
-        return self.stages.touched < self.horizon <= self.stages.followed and not in_vain and not self.decided
-
-    def _replaced(self, old: Contender, new: Contender) -> Contender:
-        self.plain, self.others, new = replaced(self.plain, self.others, old, new)
-        return new
+    def _replace(self, old: Contender, new: Contender) -> None:
+        self.plain, self.others = replaced(self.plain, self.others, old, new)
 
     def _free_stated_values(self) -> None:
         best = self.best
@@ -415,7 +298,7 @@ class _Contest:
         if self.horizon >= self.stages.late:
             return True
         mild = self.horizon >= self.stages.sound and best.ratio < _MILD * best.floor
-        return mild and self._untried(_Way.STATED)
+        return mild and self.ways.untried(Way.STATED)
 
     def _earlier_witness(self) -> bool:
         """Go back to where models held that fail now, if the plain one had failed there already; True if so.
@@ -447,17 +330,7 @@ class _Contest:
         # once both ends have touched, a search beside the best cause is the last word, and so is none that is left
         in_vain = self.horizon >= self.stages.touched and (none_left or (searched and bool(self.best.causes)))
         enough = 1 if in_vain else _LOST_HORIZONS
-        return self.lost >= enough or (none_left and least > _GIVEN_UP and self.horizon >= self.stages.bounced)
-
-
-def _nearly_holds(best: Contender) -> bool:
-    """True where a model fails in a drop at least, and leaves so little in all that it may be in a wrong hollow.
-
-    One with causes must fail in all: sizes and orders are never quite right.
-    """
-    if best.ratio > _NEAR_NOISE * best.floor or (best.causes and not best.fails):
-        return False
-    return max(best.fit.ratio_of_drops) > FAILING * best.floor
+        return self.lost >= enough or (none_left and least > LITTLE_EXPLAINED and self.horizon >= self.stages.bounced)
 
 
 def decided(plain: Contender, field: Sequence[Contender], horizon: float) -> bool:

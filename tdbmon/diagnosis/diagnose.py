@@ -18,7 +18,7 @@ from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, w
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
-from tdbmon.diagnosis.parameters import Sizes, sizes_of
+from tdbmon.diagnosis.sizes import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import SlowsOtherwise, slowing_beside
 from tdbmon.diagnosis.suspects import Suspect, suspects

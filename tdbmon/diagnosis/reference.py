@@ -150,7 +150,7 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
     machine : Machine
         Its tolerances say how well a value was known beforehand.
     before, since : mapping of Estimate
-        As `tdbmon.diagnosis.parameters.sizes_of` gives them.
+        As `tdbmon.diagnosis.sizes.sizes_of` gives them.
     """
     return tuple(change for change, size, least in _apart(machine, before, since) if size > least)
 

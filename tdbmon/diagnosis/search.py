@@ -14,6 +14,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.attempt import all_from_the_fall, at_usual_size, begun, followed_on, joined, with_own_slopes
 from tdbmon.diagnosis.bases import RIVAL_TAKES, elsewhere, extended_by, only_parts, others_of_the_field
+from tdbmon.diagnosis.begun_anew import FirstContactFits, from_the_first_contact
 from tdbmon.diagnosis.contender import (
     AHEAD,
     FEW_SLOPES,
@@ -30,7 +31,6 @@ from tdbmon.diagnosis.contender import (
     without_each,
     without_last,
 )
-from tdbmon.diagnosis.met_alike import Met, from_the_first_contact
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.shortlist import SURE, WEAK, admitted, promising, siblings_first, worth_fitting
 from tdbmon.diagnosis.slows_otherwise import slows_otherwise
@@ -77,7 +77,7 @@ class Search:
         The plain model in the fall from which causes in contacts were begun.
     asked : dict
         Horizon to which causes were sought last beside each model, s, by its name.
-    met : Met
+    first_contact_fits : FirstContactFits
         Waves, lobes and balls beside the plain model where both ends have touched.
     """
 
@@ -90,7 +90,7 @@ class Search:
     began: float = math.inf
     tried: Contender | None = None
     asked: dict[str, float] = field(default_factory=dict)
-    met: Met = field(default_factory=dict)
+    first_contact_fits: FirstContactFits = field(default_factory=dict)
 
     @property
     def stages(self) -> Stages:
@@ -119,7 +119,9 @@ class Search:
             found = self._found_beside(best, plain, horizon, field, self._fails_plainly(best, horizon))
             if not found:
                 break
-            plain, field, best = replaced(plain, field, best, self._deeper(best, found, horizon))
+            deeper = self._deeper(best, found, horizon)
+            plain, field = replaced(plain, field, best, deeper)
+            best = deeper
             field = field + of_size(found, best)
             for freed in without_each(min([best, *found], key=lambda each: each.bic), horizon):
                 if freed.causes:
@@ -263,7 +265,9 @@ class Search:
         known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much and each.where in at]
         return best_of_each_name(
-            from_the_first_contact(self.fallen, known, others, [h for h in self.horizons if h <= horizon], self.met)
+            from_the_first_contact(
+                self.fallen, known, others, [h for h in self.horizons if h <= horizon], self.first_contact_fits
+            )
         )
 
     def _invited(

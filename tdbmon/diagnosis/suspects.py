@@ -156,7 +156,7 @@ class Start:
         )
 
 
-def met_alike(one: Suspect, other: Suspect) -> bool:
+def alike_at_first_contact(one: Suspect, other: Suspect) -> bool:
     """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
     return one.where == other.where and one.fits_much and other.fits_much
 

@@ -17,7 +17,7 @@ from tdbmon.diagnosis.probability import (
     little_gained,
     probabilities_of,
 )
-from tdbmon.diagnosis.suspects import Suspect, met_alike
+from tdbmon.diagnosis.suspects import Suspect, alike_at_first_contact
 from tdbmon.estimate import Estimate
 from tdbmon.identify.stated_values import at_their_limits, has_stated_values
 
@@ -174,7 +174,9 @@ def _one_of_a_kind(case: _Case) -> Verdict | None:
     if not best.failed_s or cause is None:
         return None
     others = {
-        each.declared: each for each in case.suspects if each.declared is not cause.declared and met_alike(each, cause)
+        each.declared: each
+        for each in case.suspects
+        if each.declared is not cause.declared and alike_at_first_contact(each, cause)
     }
     share = ONE_OF_THREE / (1 + len(others))
     alike = tuple(

@@ -15,6 +15,7 @@ from tdbmon.diagnosis.search import Search
 from tdbmon.diagnosis.simplified import hardly_fails
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
+from tdbmon.diagnosis.wrong_minimum import WaysOut
 from tdbmon.identify.cages import turn_cages
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit, linearised
@@ -153,9 +154,9 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
     assert abs(math.degrees(off)) < 5
     # as far as all are followed, one that fails is led so by the contest too; one that holds stays as it is
     fails = settled(with_cause(plain, soft, Start({"ratio": 0.5, "direction": math.radians(120)})), 0.014, 2)
-    under_way = _Contest(Search(fallen, (), horizons, lambda _: None), plain, [fails], 0.014)
-    assert under_way._again_from_the_fall(fails).misfit < 0.5 * fails.misfit
-    assert under_way._again_from_the_fall(found) is found
+    ways = WaysOut(Search(fallen, (), horizons, lambda _: None))
+    assert ways._again_from_the_fall(fails).misfit < 0.5 * fails.misfit
+    assert ways._again_from_the_fall(found) is found
 
 
 def test_a_weak_further_cause_joins_one_that_leaves_little_where_it_is_there(crew):
@@ -276,7 +277,7 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
 )
 def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed, monkeypatch, horizon, ratio, tried):
     """In a wrong hollow of the clearances the plain model leaves what waves of many orders fit."""
-    from tdbmon.diagnosis import contest as module
+    from tdbmon.diagnosis import wrong_minimum as module
 
     like = plain_of(competed)
     plain = replace(contender(like, (), 0, ratio), horizon=horizon)
@@ -284,7 +285,7 @@ def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed
     plain = replace(plain, fit=replace(plain.fit, residuals=loud))
     asked = []
     monkeypatch.setattr(module, "better_clearances", lambda problem, fit, h: asked.append(h) or fit)
-    _Contest(Search(plain, (), (0.006,), lambda _: None), plain, [], horizon)._deepen()
+    WaysOut(Search(plain, (), (0.006,), lambda _: None)).deepened(plain, plain, held=False, decided=False)
     assert asked == ([horizon] if tried else [])
 
 
@@ -292,7 +293,7 @@ def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed
 def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_hardly_parted(
     competed, monkeypatch, horizon, tried
 ):
-    from tdbmon.diagnosis import contest as module
+    from tdbmon.diagnosis import wrong_minimum as module
 
     plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
@@ -313,14 +314,14 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
 )
 def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed, monkeypatch, causes):
     """Which joined last says nothing: a cause that is begun anew at another size goes to the end."""
-    from tdbmon.diagnosis import contest as module
+    from tdbmon.diagnosis import wrong_minimum as module
 
     plain = plain_of(competed)
     known = {each.name: each for each in like_suspects(plain)}
     failing = replace(contender(plain, (), 0, 3.0), horizon=0.018, causes=tuple(known[name] for name in causes))
     asked = []
 
-    def kinds(_, best, cause, *rest, afresh=False, met=None):
+    def kinds(_, best, cause, *rest, afresh=False, first_contact_fits=None):
         asked.append((cause.name, afresh))
         return best
 
@@ -333,7 +334,7 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
 
 def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(competed, monkeypatch):
     """An oval beside lobes of one order may only stand for what lobes of another explain alone."""
-    from tdbmon.diagnosis import contest as module
+    from tdbmon.diagnosis import wrong_minimum as module
 
     plain = plain_of(competed)
     lost = contender(plain, (), 0, 40.0)

@@ -10,7 +10,7 @@ from tdbmon.diagnosis.contender import settled, with_cause
 from tdbmon.diagnosis.held_out import Judge
 from tdbmon.diagnosis.late_cause import LateCause, Rest, Trial, departs, explains_the_rest, with_late_causes
 from tdbmon.diagnosis.late_record import acts_later, late_records
-from tdbmon.diagnosis.parameters import sizes_of
+from tdbmon.diagnosis.sizes import sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, verdict
 from tests.diagnosis.simulated import problem_of, settled_plain, with_readings

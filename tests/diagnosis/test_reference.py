@@ -10,8 +10,8 @@ from tdbsim.machine import load_machine
 from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
 from tdbmon.diagnosis.contender import Contender, with_cause
-from tdbmon.diagnosis.parameters import sizes_of
 from tdbmon.diagnosis.reference import _edges, changes, diagnose_since, smaller, standing
+from tdbmon.diagnosis.sizes import sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.estimate import Estimate

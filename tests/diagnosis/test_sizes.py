@@ -8,7 +8,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.contract import value_and_interval
-from tdbmon.diagnosis.parameters import law_errors, sizes_of
+from tdbmon.diagnosis.sizes import law_errors, sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit

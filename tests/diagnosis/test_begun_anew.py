@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, settled, with_cause
-from tdbmon.diagnosis.met_alike import (
+from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
     at_other_sizes,
     from_the_first_contact,
@@ -14,6 +13,7 @@ from tdbmon.diagnosis.met_alike import (
     neighbours,
     of_any_kind,
 )
+from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
 from tests.diagnosis.simulated import problem_of
@@ -53,14 +53,14 @@ def test_waves_are_found_beside_a_known_cause(beside_an_oval):
 
 
 def test_what_was_fitted_to_the_first_contacts_beside_the_plain_model_is_remembered(beside_an_oval, monkeypatch):
-    from tdbmon.diagnosis import met_alike as module
+    from tdbmon.diagnosis import begun_anew as module
 
     fallen, everyone, oval, lies = beside_an_oval
     lobes = {s.held["order"]: s for s in everyone if s.name == "ring_out_of_round@DE"}
     fitted, met = [], {}
-    one_of_them = module._met
+    one_of_them = module._at_first_contact
     monkeypatch.setattr(
-        module, "_met", lambda bare, cause, *rest: fitted.append(cause) or one_of_them(bare, cause, *rest)
+        module, "_at_first_contact", lambda bare, cause, *rest: fitted.append(cause) or one_of_them(bare, cause, *rest)
     )
     first = from_the_first_contact(fallen, [], [lobes[2], lobes[3]], HORIZONS[:3], met)
     again = from_the_first_contact(fallen, [], [lobes[2], lobes[3], lobes[4]], HORIZONS[:3], met)

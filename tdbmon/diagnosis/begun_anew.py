@@ -16,10 +16,10 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, met_alike
+from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
-Met = dict[tuple[Contender, Suspect], list[Contender]]
+FirstContactFits = dict[tuple[Contender, Suspect], list[Contender]]
 
 _DOWN = -math.pi / 2  # rad, where the weight presses
 _GO_ON = (16, 12, 8, 5, 3)  # that go on from there, at one horizon after the other
@@ -113,7 +113,7 @@ def of_any_kind(
     horizons: Sequence[float],
     *,
     afresh: bool = False,
-    met: Met | None = None,
+    first_contact_fits: FirstContactFits | None = None,
 ) -> Contender:
     """Return a contender, or the best of those that have other waves, lobes or a ball in the place of one of its causes.
 
@@ -132,16 +132,18 @@ def of_any_kind(
         All; fits go along those up to the contender's own.
     afresh : bool
         Whether those of the other causes that have several values begin at the usual ones: theirs may have made up too.
-    met : Met, optional
+    first_contact_fits : FirstContactFits, optional
         As `from_the_first_contact` takes it.
     """
-    others = [s for s in suspects if s is not cause and met_alike(s, cause)]
+    others = [s for s in suspects if s is not cause and alike_at_first_contact(s, cause)]
     known = [
         (each, Start(each.usual_values) if afresh and each.many_valued else start)
         for each, start in zip(best.causes, best.starts(), strict=True)
         if each is not cause
     ]
-    found = from_the_first_contact(fallen, known, others, [h for h in horizons if h <= best.horizon], met)
+    found = from_the_first_contact(
+        fallen, known, others, [h for h in horizons if h <= best.horizon], first_contact_fits
+    )
     return min([best, *found], key=lambda each: each.misfit)
 
 
@@ -150,7 +152,7 @@ def from_the_first_contact(
     known: Sequence[tuple[Suspect, Start]],
     others: Sequence[Suspect],
     horizons: Sequence[float],
-    met: Met | None = None,
+    first_contact_fits: FirstContactFits | None = None,
 ) -> list[Contender]:
     """Return the best models with known causes and one of several more, begun at its usual size where contacts begin.
 
@@ -164,7 +166,7 @@ def from_the_first_contact(
         Waves, lobes and balls.
     horizons : sequence of float
         s, along which they are fitted; all to where both ends have touched, the best of them on to the last.
-    met : Met, optional
+    first_contact_fits : FirstContactFits, optional
         Who came to where both ends have touched when that was asked before, with no other cause known; it is added to.
     """
     touched = fallen.problem.stages.touched
@@ -173,7 +175,7 @@ def from_the_first_contact(
     taken = any(cause.drop_specific for cause, _ in known)
     stands = {cause.name for cause, _ in known}  # two causes of one name would be one value to the problem
     others = [each for each in others if each.name not in stands and not (taken and each.drop_specific)]
-    before = met if met is not None and not known else {}
+    before = first_contact_fits if first_contact_fits is not None and not known else {}
     asked = [each for each in others if (fallen, each) not in before]
     before.update({(fallen, each): few for each, few in _to_the_first_contacts(fallen, known, asked, told).items()})
     field = [each for suspect in others for each in before.get((fallen, suspect), [])]
@@ -207,7 +209,7 @@ def _to_the_first_contacts(
         starts += [(each.suspect, start) for each in scored for start in (each.start, *_of_many_sizes(each))]
     except InputError:
         return {}
-    found = bare.problem.crew.apart(_met, [(bare, *start, told) for start in starts])
+    found = bare.problem.crew.apart(_at_first_contact, [(bare, *start, told) for start in starts])
     fitted: dict[Suspect, list[Contender]] = {each: [] for each in others}
     for new, (cause, _) in zip(found, starts, strict=True):
         if new is not None:
@@ -232,7 +234,7 @@ def _alike(one: Contender, other: Contender) -> bool:
     return one.starts()[-1].shared[size.name] * other.starts()[-1].shared[size.name] > 0
 
 
-def _met(bare: Contender, cause: Suspect, start: Start, horizons: Sequence[float]) -> Contender | None:
+def _at_first_contact(bare: Contender, cause: Suspect, start: Start, horizons: Sequence[float]) -> Contender | None:
     """Return a contender with a cause more, fitted to the first contact and on along horizons; None where impossible."""
     try:
         begun = with_cause(bare, cause, start)
