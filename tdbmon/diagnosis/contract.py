@@ -19,8 +19,6 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the contract's content."""
     verdict, proof = diagnosis.verdict, diagnosis.proof
     plain, best = diagnosis.plain, diagnosis.best
-    drops = plain.problem.drops
-    noise = math.sqrt(sum(n.sigma**2 for d in drops for n in d.noise) / sum(len(d.noise) for d in drops))
     left = unexplained(best)
     shared, _ = plain.problem.values(plain.fit.point, 0)
     return {
@@ -31,7 +29,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "baseline": {
             "fit_rms_um": _fit_rms(plain) * 1e6,
             "held_out_rms_um": proof.plain * 1e6 if proof else None,
-            "noise_um": noise * 1e6,
+            "noise_um": _noise(plain) * 1e6,
             "calibrated": {
                 p.name: Estimate(shared[p.name], unit=p.unit, why="no interval: the plain model").to_json()
                 for p in plain.problem.shared
@@ -75,6 +73,12 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         out.append(f"  {cause.effect} at {cause.where}, probability {cause.probability:.2f}: {size}")
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
+    told = verdict.accused[0] if verdict.accused else diagnosis.plain
+    out.append(
+        f"{told.words} leaves an rms of {_fit_rms(told) * 1e6:.2g} um to {told.horizon * 1e3:g} ms, noise"
+        f" {_noise(told) * 1e6:.2g} um; what noise would leave is told in mean squares, with an allowance for how simulations"
+        " with impacts grow apart"
+    )
     proof = diagnosis.proof
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
         out.append(
@@ -126,6 +130,12 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _fit_rms(contender: Contender) -> float:
     return rms(contender.problem, contender.fit.point, range(len(contender.problem.drops)), contender.horizon)
+
+
+def _noise(contender: Contender) -> float:
+    """Return the rms of the noise of all probes in all drops, m."""
+    levels = [probe.sigma for drop in contender.problem.drops for probe in drop.noise]
+    return math.sqrt(sum(level**2 for level in levels) / len(levels))
 
 
 def _suffix(unit: str) -> str:
