@@ -1,7 +1,8 @@
-"""Compiled kernels, kept between runs in a folder named by a hash of all of tdbsim's sources.
+"""Compiled kernels, kept between runs in a folder named by a hash of all of tdbsim's sources, their place and the processor.
 
 numba looks only at the file of the function that it has compiled.  After an edit in another file (the friction law, an
-effect) it would go on with the old physics, silently.  Here any edit of any source gives another folder.
+effect) it would go on with the old physics, silently.  Here any edit of any source gives another folder.  What numba takes for
+stale by itself has another folder too: what lies in one is loaded.
 """
 
 from __future__ import annotations
@@ -33,6 +34,16 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
+@cache
+def kernel_key() -> str:
+    """Return the hash of what code is compiled from, and for: the sources, their place, when they were written, the processor."""
+    from llvmlite.binding import get_host_cpu_name
+
+    root = Path(__file__).parent
+    times = [path.stat().st_mtime_ns for path in sorted(root.rglob("*.py"))]
+    return hashlib.sha256(repr((source_hash(), str(root), times, get_host_cpu_name())).encode()).hexdigest()[:16]
+
+
 def _user_folder() -> Path:
     if "TDBMON_CACHE" in os.environ:
         return Path(os.environ["TDBMON_CACHE"])
@@ -50,7 +61,7 @@ def kernel_folder() -> Path:
     ``TDBMON_CACHE`` names another place for it.
     """
     for base in (_user_folder() / "kernels", Path(tempfile.gettempdir()) / "tdbmon-kernels"):
-        folder = base / source_hash()
+        folder = base / kernel_key()
         try:
             folder.mkdir(parents=True, exist_ok=True)
             os.utime(folder)

@@ -94,6 +94,20 @@ def test_the_hash_sees_every_source(tmp_path, monkeypatch):
     assert len(found) == 4
 
 
+def test_a_copy_elsewhere_or_written_later_has_kernels_of_its_own(tmp_path, monkeypatch):
+    """numba loads none that was compiled from another place or an earlier file, so none may seem to be there."""
+    found = set()
+    for folder in ("one", "other"):
+        (tmp_path / folder / "tdbsim").mkdir(parents=True)
+        source = tmp_path / folder / "tdbsim" / "cache.py"
+        source.write_text("a")
+        monkeypatch.setattr(cache, "__file__", str(source))
+        for written in (1e9, 2e9):
+            os.utime(source, (written, written))
+            found.add(cache.kernel_key.__wrapped__())
+    assert len(found) == 4
+
+
 def test_kernels_lie_in_the_users_cache_and_old_ones_go(tmp_path, monkeypatch):
     monkeypatch.setenv("TDBMON_CACHE", str(tmp_path))
     old = tmp_path / "kernels" / "0123456789abcdef"
@@ -102,7 +116,7 @@ def test_kernels_lie_in_the_users_cache_and_old_ones_go(tmp_path, monkeypatch):
     young.mkdir()
     os.utime(old, (0, 0))
     folder = cache.kernel_folder.__wrapped__()
-    assert folder == tmp_path / "kernels" / cache.source_hash()
+    assert folder == tmp_path / "kernels" / cache.kernel_key()
     assert folder.is_dir() and young.is_dir() and not old.exists()
 
 
