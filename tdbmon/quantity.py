@@ -83,9 +83,15 @@ def plain(text: str) -> str:
 
 
 def _told_apart(value: float, low: float, high: float) -> float:
-    """Return the width whose digits show an interval, and that the value stands within it and not at its end."""
+    """Return the width whose digits show an interval, its value within it and not at its end, and zero outside where it is.
+
+    All in the unit in which they are written.
+    """
     nearest = min((away for away in (value - low, high - value) if away > 0), default=0.0)
-    return min(high - low, max(4 * nearest, (high - low) / 100)) if nearest else high - low
+    finest = (high - low) / 100
+    width = min(high - low, max(4 * nearest, finest)) if nearest else high - low
+    from_zero = max(low, -high)
+    return max(4 * from_zero, finest) if from_zero > 0 and not float(_fixed(from_zero, _decimals(width))) else width
 
 
 def short(estimate: Estimate, width: float | None = None) -> str:
@@ -114,11 +120,11 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
         return short(estimate), "–", words(difference)
     numbers = [estimate.value, before, difference.value]
     factor, name = _unit(Estimate(max(map(abs, numbers)), unit=estimate.unit), None)
-    width = max(_width(estimate), abs(estimate.value) * 1e-2)
+    width = max(_width(estimate), abs(estimate.value) * 1e-2) * factor
     if difference.low is not None and difference.high is not None:
         numbers += [difference.low, difference.high]
-        width = _told_apart(difference.value, difference.low, difference.high)
-    decimals = _decimals(width * factor)
+        width = _told_apart(*(x * factor for x in numbers[2:]))
+    decimals = _decimals(width)
     for more in range(2):
         texts = [_fixed(x * factor, decimals + more) for x in numbers]
         this, old, apart = (Decimal(text.replace("−", "-")) for text in texts[:3])

@@ -148,7 +148,10 @@ def _drop(
     held = {} if release is None else {end: said_held(end, reach, machine) for end, reach in reaches.items()}
     checks += [held_check(end, reaches[end], machine) for end in held]
     wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
-    planes = apart_from_misread(planes, record, machine, wrong, checks)
+    apart = apart_from_misread(planes, record, machine, wrong, checks)
+    if release is not None and apart is not planes:
+        release = _at_planes(release, laid, apart, reaches)
+    planes = apart
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
@@ -281,10 +284,7 @@ def _release(
     It is that of the ends that fall, without those `held`.
     """
     machine = let_go_alone(laid.machine, laid.rotor, held)
-    record, upright = freed(without_flat_tops(laid.record, machine), machine)
-    seen = _without(planes, held)
-    sag = None if held else sag_of(machine, laid.rotor)  # on a bearing that holds the shaft swings otherwise
-    release = release_of(record, upright, seen, laid.rotation.before(None), springing_back(laid.rotor), sag)
+    release = _found_release(laid, machine, planes, held)
     if release is None:
         detail = (
             "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
@@ -300,6 +300,22 @@ def _release(
     # about when it was is known all the same: what lies before is levitation
     within = released is not None and planes.time[0] < released < planes.time[-1]
     return not_told(unscaled, release.falls), released if within else None, unscaled
+
+
+def _found_release(laid: _Laid, machine: Machine, planes: xr.Dataset, held: Iterable[str]) -> Release | None:
+    """Return the release of a machine by the ends that fall."""
+    record, upright = freed(without_flat_tops(laid.record, machine), machine)
+    sag = None if held else sag_of(machine, laid.rotor)  # on a bearing that holds the shaft swings otherwise
+    bending = springing_back(laid.rotor)
+    return release_of(record, upright, _without(planes, held), laid.rotation.before(None), bending, sag)
+
+
+def _at_planes(release: Release, laid: _Laid, planes: xr.Dataset, held: Iterable[str]) -> Release:
+    """Return a release with the ends as they were let go at other planes than those that it was found at."""
+    if not release.states:
+        return release
+    found = _found_release(laid, let_go_alone(laid.machine, laid.rotor, held), planes, held)
+    return replace(release, states={} if found is None else found.states)
 
 
 def _phases(

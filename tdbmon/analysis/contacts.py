@@ -116,13 +116,14 @@ def find_contacts(
     )
     counts = [len(contact_events(t, d, r, touching + k * sigma_level)) for k in (-Z95, Z95)]
     low, high = min(*counts, len(events)), max(*counts, len(events))
-    hidden = lost.within(release_s, t[-1])
+    hidden = lost.within(release_s, np.inf)
     if late:
         if events and events[0].start <= t[0]:
             late = f"the record begins during a contact at {end}, after the release"
             events = (replace(events[0], seen=False), *events[1:])
         return Contacts(None, events, low, high, hidden, late)
-    before = lost.within(release_s, events[0].start if events else t[-1])
+    touched = events[0].start if events else np.inf
+    before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # in that stretch itself it touches
     if before:
         return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
     first = first_contact(t, d, r, events, lost, touching, radius, sigma_level, gravity) if events else None

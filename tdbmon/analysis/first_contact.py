@@ -90,7 +90,7 @@ def first_contact(
         touch = Estimate(contact.start, *touched, "s", "within the missing samples")
         if touched in lost.hiding:
             touch = Estimate.missing("s", f"{said(touched)}, and there the shaft touches")
-    following = events[1].start if len(events) > 1 else float(t[-1])
+    following = events[1].start if len(events) > 1 else np.inf
     if lifted is None and contact.end >= t[-1]:
         unknown = "the shaft does not leave the ring again before it settles"
     elif touched:

@@ -189,9 +189,9 @@ def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.
         return settled
     left = f"{max(time[-1] - settled, 0.0):.2g} s before the record ends"
     if lifted.size:
-        left = (
-            f"the shaft still lifts off by more than {_BOUNCE_SHARE * nominal * 1e6:.3g} um at {settled:.4g} s, {left}"
-        )
+        first_fall = lifted.size == np.count_nonzero((time > start) & (time <= time[lifted[-1]]))
+        does = "falls" if first_fall else f"lifts off by more than {_BOUNCE_SHARE * nominal * 1e6:.3g} um"
+        left = f"the shaft still {does} at {settled:.4g} s, {left}"
     else:
         left = f"the shaft is seen from {start:.4g} s on only, {left}"
     return NoCircle(f"{left}; a clearance circle takes {SETTLED_S:g} s on the ring")

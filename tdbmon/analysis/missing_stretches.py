@@ -44,8 +44,8 @@ class MissingStretches:
         return next((span for span in self.spans if span[0] <= instant <= span[1]), None)
 
     def within(self, start: float, stop: float) -> str:
-        """Say which stretch between two instants may hide a contact; "" where none does."""
-        found = [s for s in self.hiding if s[0] >= start and s[1] <= stop]
+        """Say which stretch may hide a contact between two instants, one of which may lie in it; "" where none does."""
+        found = [s for s in self.hiding if s[0] < stop and s[1] > start]
         return said(found[0]) if found else ""
 
 

@@ -212,7 +212,7 @@ def find_release(
     rule = f"levitated orbit and free fall joined without a jump, {which}"
     return Release(
         time=Estimate(best.time, best.low, best.high, "s", rule),
-        force_decay=_force_decay(best),
+        force_decay=_force_decay(best, float(time[-1] - time[0])),
         states=_states(fit, best, planes, ends),
         falls=falls,
         shares=shares,
@@ -275,13 +275,17 @@ def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
     return ""
 
 
-def _force_decay(best: FittedRelease) -> Estimate:
-    """Return the time constant of the holding force, or why none is told."""
+def _force_decay(best: FittedRelease, record_s: float) -> Estimate:
+    """Return the time constant of the holding force, or why none is told, in a record so long."""
     misread = _misread(best.misread) if best.misread else ""
     if best.decay is None:
         why = f"{misread}: such a decay is not sure" if misread else _AT_ONCE
         return Estimate.missing("ms", why)
-    unsure = "; a sudden release explains the fall nearly as well" if best.decay[1] <= 0 else ""
+    low, high = (each * 1e3 for each in best.decay[1:])
+    if best.decay[2] > record_s:  # that of no fall: a force which hardly changes explains as well what the probes see
+        why = f"any decay within {low:.3g} to {high:.3g} ms explains what the probes see, in a record of {record_s * 1e3:.3g} ms"
+        return Estimate.missing("ms", why)
+    unsure = "; a sudden release explains the fall nearly as well" if low <= 0 else ""
     unsure = f"; {misread}" if misread else unsure
     return Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
 

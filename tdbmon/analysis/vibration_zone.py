@@ -29,7 +29,8 @@ def share_of_clearance(reach: Estimate, clearance: float, doubt: str = "") -> Es
     if reach.value is None:
         return Estimate.missing("1", reach.why)
     low, high = (None if bound is None else bound / clearance for bound in (reach.low, reach.high))
-    return Estimate(reach.value / clearance, low, high, "1", f"{reach.method}, over the radial gap of the machine file")
+    method = f"{reach.method}, over the radial gap of the machine file"
+    return Estimate(reach.value / clearance, low, high, "1", method, reach.why)
 
 
 def zone(share: Estimate) -> str:

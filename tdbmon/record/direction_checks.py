@@ -9,10 +9,10 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
-from tdbmon.record.held_end import Path, held_ends
+from tdbmon.record.held_end import Path, held_ends, middle
 
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
-_STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
+STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
 _LIES = 0.7  # of it, from the probes' zero: a levitated shaft stands nearer
 _ACROSS = 0.17  # sine of the angle between two probes that span the plane: 10 degrees
 _LEAST_SAMPLES = 200
@@ -52,14 +52,14 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
             continue
         gap = machine.bearing(end).radial_gap.nominal
         start = z[(time < time[0] + _LEVITATED_S) & np.isfinite(z)]
-        if start.size and (np.abs(start - start[0]).max() > _STANDS * gap or np.abs(start.mean()) > _LIES * gap):
+        if start.size and (np.abs(start - start[0]).max() > STANDS * gap or np.abs(start.mean()) > _LIES * gap):
             continue
         z = z[np.isfinite(z)]
         if z.size < _LEAST_SAMPLES:
             continue
         few = max(min(z.size // 50, 200), 10)
         last = z[-z.size // 4 :]
-        moved = np.median(last.real) + 1j * np.median(last.imag) - z[:few].mean()
+        moved = middle(last) - z[:few].mean()
         if np.std(last) > abs(moved):
             continue
         if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:

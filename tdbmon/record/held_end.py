@@ -32,6 +32,11 @@ _SLOWER = 0.15  # of the speed, by which it falls until then at most
 _HUM = 0.05  # of the speed: mains so near look like once per revolution
 
 
+def middle(z: NDArray[np.complex128]) -> complex:
+    """Return the median place of a path, axis by axis: numpy's own median of complex numbers is a point on an orbit."""
+    return complex(np.median(z.real), np.median(z.imag))
+
+
 def never_touches(start: complex, reach: float, bearing: TouchdownBearing, share: float = _TOUCHED) -> bool:
     """Return whether a shaft that levitates at `start` (from the middle, m) and moves by `reach` at most touched nothing.
 
@@ -47,7 +52,7 @@ def ends_in_fall(planes: xr.Dataset, end: str, machine: Machine, release_s: floa
     bearing, left = machine.bearing(end), float(time[-1]) - release_s
     if not before.any() or not after.any() or machine.gravity <= 0:
         return ""
-    start = complex(np.median(z[before]))
+    start = middle(z[before])
     falls_for = float(np.sqrt(2 * bearing.radial_gap.nominal / machine.gravity))
     if left > _WAITS * falls_for:
         return ""
@@ -71,7 +76,7 @@ def held_ends(paths: Mapping[str, Path], machine: Machine) -> dict[str, float]:
     if machine.gravity <= 0:
         return {}
     seen = {end: (t[good], z[good]) for end, (t, z) in paths.items() if (good := np.isfinite(z)).any()}
-    starts = {end: complex(np.median(z[t < t[0] + _HEAD_S])) for end, (t, z) in seen.items()}
+    starts = {end: middle(z[t < t[0] + _HEAD_S]) for end, (t, z) in seen.items()}
     away = {end: np.abs(z - starts[end]) for end, (_, z) in seen.items()}
     inside = [end for end in seen if never_touches(starts[end], float(away[end].max()), machine.bearing(end))]
     fell = falls_at({end: seen[end] for end in seen if end not in inside}, machine)
@@ -91,7 +96,7 @@ def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
     """Return when the first of some ends has gone farther than a levitated shaft does, s; None where none has."""
     when = []
     for end, (time, z) in paths.items():
-        z = z - np.median(z[time < time[0] + _HEAD_S])
+        z = z - middle(z[time < time[0] + _HEAD_S])
         far = np.abs(z) > _TOUCHED * machine.bearing(end).radial_gap.low
         when += [float(time[np.argmax(far)])] if far.any() else []
     return min(when, default=None)

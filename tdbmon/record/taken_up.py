@@ -13,9 +13,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from tdbsim.machine import Machine
 
-from tdbmon.record.direction_checks import motions_of
+from tdbmon.record.direction_checks import STANDS, motions_of
 from tdbmon.record.finding import Check
-from tdbmon.record.held_end import Path, falls_at
+from tdbmon.record.held_end import Path, falls_at, middle
 from tdbmon.runs import runs_of
 
 _HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
@@ -61,8 +61,10 @@ def _of_end(motions: Mapping[str, Path], end: str, machine: Machine) -> tuple[fl
         return None
     gap = machine.bearing(end).radial_gap.nominal
     head = z[time < time[0] + _HEAD_S]
-    away = np.abs(z - np.median(head))
-    orbit = float(np.abs(head - np.median(head)).max())
+    start = middle(head)
+    away, orbit = np.abs(z - start), float(np.abs(head - start).max())
+    if orbit > STANDS * gap:  # the record begins in the fall or a bounce: nothing tells where the shaft levitates
+        return None
     hovers = runs_of((away < _NEAR * gap + orbit) & (time > fell))
     hovers = hovers.where(time[hovers.first + hovers.length - 1] - time[hovers.first] > _HOVERS_S)
     if not len(hovers):

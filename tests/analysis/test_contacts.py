@@ -281,6 +281,26 @@ def test_a_gap_right_after_the_release_does_not_widen_what_is_known_of_a_contact
         assert (got.low, got.value, got.high) == pytest.approx((expected.low, expected.value, expected.high))
 
 
+@pytest.mark.parametrize("again", [-5e-5, 5e-5])
+def test_a_gap_with_the_next_touch_in_it_tells_no_rebound(again):
+    """Whether or not the shaft is seen to be on the ring after it: its top may lie in the gap too."""
+    planes, _, lift, _ = fall_on_a_spring()
+    flight = 2 * np.sqrt(2 * HEIGHT / G)
+    rising = without(planes, lift + 0.2 * flight, lift + flight + 1e-3)
+    after = rising.time.values > lift + flight + 1e-3
+    rising.displacement[0, 1, after] = -HEIGHT + again
+    found = find_contacts(rising, "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert found.first.duration.known
+    assert "the shaft may have touched again" in found.first.rebound.why
+
+
+def test_a_gap_to_the_end_of_the_bounces_may_hide_contacts():
+    planes, _, lift, _ = fall_on_a_spring()
+    found = find_contacts(without(planes, lift + 4e-3, 1.0), "NDE", circle(), TRAVEL, 0.0, 0.01, G)
+    assert not found.count.known
+    assert "the shaft may have touched again" in found.first.rebound.why
+
+
 def test_contacts_are_counted_where_none_can_have_been_missed():
     planes, _, lift, _ = fall_on_a_spring()  # it touches once before the record ends
     assert find_contacts(planes, "NDE", circle(), TRAVEL, 0.0, 0.01, G).count.value == 1.0

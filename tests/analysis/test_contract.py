@@ -50,6 +50,17 @@ def test_what_is_lacking_is_null_with_the_reason(which, machine):
     assert all(q["why"] for _, q in missing)
 
 
+@pytest.mark.parametrize("until_s", [0.075, None])
+def test_what_has_no_interval_says_why(until_s, machine):
+    """Without a drop no circle tells the clearance centre, from which the levitated shaft is measured."""
+    record = recorded("short/drop_100").sel(time=slice(None, until_s))
+    told = list(quantities(analysis_json(analyse(record, machine))))
+    bare = {at: quantity for at, quantity in told if quantity["low"] is None}
+    assert [at for at, quantity in bare.items() if not quantity.get("why")] == []
+    if until_s is not None:
+        assert bare["/levitation/DE/share_of_clearance"]["value"] is not None
+
+
 def without_30_ms(record):
     lost = (record.time > 0.127) & (record.time < 0.157)
     return record.map(lambda channel: channel.where(~lost) if channel.attrs.get("units") == "m" else channel)

@@ -12,6 +12,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import load_machine
 
 from tdbmon.analysis import release
+from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes
 from tdbmon.analysis.free_fall import check_free_fall
 from tdbmon.analysis.leaving_orbit import falls_between
@@ -375,3 +376,16 @@ def test_a_decay_holds_its_time_on_another_scale(machine, factor):
             found.force_decay.low <= 2e-3 <= found.force_decay.high and found.time.low <= truth <= found.time.high
         )
     assert np.mean(held) >= 0.85
+
+
+def test_a_decay_longer_than_the_record_is_none():
+    """Two probes of 0 and 90 degrees, read as 45 and 135: the fall goes aside, and a force that stays explains it as well."""
+    machine = load_machine(shipped("short/machine.toml"))
+    turned = machine.model_copy(
+        update={"probes": tuple(p.model_copy(update={"angle": p.angle + np.pi / 4}) for p in machine.probes)}
+    )
+    found = analyse(recorded("short/drop_100"), turned).release
+    assert found.time.low <= 0.1 <= found.time.high
+    assert not found.force_decay.known
+    assert "any decay within 0 to" in found.force_decay.why
+    assert "in a record of 500 ms" in found.force_decay.why

@@ -14,7 +14,7 @@ from tdbmon.analysis.contract import analysis_json
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.report.document import Paragraph, Table
 from tdbmon.report.sections import release
-from tests.shipped_drops import analysed
+from tests.shipped_drops import analysed, recorded
 
 
 def oval(machine, seconds):
@@ -41,6 +41,21 @@ def test_a_sound_shaft_levitates_near_the_centre(name):
     found = checks_of(analysed(name), "set point")
     assert set(found) == {"NDE", "DE"}
     assert all(check.passed for check in found.values())
+
+
+def test_a_probe_that_misreads_blames_no_bore_at_the_other_end():
+    """The other end is taken at its own probes: there it levitated, was let go and has its circle."""
+    record, whole = recorded("short/drop_100"), analysed("short/drop_100")
+    record["NDE_A"] += 5e-3
+    result = analyse(record, whole.machine)
+    assert {check.channel for check in result.checks if not check.passed} == {"NDE_A"}
+    assert checks_of(result, "set point")["DE"].passed
+    assert result.levitation["DE"].share.known
+    state, levitated = result.release.states["DE"], result.levitation["DE"]
+    assert state.levitated == pytest.approx((levitated.x.value, levitated.y.value), abs=1e-6)
+    assert "at the probes" in state.x.method
+    for got, expected in ((state.x, whole.release.states["DE"].x), (state.y, whole.release.states["DE"].y)):
+        assert got.value == pytest.approx(expected.value, abs=5e-6)  # the planes are 40 mm apart
 
 
 def test_an_oval_bore_is_not_silently_a_wide_gap(machine):

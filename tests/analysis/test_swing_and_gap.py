@@ -230,6 +230,14 @@ def test_a_rotor_that_keeps_bouncing_never_settles():
     assert "still lifts off by more than 25 um at 0.99" in found.why
 
 
+def test_a_record_that_ends_in_the_first_contact_is_said_to_fall_and_not_to_bounce():
+    time = np.arange(900) / RATE  # 0.12 s after it touches
+    y = -np.minimum(0.5 * 9.81 * np.maximum(time - 0.1, 0) ** 2, 290e-6)
+    found = settled_from(planes_of(time, {"NDE": np.column_stack([0 * y, y])}), "NDE", 250e-6, start=0.1)
+    assert isinstance(found, NoCircle)
+    assert "the shaft still falls at 0.107" in found.why and "lifts off" not in found.why
+
+
 def test_an_arc_too_short_for_a_circle_gives_none(machine):
     time = np.arange(4000) / RATE
     rng = np.random.default_rng(0)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from tdbsim.machine import load_machine
 from tdbsim.sensors import ProbeChain, SensorChain
 from tdbsim.simulate import DropPlan, simulate
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
 from tdbmon.record.assign import assign
+from tdbmon.record.read import read
 from tdbmon.record.taken_up import until_taken_up
 from tdbmon.report.drop_report import build_report
+from tdbmon.shipped import shipped
 
 RELEASE_S, LAST_S = 0.1, 2.1
 LIFT_S = 1.5
@@ -57,6 +60,26 @@ def test_the_drop_is_analysed_up_to_the_lift(drop, machine):
     assert found.phases[-1].end == pytest.approx(LAST_S, abs=1e-3)
     measured = measured_drop(lifted(drop, machine, LIFT_S, 0.2), machine)
     assert any("lifted from" in fault for fault in measured.faults)
+
+
+@pytest.mark.parametrize("since_ms", [104.0, 110.0])
+def test_bounces_are_no_lift_where_the_record_begins_in_the_fall(since_ms):
+    """Cut so, the first 5 ms span a good part of the gap, and small bounces stay within that of where they began."""
+    machine = load_machine(shipped("short/machine.toml"))
+    for name in ("short/drop_100", "short/drop_150"):
+        late = read(shipped(f"{name}.nc")).load().sel(time=slice(since_ms * 1e-3, None))
+        assert until_taken_up(assign(late, machine), machine)[1] == []
+
+
+def test_a_lift_is_told_of_a_shaft_that_levitates_on_a_wide_orbit(drop, machine):
+    """By how far it turns about the middle of its orbit, not about a point on it."""
+    time = drop.time.values
+    wide = drop.copy()
+    for probe in machine.probes:
+        turning = 50e-6 * np.cos(2 * np.pi * 120 * time - probe.angle) * (time < RELEASE_S)
+        wide[probe.name] = drop[probe.name].copy(data=drop[probe.name].values + turning)
+    _, (row,) = until_taken_up(assign(lifted(wide, machine, LIFT_S, 0.2), machine), machine)
+    assert row.check == "lifted again"
 
 
 def test_a_report_of_it_is_written(drop, machine):

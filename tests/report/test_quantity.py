@@ -50,6 +50,16 @@ def test_a_value_near_an_end_of_its_interval_does_not_stand_at_it() -> None:
     assert words(Estimate(0.0, 0.0, 11e-6, "um")) == "0 µm (0 to 11)"
 
 
+def test_an_interval_that_leaves_out_zero_is_not_written_with_it() -> None:
+    assert words(Estimate(-4e-6, -7.7e-6, -0.3e-6, "um")) == "−4.0 µm (−7.7 to −0.3)"
+    assert words(Estimate(-0.01, -0.02, -0.0003)) == "−0.0100 (−0.0200 to −0.0003)"
+    assert words(Estimate(4.0, 0.0, 8.0, "s")) == "4 s (0 to 8)"
+    this, before, apart = subtracted(
+        Estimate(100e-6, 98e-6, 102e-6, "um"), 104e-6, Estimate(-4e-6, -7.7e-6, -0.3e-6, "um")
+    )
+    assert (this, before, apart) == ("100.0 µm", "104.0 µm", "−4.0 µm (−7.7 to −0.3)")
+
+
 def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
     assert words(Estimate(4.2554e7, 3.8169e7, 4.7742e7, "N/m")) == "43 MN/m (38 to 48)"
     assert words(Estimate(0.0861, 0.0860, 0.0862, "N m")) == "86.10 mN m (86.00 to 86.20)"
