@@ -9,6 +9,7 @@ from tdbmon.estimate import Z95, Estimate
 
 _COMPARED = 60  # pulses: few carry all that the comparison needs
 _FEWEST = 24  # block means
+_MISCOUNTED = 0.5  # turns
 
 
 def compare_with_pulses(
@@ -18,7 +19,8 @@ def compare_with_pulses(
 
     Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.  The rounding to
     samples is not random where a turn lasts nearly whole samples: it may drift by one over the train, by which the interval of
-    the ratio is wider.
+    the ratio is wider.  A miscounted turn, as of pulses shorter than a sample, would pass for a share of the scale: where the
+    two part by half a turn from one pulse to the next, there is no ratio.
 
     Parameters
     ----------
@@ -46,8 +48,10 @@ def compare_with_pulses(
     block = float(np.median(after.end - after.begin))
     counted = np.append(0.0, np.cumsum(np.rint(turns.mean * (turns.end - turns.begin))))
     times, speeds = np.append(turns.begin, turns.end[-1]), np.append(turns.mean, turns.mean[-1])
+    turned = np.interp(times, at, covered)
+    each = np.column_stack([np.diff(counted), np.diff(turned), np.diff(times)])
     some = np.unique(np.linspace(0, len(times) - 1, _COMPARED).astype(int))
-    times, speeds, counted = times[some], speeds[some], counted[some]
+    times, speeds, counted, turned = times[some], speeds[some], counted[some], turned[some]
     bend = np.abs(np.gradient(speeds, times)) * block**2 / 8  # of the curve within a block
     scatter = float(np.var(np.diff(after.mean, 2)) / 6) * block  # rev^2 a second
     since = times - times[0]
@@ -55,7 +59,14 @@ def compare_with_pulses(
     covariance += (0.5 * step) ** 2 * np.outer(speeds, speeds)  # where within its sample an edge is timed is not known
     columns = np.column_stack([counted, np.ones(len(times)), *([since] if with_zero else [])])
     weight = np.linalg.inv(np.linalg.cholesky(covariance))
-    solution, *_ = np.linalg.lstsq(weight @ columns, weight @ np.interp(times, at, covered), rcond=None)
+    solution, *_ = np.linalg.lstsq(weight @ columns, weight @ turned, rcond=None)
+    parted = np.abs(each @ [solution[0], -1.0, solution[2] if with_zero else 0.0]) > _MISCOUNTED
+    if parted.any():
+        why = (
+            f"the keyphasor's pulses are not one a turn by the speed signal in {parted.sum()} of {len(parted)} intervals, the"
+            f" first at {turns.begin[parted][0]:.4g} s: some were missed or surplus"
+        )
+        return Estimate.missing("1", why), None
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
     method = "revolutions of the speed signal over pulses counted"
     value, half = float(solution[0]), Z95 * float(sigma[0]) + step / float(since[-1])

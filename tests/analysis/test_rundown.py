@@ -290,6 +290,19 @@ def test_a_turn_of_nearly_whole_samples_does_not_set_the_scale_of_a_true_signal(
         assert run.initial.value == pytest.approx(law.speed, rel=1e-5)
 
 
+@pytest.mark.parametrize("wrong", ["missed", "surplus"])
+def test_miscounted_turns_are_no_scale_of_the_signal(wrong: str) -> None:
+    """Three in a hundred, as of pulses shorter than a sample: the true signal was then off by as much, with a tiny interval."""
+    t, speed, marks, _ = whole_drop(4)
+    few = np.arange(20, marks.times.size, 33)
+    times = (
+        np.delete(marks.times, few) if wrong == "missed" else np.sort(np.append(marks.times, marks.times[few] + 4e-3))
+    )
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=one_a_turn(times))
+    assert "some were missed or surplus" in run.pulse_ratio.why
+    assert run.initial.low <= 100.0 <= run.initial.high
+
+
 def test_scale_of_the_pulses_is_in_the_interval_of_the_speed() -> None:
     t, speed, marks, _ = whole_drop(4, gain=1.02)
     run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=marks)
