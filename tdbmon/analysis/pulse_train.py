@@ -13,7 +13,7 @@ _MISCOUNTED = 0.5  # turns
 
 
 def compare_with_pulses(
-    after: Coast, turns: Coast, step: float, with_zero: bool
+    after: Coast, turns: Coast, step: float, with_zero: bool, delay: float = 0.0
 ) -> tuple[Estimate, tuple[float, float] | None]:
     """Compare the speed signal's revolutions with the pulses counted.
 
@@ -32,6 +32,8 @@ def compare_with_pulses(
         Sampling period, s.
     with_zero : bool
         Whether the rotor comes to rest in the record, so that the signal's zero can be told from its scale.
+    delay : float
+        By how much the signal's times may be off either way, s.
 
     Returns
     -------
@@ -70,5 +72,6 @@ def compare_with_pulses(
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
     method = "revolutions of the speed signal over pulses counted"
     value, half = float(solution[0]), Z95 * float(sigma[0]) + step / float(since[-1])
+    half += delay * abs(float(speeds[0] - speeds[-1])) / float(counted[-1])
     ratio = Estimate(value, value - half, value + half, "1", method)
     return ratio, (float(solution[2]), float(sigma[2])) if with_zero else None

@@ -12,6 +12,7 @@ from tdbsim.rotor import RotorModel
 from tdbmon.analysis.result import NO_DROP
 from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
 from tdbmon.record.finding import Check
+from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.speed_checks import starting_speed
@@ -32,27 +33,31 @@ class Rotation:
         Of the keyphasor.
     sampled : (m,) array or None
         Times of the keyphasor's samples, s, where the speed comes from it alone; None otherwise.
+    held : float
+        How long each value of the speed channel stands in the record, s.
     """
 
     time: np.ndarray
     hz: np.ndarray
     pulses: Pulses | None
     sampled: np.ndarray | None = None
+    held: float = 0.0
 
     @classmethod
     def of(cls, record: xr.Dataset, machine: Machine) -> Rotation:
         """Return what a record laid over its machine tells."""
         key = pulses(record, machine) if "keyphasor" in record else None
-        time, hz = np.empty(0), np.empty(0)
+        time, hz, held = np.empty(0), np.empty(0), 0.0
         if "speed" in record:
             channel = record["speed"]
+            held = float(channel.attrs.get(HELD, 0.0))
             hz = channel.to_numpy()
             finite = np.isfinite(hz)
             time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
         if key is not None and len(key.times) > max(3, len(time)):  # a speed logged once a second, say, tells less
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
-        return cls(time, hz, key)
+        return cls(time, hz, key, held=held)
 
     @property
     def known(self) -> bool:
@@ -95,11 +100,12 @@ class Rotation:
             release_time=float(self.time[0]) if released is None else released,
             polar_inertia=rotor.polar_inertia,
             pulses=self.pulses,
+            held=self.held,
         )
 
     def without_drop(self) -> RunDown | None:
         """Return the speed of a record that holds no drop."""
-        return speed_alone(*self._signal, pulses=self.pulses, why=NO_DROP) if self.known else None
+        return speed_alone(*self._signal, pulses=self.pulses, held=self.held, why=NO_DROP) if self.known else None
 
     @property
     def _signal(self) -> tuple[np.ndarray, np.ndarray | None]:
