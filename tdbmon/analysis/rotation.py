@@ -11,12 +11,14 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.result import NO_DROP
 from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
+from tdbmon.quantity import counted
 from tdbmon.record.finding import Check
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.speed_checks import starting_speed
 
+_FEWEST = 4  # values of a speed
 _HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
 _LEAD_S = 0.2  # before a release that is known
 
@@ -54,7 +56,9 @@ class Rotation:
             hz = channel.to_numpy()
             finite = np.isfinite(hz)
             time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
-        if key is not None and len(key.times) > max(3, len(time)):  # a speed logged once a second, say, tells less
+        if key is not None and len(key.times) >= max(
+            _FEWEST, len(time) + 1
+        ):  # a speed logged once a second, say, tells less
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
         return cls(time, hz, key, held=held)
@@ -62,7 +66,7 @@ class Rotation:
     @property
     def known(self) -> bool:
         """True where the speed is known at enough times."""
-        return len(self.time) > 3
+        return len(self.time) >= _FEWEST
 
     def before(self, release: float | None) -> float | None:
         """Median speed up to the release (of the first 10 ms where that is not known), Hz; None where it does not turn.
@@ -88,6 +92,10 @@ class Rotation:
     def run_down(self, released: float | None, rotor: RotorModel, checks: list[Check]) -> RunDown | None:
         """Fit the run-down from the release on, or else from the first value on; a failed check says why it cannot be."""
         if not self.known:
+            if self.time.size:
+                few = f"{counted(self.time.size, 'value')} of the speed in all; {_FEWEST} are needed for a run-down"
+                few += ": record it more often"
+                checks.append(Check("speed", "speed", False, few))
             return None
         time, hz = self._signal
         if released is not None and not time[0] <= released < time[-1]:
