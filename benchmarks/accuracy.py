@@ -40,9 +40,9 @@ _TAIL = """
   of the deceleration. A strong quadratic windage is not in it: over half a second an exponential fits that too, and its
   decay time is an effective one at that speed.
 - **Constant drag.** More than the two rings' drag is found in the coast-downs, by signal and pulses alike; its cause is not
-  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is reported of them. Where one
-  is found from the signal, it is the range from the last time the rotor surely turns to the first time nothing more is
-  seen, which is not a 95 % interval.
+  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is reported of them,
+  however seldom the speed is read: what fades may creep on. Where one is found from the signal, it is the range from the last
+  time the rotor surely turns to the first time nothing more is seen, which is not a 95 % interval.
 - **Short records** (0.5 s) end while the rings may still slip: the decay time is then missing with that reason, or an
   effective one. Swing and most spectral lines need longer records; the clearance circle then rests on the arc alone.
 - **Single-mass stiffness** stands for bearing and support in series and leaves out the support's mass and the other end:

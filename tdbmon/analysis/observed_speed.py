@@ -26,7 +26,7 @@ class Observed:
     """Spans up to the release and after it, standstill, and the root of the noise's density where it is known.
 
     `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
-    the interval of the scale, where the pulses set it.
+    the interval of the scale, where the pulses set it; `delay` by how much the spans' times may be off either way, s.
     """
 
     lead: Coast
@@ -37,6 +37,7 @@ class Observed:
     density: float | None = None
     tick: float = 0.0
     scale_half: float = 0.0
+    delay: float = 0.0
 
 
 def between(pulses: Pulses) -> Coast:
@@ -59,18 +60,21 @@ def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> 
 
 
 def from_signal(
-    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None
+    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None, held: float = 0.0
 ) -> Observed:
+    """Return the means of a speed signal; its values may be older than their times by up to `held`, s: half is taken off."""
     last = float(time[-1])
     step = usual_interval(time)
     lead = without_holes(_blocks(time, signal, release - LEAD_S, release, 200), time)
-    after = without_holes(_blocks(time, signal, release, last + step, _BLOCKS), time)
+    after = without_holes(_blocks(time, signal, release + held, last + step, _BLOCKS), time)
+    delay = 0.5 * held
+    lead, after = (replace(each, begin=each.begin - delay, end=each.end - delay) for each in (lead, after))
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
     ratio, source, gain = NO_PULSES, "speed signal", 1.0
     if turns is not None:
         low, high = longest_stretch(time, release)
         within = after.between(low - step, high + step)
-        ratio, zero = compare_with_pulses(within, turns.between(low, high), step, rest.found and high == last)
+        ratio, zero = compare_with_pulses(within, turns.between(low, high), step, rest.found and high == last, delay)
         gain, source, related = _scale(ratio)
         if zero is not None and related:
             rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
@@ -78,7 +82,7 @@ def from_signal(
     after = replace(after, offset_sigma=rest.creep)
     density = None if sigma is None else sigma / gain * float(np.sqrt(step))
     scale_half = 0.0 if gain == 1.0 or ratio.high is None else ratio.high / gain - 1
-    return Observed(lead, after, rest, source, ratio, density, scale_half=scale_half)
+    return Observed(lead, after, rest, source, ratio, density, scale_half=scale_half, delay=delay)
 
 
 def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:

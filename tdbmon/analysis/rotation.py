@@ -11,11 +11,14 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.result import NO_DROP
 from tdbmon.analysis.rundown import RunDown, fit_rundown, speed_alone
+from tdbmon.quantity import counted
 from tdbmon.record.finding import Check
+from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.speed_checks import starting_speed
 
+_FEWEST = 4  # values of a speed
 _HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
 _LEAD_S = 0.2  # before a release that is known
 
@@ -32,32 +35,38 @@ class Rotation:
         Of the keyphasor.
     sampled : (m,) array or None
         Times of the keyphasor's samples, s, where the speed comes from it alone; None otherwise.
+    held : float
+        How long each value of the speed channel stands in the record, s.
     """
 
     time: np.ndarray
     hz: np.ndarray
     pulses: Pulses | None
     sampled: np.ndarray | None = None
+    held: float = 0.0
 
     @classmethod
     def of(cls, record: xr.Dataset, machine: Machine) -> Rotation:
         """Return what a record laid over its machine tells."""
         key = pulses(record, machine) if "keyphasor" in record else None
-        time, hz = np.empty(0), np.empty(0)
+        time, hz, held = np.empty(0), np.empty(0), 0.0
         if "speed" in record:
             channel = record["speed"]
+            held = float(channel.attrs.get(HELD, 0.0))
             hz = channel.to_numpy()
             finite = np.isfinite(hz)
             time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
-        if key is not None and len(key.times) > max(3, len(time)):  # a speed logged once a second, say, tells less
+        if key is not None and len(key.times) >= max(
+            _FEWEST, len(time) + 1
+        ):  # a speed logged once a second, say, tells less
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
-        return cls(time, hz, key)
+        return cls(time, hz, key, held=held)
 
     @property
     def known(self) -> bool:
         """True where the speed is known at enough times."""
-        return len(self.time) > 3
+        return len(self.time) >= _FEWEST
 
     def before(self, release: float | None) -> float | None:
         """Median speed up to the release (of the first 10 ms where that is not known), Hz; None where it does not turn.
@@ -83,6 +92,10 @@ class Rotation:
     def run_down(self, released: float | None, rotor: RotorModel, checks: list[Check]) -> RunDown | None:
         """Fit the run-down from the release on, or else from the first value on; a failed check says why it cannot be."""
         if not self.known:
+            if self.time.size:
+                few = f"{counted(self.time.size, 'value')} of the speed in all; {_FEWEST} are needed for a run-down"
+                few += ": record it more often"
+                checks.append(Check("speed", "speed", False, few))
             return None
         time, hz = self._signal
         if released is not None and not time[0] <= released < time[-1]:
@@ -95,11 +108,12 @@ class Rotation:
             release_time=float(self.time[0]) if released is None else released,
             polar_inertia=rotor.polar_inertia,
             pulses=self.pulses,
+            held=self.held,
         )
 
     def without_drop(self) -> RunDown | None:
         """Return the speed of a record that holds no drop."""
-        return speed_alone(*self._signal, pulses=self.pulses, why=NO_DROP) if self.known else None
+        return speed_alone(*self._signal, pulses=self.pulses, held=self.held, why=NO_DROP) if self.known else None
 
     @property
     def _signal(self) -> tuple[np.ndarray, np.ndarray | None]:

@@ -25,7 +25,7 @@ from tdbmon.analysis.law_choice import FEWEST, NO_LAW, Candidate, choose_law, fi
 from tdbmon.analysis.lost_speed import gained_in, lost_to_law, lost_to_level
 from tdbmon.analysis.observed_speed import Observed, between, from_pulses, from_signal, tick_of
 from tdbmon.analysis.slip import FALLING, coasting, is_short, slip_in
-from tdbmon.analysis.speed_at_release import levitated_law, speed_at_release
+from tdbmon.analysis.speed_at_release import AGE, levitated_law, speed_at_release
 from tdbmon.analysis.speed_model import SpeedModel, speed_model, term_of
 from tdbmon.analysis.standstill import stop_seen, stop_time
 from tdbmon.analysis.unbroken import without_holes
@@ -157,6 +157,7 @@ def fit_rundown(
     polar_inertia: float | None,
     sigma: float | None = None,
     pulses: Pulses | None = None,
+    held: float = 0.0,
 ) -> RunDown:
     """Fit the run-down of a rotor from the release on.
 
@@ -175,6 +176,8 @@ def fit_rundown(
         estimated from the residuals.
     pulses : Pulses, optional
         Of the keyphasor, with the turns counted.  They set the scale of the speed signal, or serve alone.
+    held : float, optional
+        By how much the speed signal's values may be older than their times, s.
 
     Returns
     -------
@@ -191,24 +194,24 @@ def fit_rundown(
     _check(time, signal, pulses, release_time, polar_inertia, sigma)
     turns = None if pulses is None else without_holes(between(pulses), time)
     if signal is not None:
-        observed = from_signal(time, signal, turns, release_time, sigma)
+        observed = from_signal(time, signal, turns, release_time, sigma, held)
     elif turns is not None:
         observed = from_pulses(turns, time, release_time, tick_of(pulses, time))
     else:
         raise InputError("neither a speed signal nor keyphasor pulses are given; the run-down needs one of them")
-    return _run(observed, float(time[-1]), release_time, polar_inertia)
+    return _delayed(_run(observed, float(time[-1]), release_time, polar_inertia), observed.delay)
 
 
-def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | None, why: str) -> RunDown:
+def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | None, held: float, why: str) -> RunDown:
     """Return the speed with which a record without a drop ends; the rest is missing for the reason `why`.
 
     Parameters
     ----------
-    time, speed, pulses
+    time, speed, pulses, held
         As in `fit_rundown`.
     why : str
     """
-    found = fit_rundown(time, speed, release_time=float(time[-2]), polar_inertia=None, pulses=pulses)
+    found = fit_rundown(time, speed, release_time=float(time[-2]), polar_inertia=None, pulses=pulses, held=held)
     initial = (
         replace(found.initial, method=f"{found.source}, as the record ends") if found.initial.known else found.initial
     )
@@ -222,7 +225,9 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
 
     def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
         levitated = before or levitated_law(lead, release, _known(lead, density))
-        initial = speed_at_release(levitated, release, source, bound=_unsure(observed, levitated))
+        initial = speed_at_release(
+            levitated, lead, release, source, bound=_unsure(observed, levitated), delay=observed.delay
+        )
         return RunDown.missing(
             why,
             initial=initial,
@@ -266,7 +271,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
             before = None  # levitation tells its own noise better than what no law fits
         run = without(slip or NO_LAW, tuple(replace(m, chosen=False) for m in models))
         return run if slip else _seen(run, observed, release, last, misfit)
-    initial = speed_at_release(before, release, source, Z95, _unsure(observed, before))
+    initial = speed_at_release(before, lead, release, source, Z95, _unsure(observed, before), observed.delay)
     decay = decay_time_of(chosen, levitated, stretch)
     # what no law may be carried on by
     slips = decay.why if levitated is None and is_short(stretch) else ""
@@ -303,6 +308,20 @@ def _seen(run: RunDown, observed: Observed, release: float, last: float, misfit:
         standstill_time=stop_seen(observed.rest, NO_LAW),
         coast_down=coast_down_times(run.initial, observed, (), NO_LAW, release, last),
         doubt=misfit,
+    )
+
+
+def _delayed(run: RunDown, delay: float) -> RunDown:
+    """Widen what the fit does not know of: by how much, s, its times may be off either way."""
+    if not delay:
+        return run
+    slowing = 0.0 if run.law is None else float(run.law.deceleration(run.law.speed))
+    times = run.coast_down
+    return replace(
+        run,
+        lost_speed=run.lost_speed.widened(delay * slowing, AGE),
+        standstill_time=run.standstill_time.widened(delay, AGE),
+        coast_down=replace(times, half=times.half.widened(delay, AGE), tenth=times.tenth.widened(delay, AGE)),
     )
 
 

@@ -14,8 +14,11 @@ from tdbmon.analysis.autoregression import WHITE, Noise, noise_of
 from tdbmon.analysis.drag_law import Coast, LawFit, fit_law
 from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
+from tdbmon.quantity import counted
 
 LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
+AGE = "how old a held speed may be"
+_FEWEST = 6  # means of the speed in it
 _LEAST_S = 0.005  # of levitation, without which nothing tells the speed there
 _MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
 
@@ -37,7 +40,7 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     LawFit or None
         None where too little levitates, or nothing turns.
     """
-    if len(lead) < 6 or lead.begin[0] > release - _LEAST_S or lead.mean.min() <= 0:
+    if len(lead) < _FEWEST or lead.begin[0] > release - _LEAST_S or lead.mean.min() <= 0:
         return None
     lead = find_last_stretch(lead, noise)
     rough = fit_law(lead, ("linear",), noise or WHITE)
@@ -51,17 +54,27 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
 
 
 def speed_at_release(
-    before: LawFit | None, release: float, source: str, quantile: float | None = None, bound: float = 0.0
+    before: LawFit | None,
+    lead: Coast,
+    release: float,
+    source: str,
+    quantile: float | None = None,
+    bound: float = 0.0,
+    delay: float = 0.0,
 ) -> Estimate:
-    """Return the speed at the release (s) by the levitated law, Hz.
+    """Return the speed at the release (s) by the levitated law, Hz, which was sought in `lead`.
 
     Without a `quantile` Student's is taken, since the noise was estimated from the same few spans; `source` tells of what
-    signal; `bound` is the relative half-width of what is not noise.
+    signal; `bound` is the relative half-width of what is not noise; by `delay`, s, the law's times may be off either way.
     """
+    if before is None and 0 < len(lead) < _FEWEST:
+        told = f"the speed is told {counted(len(lead), 'time')} in the last {LEAD_S:g} s before the release"
+        return Estimate.missing("Hz", f"{told}; {_FEWEST} are needed")
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
     if quantile is None:
         quantile = float(stdtrit(max(len(before.white) - before.parameters, 1), 0.975))
     value = float(before.law.speed_at(release))
     half = float(np.hypot(quantile * before.speed_sigma(release), bound * value))
-    return Estimate(value, value - half, value + half, "Hz", f"{source}, levitated stretch up to the release")
+    speed = Estimate(value, value - half, value + half, "Hz", f"{source}, levitated stretch up to the release")
+    return speed.widened(delay * abs(float(before.law.deceleration(value))), AGE)

@@ -18,6 +18,10 @@ _CREEP = 3.0  # level over its fall within half the tail, of a creep with a deca
 # times as long as the speed takes to go from what surely turns to what is lost, that the signal must stay at rest after it:
 # a creep that fades for ever is lost near the end of every record, wherever that is
 _QUIET = 2.0
+_FASTER = (
+    4.0  # times the speed, twice: a rotor that stops takes less time for the second of these falls than for the first
+)
+_STOPS = 0.5  # times it; an exponential creep takes as long for both, and dry friction a quarter
 _DRAWS = 2000
 FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
 
@@ -40,6 +44,8 @@ class Rest:
         Smallest speed that is told from rest, Hz.
     turned_at : float
         When the part that ends at `turning_until` begins, or the last pulse came, s: within that part the rotor may stop.
+    creeps : bool
+        True where the speed fades away as that of a rotor that creeps on below the resolution.
     """
 
     found: bool
@@ -51,6 +57,7 @@ class Rest:
     creep: float = 0.0
     resolution: float = 0.0
     turned_at: float = 0.0
+    creeps: bool = False
 
 
 def find_rest(coast: Coast, turns: Coast | None) -> Rest:
@@ -81,10 +88,11 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1) - level
     end = coast.end[size - 1 : parts * size : size]
     one = float(np.hypot(spread / np.sqrt(size), sigma))
-    turning = np.flatnonzero(mean > _TURNING * one)
-    if not turning.size:
+    final = _last_above(mean, _TURNING * one)
+    if final is None:
         return none
-    final = int(turning[-1])
+    fast, slow = (_last_above(mean, times * _TURNING * one) or 0 for times in (_FASTER**2, _FASTER))
+    creeps = final - slow > max(_STOPS * (slow - fast), 1)
     lost = np.flatnonzero(mean[final:] < _LOST * one)
     lost_from = float(end[final + lost[0]]) if lost.size else last
     until = float(end[final])
@@ -97,14 +105,32 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     creep = float(np.hypot(sigma, _CREEP * max(fall, 0.0)))
     resolution = _TURNING * one
     return Rest(
-        True, until, lost_from, level=level, level_sigma=sigma, creep=creep, resolution=resolution, turned_at=turned
+        True,
+        until,
+        lost_from,
+        level=level,
+        level_sigma=sigma,
+        creep=creep,
+        resolution=resolution,
+        turned_at=turned,
+        creeps=creeps,
     )
+
+
+def _last_above(mean: np.ndarray, level: float) -> int | None:
+    """Return the last part whose mean, like that of the part before, is above a level: one alone may be chance."""
+    above = mean > level
+    both = np.flatnonzero(above[1:] & above[:-1])
+    return int(both[-1]) + 1 if both.size else None
 
 
 def stop_seen(rest: Rest, why: str) -> Estimate:
     """Return when the signal shows the rotor come to rest, without a law; missing for the reason `why` where it does not."""
     if not rest.found:
         return Estimate.missing("s", f"the record ends before standstill, and {why}")
+    if rest.creeps:
+        fades = f"the speed fades below the {rest.resolution * 1e3:.1f} mHz that its signal resolves"
+        return Estimate.missing("s", f"not before {rest.turned_at:.4g} s; {fades}: the rotor may creep on")
     method = f"speed signal below what it resolves ({rest.resolution * 1e3:.1f} mHz)"
     return Estimate(0.5 * (rest.turned_at + rest.lost_from), rest.turned_at, rest.lost_from, "s", method)
 

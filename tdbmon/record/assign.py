@@ -9,6 +9,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.units import is_unit, scale
 
 from tdbmon.record.dataset import as_record
+from tdbmon.record.held_speed import speed_at_updates
 from tdbmon.record.held_values import at_own_rates
 from tdbmon.record.one_time import Series, on_one_time
 
@@ -73,8 +74,9 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         raise InputError(str(lacking[0]) if len(lacking) == 1 else _all_lacking(source, lacking))
     times = {str(dimension): ds[dimension] for dimension in ds.sizes}
     data, times, remarks = at_own_rates(data, times, [name for name in data if name in probes])
+    data, times, slow = speed_at_updates(data, times)
     data, times, moved = on_one_time(data, times, machine)
-    remarks += moved
+    remarks += slow + moved
     out = _collect(data, times)
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]

@@ -10,6 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.record.timebase import LONG
 from tdbmon.runs import runs_of
 
 _NEAR = 6  # intervals on either side that hold at least one without a missed pulse
@@ -100,13 +101,16 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     kept = _without_extra(_without_bounces(edges))
     extra = int(edges.size - kept.size)
     turns, missed = _turns(kept)
+    seen = kept.size
     count = machine.keyphasor.pulses_per_revolution
     first_of_turn = turns % count == 0
     kept, turns = kept[first_of_turn], turns[first_of_turn] // count
     if sigma is None:
         sigma = _scatter(kept, turns)
     words = _in_words(kept, turns, sigma, missed, extra)
-    if count > 1:
+    if kept.size < 2 <= seen:
+        words = f"{seen} pulses at {count} a revolution are too few for a speed"
+    elif count > 1:
         words += f"; one of {count} a revolution, so that shaft angles count from any of them"
     return Pulses(kept, turns, sigma, missed, extra, words)
 
@@ -114,6 +118,14 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
 def pulses_if_any(ds: xr.Dataset, machine: Machine) -> Pulses | None:
     """Return the keyphasor's pulses (see `pulses`), None where the record or the machine has no keyphasor."""
     return pulses(ds, machine) if machine.keyphasor is not None and "keyphasor" in ds else None
+
+
+def missed_in_holes(pulses: Pulses, time: np.ndarray) -> int:
+    """Return how many revolutions' pulses are missing where the time axis (n,), s, of their channel skips samples."""
+    steps = np.diff(time)
+    holes = time[:-1][steps > LONG * np.median(steps)]
+    within = np.diff(np.searchsorted(holes, pulses.times)) > 0
+    return int((np.diff(pulses.turns) - 1)[within].sum())
 
 
 def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:

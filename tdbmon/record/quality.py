@@ -14,7 +14,7 @@ from tdbmon.record.date import unread_date
 from tdbmon.record.direction_checks import fall_directions, motions_of, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import falls_at, held_ends, turns_throughout
-from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
+from tdbmon.record.keyphasor import Pulses, missed_in_holes, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
@@ -97,7 +97,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         )
     found += fall_directions(ds, machine)
     if marks is not None:
-        found.append(_keyphasor(marks, sampling_for_pulses(ds, machine)))
+        found.append(_keyphasor(ds, machine, marks))
     found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
@@ -267,12 +267,16 @@ def _sampled(time: np.ndarray) -> str:
 
 
 def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
-    """A failed check of speed or keyphasor that end long before the probes: a logger that was cut off."""
+    """A failed check of speed or keyphasor that end long before the probes: a logger that was cut off.
+
+    What is read seldom ends up to an interval earlier.
+    """
     last = max((float(ds[ds[probe.name].dims[0]][-1]) for probe in probes), default=0.0)
     found = []
     for name in ("speed", "keyphasor"):
-        end = float(ds[ds[name].dims[0]][-1]) if name in ds else last
-        if end < _WHOLE * last:
+        time = ds[ds[name].dims[0]].values if name in ds else np.array([last])
+        end, interval = float(time[-1]), usual_interval(time) if time.size > 1 else 0.0
+        if end < _WHOLE * last and last - end > LONG * interval:
             detail = (
                 f"ends at {end:.5g} s, the probes at {last:.5g} s: it tells nothing after that; was the logger cut off?"
             )
@@ -327,15 +331,17 @@ def _key_signal(ds: xr.Dataset) -> list[Check]:
     return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
 
 
-def _keyphasor(marks: Pulses, wanted: float | None) -> Check:
-    """Check the pulses; `wanted` is the sampling rate that they ask for where they are shorter than a sample, Hz."""
+def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
+    """Check the pulses; those that were missed while nothing was sampled are no fault of theirs."""
+    count = machine.keyphasor.pulses_per_revolution if machine.keyphasor is not None else 1
     if marks.times.size < 2:
-        return Check(
-            "keyphasor",
-            "keyphasor",
-            False,
-            f"{marks.quality}; without pulses there is no shaft angle: check the sensor's gap",
-        )
+        doubt = f"pulses_per_revolution = {count} in [keyphasor] and " if count > 1 else ""
+        detail = f"{marks.quality}; without pulses there is no shaft angle: check {doubt}the sensor's gap"
+        return Check("keyphasor", "keyphasor", False, detail)
+    unseen = missed_in_holes(marks, ds[ds["keyphasor"].dims[0]].values)
+    if marks.missed == unseen > 0 == marks.extra:
+        return Check("keyphasor", "keyphasor", True, f"{marks.quality}, all where the time axis has gaps")
+    wanted = sampling_for_pulses(ds, machine)
     faulty = marks.missed + marks.extra > 0
     cure = (
         "; surplus pulses were dropped and missed ones counted: check the sensor's gap and the mark" if faulty else ""

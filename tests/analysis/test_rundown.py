@@ -198,6 +198,21 @@ def test_a_rotor_that_creeps_on_has_no_standstill(last: float) -> None:
     assert not fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).standstill_time.known
 
 
+@pytest.mark.parametrize("rate", [1.0, 10.0, 500.0])
+def test_a_creep_that_the_signal_does_not_resolve_is_no_standstill(rate: float) -> None:
+    """It is lost the earlier, the less often the speed is read: such standstills excluded each other by ten seconds."""
+    dry = DragLaw(RELEASE, 95.0, 1 / 12.0, 0.25)
+    fine = np.arange(0, 100.0, 1e-3)
+    slow = float(fine[np.flatnonzero(dry.speed_at(fine) < 1.5)[0]])
+    t = np.arange(0, 100.0, 1 / rate)
+    creep = 1.5 * np.exp(-(t - slow) / 4.5)
+    for seed in range(10):
+        true = np.where(t < RELEASE, 95.0, np.where(t < slow, dry.speed_at(t), creep))
+        speed = true + np.random.default_rng(seed).normal(0, 0.02, len(t))
+        stop = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3).standstill_time
+        assert not stop.known
+
+
 def test_record_that_ends_early_extrapolates_its_standstill() -> None:
     runs = []
     for law in (DragLaw(RELEASE, 100.0, constant=6.0), DragLaw(RELEASE, 100.0, linear=0.2)):
@@ -288,6 +303,19 @@ def test_a_turn_of_nearly_whole_samples_does_not_set_the_scale_of_a_true_signal(
         run = fit_rundown(t, signal, release_time=RELEASE, polar_inertia=0.5, pulses=marks)
         assert run.pulse_ratio.low <= 1 <= run.pulse_ratio.high
         assert run.initial.value == pytest.approx(law.speed, rel=1e-5)
+
+
+@pytest.mark.parametrize("wrong", ["missed", "surplus"])
+def test_miscounted_turns_are_no_scale_of_the_signal(wrong: str) -> None:
+    """Three in a hundred, as of pulses shorter than a sample: the true signal was then off by as much, with a tiny interval."""
+    t, speed, marks, _ = whole_drop(4)
+    few = np.arange(20, marks.times.size, 33)
+    times = (
+        np.delete(marks.times, few) if wrong == "missed" else np.sort(np.append(marks.times, marks.times[few] + 4e-3))
+    )
+    run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, pulses=one_a_turn(times))
+    assert "some were missed or surplus" in run.pulse_ratio.why
+    assert run.initial.low <= 100.0 <= run.initial.high
 
 
 def test_scale_of_the_pulses_is_in_the_interval_of_the_speed() -> None:

@@ -380,6 +380,56 @@ def test_pulses_that_are_missed_or_absent(sound: xr.Dataset) -> None:
     assert ("dead", "keyphasor") in none
 
 
+def test_a_pulse_that_was_missed_in_a_gap_of_time_accuses_no_sensor(sound: xr.Dataset) -> None:
+    """A gap of 10 ms, as long as a turn: the check said to look at the sensor's gap and the mark."""
+    kept = np.ones(sound["time"].size, dtype=bool)
+    kept[3000:3200] = False
+    holed = sound.isel(time=kept)
+    assert ("keyphasor", "keyphasor") not in _failed(holed)
+    told = next(each for each in check(holed, machine()) if each.check == "keyphasor")
+    assert "1 missed" in told.detail
+    assert "all where the time axis has gaps" in told.detail
+    assert (
+        "check the sensor's gap"
+        in _failed(_changed(holed, "keyphasor", _without_pulse(holed, 4)))["keyphasor", "keyphasor"]
+    )
+
+
+def _without_pulse(ds: xr.Dataset, number: int) -> np.ndarray:
+    values = ds["keyphasor"].values.copy()
+    rise = np.flatnonzero(np.diff((values > 0.5).astype(int)) > 0)[number]
+    values[rise : rise + 60] = 0
+    return values
+
+
+def test_a_wheel_with_more_marks_than_the_record_has_pulses_is_doubted(sound: xr.Dataset) -> None:
+    wheel = machine(keyphasor={"channel": "keyphasor", "pulses_per_revolution": 60})
+    said = _failed(sound, wheel)["keyphasor", "keyphasor"]
+    assert re.match(r"4\d pulses at 60 a revolution are too few", said)
+    assert "check pulses_per_revolution = 60" in said
+
+
+@pytest.mark.parametrize(("hz", "until", "fails"), [(10.0, 0.5, False), (10.0, 0.31, True), (1000.0, 0.4, True)])
+def test_a_slow_channel_ends_an_interval_early_without_fault(
+    hz: float, until: float, fails: bool, sound: xr.Dataset
+) -> None:
+    time, values = sound["time"].values, sound["speed"].values
+    at = np.searchsorted(time, np.arange(0, until - 1e-9, 1 / hz))
+    slow = sound.drop_vars("speed").assign_coords(time_2=("time_2", time[at], sound["time"].attrs))
+    slow["speed"] = ("time_2", values[at], sound["speed"].attrs)
+    assert (("time base", "speed") in _failed(slow)) == fails
+
+
+def test_a_speed_of_three_values_is_told_to_be_too_little() -> None:
+    raw = read(DATASETS / "short" / "drop_100.nc").drop_vars("keyphasor")
+    speed = raw["speed"].values
+    slow = raw.drop_vars("speed").assign_coords(time_2=("time_2", raw["time"].values[::4000][:3], raw["time"].attrs))
+    slow["speed"] = ("time_2", speed[::4000][:3], raw["speed"].attrs)
+    found = analyse(slow, machine())
+    assert found.rundown is None
+    assert any("3 values of the speed in all; 4 are needed" in each.detail for each in found.checks if not each.passed)
+
+
 def test_a_record_that_was_cut_off_says_so(sound: xr.Dataset) -> None:
     ds = sound.copy()
     ds.attrs["incomplete"] = "the logger was cut off"

@@ -1,0 +1,112 @@
+"""A speed whose value stands for many samples: that of a slow tachometer or a controller, recorded at the logger's rate.
+
+Each value is that at its update or before, by up to the time that it stands: samples between updates tell nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from tdbmon.record.finding import Check
+from tdbmon.record.one_time import Series
+
+HELD = "held_s"  # attribute of a speed: how long each of its values stands, s
+_LEAST = 3  # samples: a converter's steps in noise come one by one
+_EARLY = 4096  # samples, that mostly show already that none is held
+_SHORT = 0.1  # of the stretches are shorter than one that surely holds one update
+_ONE = 1.5  # times that stretch: longer ones hold several updates to one value
+_UNEVEN = 0.1  # of a stretch, by which clocks of two devices and a bus move an update
+_REGULAR = 0.9  # of the stretches
+_SAME = 1.01  # times the smallest change of value: all are steps of one converter
+
+
+def speed_at_updates(data: Series, times: Series) -> tuple[Series, Series, list[Check]]:
+    """Return channels with each value of a held speed once, at the time at which it came, and what was held.
+
+    Parameters
+    ----------
+    data : dict of DataArray
+        Channels by their machine name, each along one dimension.
+    times : dict of DataArray
+        Time along each of these dimensions, s.
+
+    Returns
+    -------
+    data, times : dict of DataArray
+        A held speed on a dimension of its own, with the attribute `HELD`.
+    remarks : list of Check
+        One where the speed is held.
+    """
+    if "speed" not in data:
+        return data, times, []
+    array = data["speed"]
+    found = updates(array.to_numpy())
+    if found is None:
+        return data, times, []
+    at, length = found
+    dim = str(array.dims[0])
+    own = f"{dim} of the speed's updates"
+    time = times[dim]
+    seconds = length * float(np.median(np.diff(time.to_numpy())))
+    updated = xr.DataArray(array.to_numpy()[at], dims=(own,), attrs={**array.attrs, HELD: seconds})
+    updated.encoding = dict(array.encoding)
+    said = (
+        f"every value stands {seconds:.3g} s: taken once each, at its update. It is the speed there or up to {seconds:.3g} s"
+        " before, which intervals contain"
+    )
+    return (
+        {**data, "speed": updated},
+        {**times, own: xr.DataArray(time.to_numpy()[at], dims=(own,), attrs=time.attrs)},
+        [Check("held values", "speed", True, said)],
+    )
+
+
+def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
+    """Return the samples at which a held signal (n,) was updated, and for how many samples each value stands.
+
+    An update to the same value is no change: a stretch that is longer than most is divided evenly, and the first, whose update
+    may lie before the record, from its end.  A signal without noise that a coarse converter rounds has stretches too; as long
+    as these are of one length it is no other than a held one.
+
+    Returns
+    -------
+    (m,) array of int and float, or None
+        None where the values are not held.
+    """
+    known = np.isfinite(values)
+    # what is missing is no other value
+    values = values[np.maximum.accumulate(np.where(known, np.arange(values.size), 0))]
+    if _shortest(values[:_EARLY]) < _LEAST:
+        return None
+    changes = _changes(values)
+    if not changes.size or _shortest(values) < _LEAST:
+        return None
+    first = np.concatenate([[0], changes])
+    lengths = np.diff(np.append(first, values.size))
+    inner = lengths[1:-1] if lengths.size > 2 else np.array([lengths.max()])
+    short = np.quantile(inner, _SHORT)
+    usual = float(np.mean(inner[(inner > short / _ONE) & (inner < _ONE * short)]))
+    count = np.maximum(np.rint(inner / usual), 1)
+    regular = np.abs(inner - count * usual) <= np.maximum(_UNEVEN * usual, 1.0)
+    steps = np.abs(np.diff(values[first]))
+    steps = steps[np.isfinite(steps)]
+    rounded = not steps.size or steps.max() < _SAME * steps.min()
+    if rounded and regular.mean() < _REGULAR:
+        return None
+    before = np.arange(changes[0] - usual, -0.5, -usual)[::-1]
+    inside = [a + np.arange(n) * (length / n) for a, n, length in zip(first[1:-1], count, inner, strict=False)]
+    after = np.arange(changes[-1], values.size, usual)
+    at = np.rint(np.concatenate([before, *inside, after])).astype(int)
+    return np.unique(at[at < values.size]), usual
+
+
+def _changes(values: np.ndarray) -> np.ndarray:
+    """Return the samples whose value is another than the one before."""
+    return np.flatnonzero((np.diff(values) != 0) & np.isfinite(values[1:])) + 1
+
+
+def _shortest(values: np.ndarray) -> int:
+    """Return the shortest stretch of one value that begins and ends within a signal, in samples; all of it without one."""
+    changes = _changes(values)
+    return int(np.diff(changes).min()) if changes.size > 1 else values.size
