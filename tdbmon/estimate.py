@@ -97,6 +97,11 @@ class Estimate:
         """The same with the interval of what differs from record to record."""
         return self.scatter or self
 
+    def later(self, by: float) -> Estimate:
+        """Return an instant (s) told from another begin of time, which lies so much earlier, s."""
+        value, low, high = (None if each is None else each + by for each in (self.value, self.low, self.high))
+        return replace(self, value=value, low=low, high=high)
+
     @property
     def shared(self) -> float:
         """By how much errors that all records share widen the upper half of the interval, SI."""

@@ -93,9 +93,7 @@ def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate
         elif drop["peak_normal_force"].values[i] == 0.0:
             when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
         elif caught.size:
-            when = Estimate(
-                float(drop["time"].values[caught[0]]) - release, unit="s", method="after the release", why=_EXACT
-            )
+            when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
         else:
             when = Estimate.missing("s", "the ring does not come to turn with the journal in the time simulated")
         out[str(end)] = {"peak_force_n": peak, "peak_ball_load_n": ball, "ring_at_speed_s": when}
@@ -127,13 +125,17 @@ def simulation_lines(drop: xr.Dataset, machine: Machine) -> list[str]:
 
 
 def simulation_json(drop: xr.Dataset, machine: Machine) -> dict[str, Any]:
-    """Return the main numbers of a machine's simulated drop as plain dictionaries."""
-    ends = {end: {name: value.to_json() for name, value in n.items()} for end, n in _numbers(drop, machine).items()}
+    """Return the main numbers of a machine's simulated drop as plain dictionaries, times from the record's first sample."""
+    release = float(drop.attrs["release_time_s"])
+    ends = {}
+    for end, numbers in _numbers(drop, machine).items():
+        since_start = {"ring_at_speed_s": numbers["ring_at_speed_s"].later(release)}
+        ends[end] = {name: value.to_json() for name, value in {**numbers, **since_start}.items()}
     return {
         "synthetic": True,
         "title": drop.attrs["title"],
         "machine": drop.attrs["machine"],
         "effects": drop.attrs["effects"],
-        "release_time_s": float(drop.attrs["release_time_s"]),
+        "release_time_s": release,
         "ends": ends,
     }

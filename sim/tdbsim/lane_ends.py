@@ -237,10 +237,11 @@ def book(state, kind, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau, room):  # type: ignore[no-untyped-def]
+def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau, on_path, room):  # type: ignore[no-untyped-def]
     """Let the rotors that touch press and rub on their rings; return impulses, gain of the shafts' speed, friction's work.
 
-    (speed_x, speed_y) : the rotors' velocities there; `own` : what an impulse makes of them; `room` : for numbers of lanes.
+    (speed_x, speed_y) : the rotors' velocities there; `own` : what an impulse makes of them; `on_path` : whether the states are
+    those of the motion, whose forces count; `room` : for numbers of lanes.
     """
     p, q, i = end * END_STOP, end * KICK_STOP, 2 * end * LANES
     which = masked(touched)
@@ -263,7 +264,8 @@ def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau,
     strong = bits(abs(rate) > STRONG) & touched
     if strong > 0:
         mean = press_strongly(room, strong, mean, elastic, approach, pull_n, light_n, damping, tau)
-    store(kick, q + PRESSED, where(which & (mean > load(kick, q + PRESSED)), mean, load(kick, q + PRESSED)))
+    if on_path:
+        store(kick, q + PRESSED, where(which & (mean > load(kick, q + PRESSED)), mean, load(kick, q + PRESSED)))
     grip = mean * load(ends, p + SLIDE_LIGHT)
     power = load(ends, p + FRICTION_POWER * LANES)
     if bits((power > 0.0) | (power < 0.0)) & touched > 0:

@@ -261,20 +261,21 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                         break
 
                 # contacts: forth and back, so that the step stays symmetric
+                on_path = stage in (0, 5)  # states between lie off it, and press some per cent harder
                 struck = spread(0.0)
                 for turn in range(2):
                     rubbed = spread(0.0)
                     if (turn == 0) == (stage < 3):
                         if touched_0 != 0:
                             jx, jy, gain, rubbed = strike(
-                                effects, state, ends, kick, 0, touched_0, u0, v0, own_0, tau, room
+                                effects, state, ends, kick, 0, touched_0, u0, v0, own_0, tau, on_path, room
                             )
                             struck, u1, v1 = struck + gain, u1 + both * jx, v1 + both * jy
                         slow_ring(state, ends, 0, rubbed, tau, room)
                     else:
                         if touched_1 != 0:
                             jx, jy, gain, rubbed = strike(
-                                effects, state, ends, kick, 1, touched_1, u1, v1, own_1, tau, room
+                                effects, state, ends, kick, 1, touched_1, u1, v1, own_1, tau, on_path, room
                             )
                             struck, u0, v0 = struck + gain, u0 + both * jx, v0 + both * jy
                         slow_ring(state, ends, 1, rubbed, tau, room)

@@ -347,7 +347,8 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         light_n = own[end] + ring_mass + swing * swing * ring_inertia
                         light_t = lights[end]
                         mean = mean_press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
-                        pressed[end] = max(pressed[end], mean)
+                        if stage in (0, 5):  # states between lie off the path, and press some per cent harder
+                            pressed[end] = max(pressed[end], mean)
                         coefficient = columns[end, FRICTION]
                         grip = mean * light_t
                         grip *= load_share(mean, columns[end, FRICTION_POWER], columns[end, FRICTION_LOAD])

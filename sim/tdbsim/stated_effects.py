@@ -63,7 +63,7 @@ def _stated(setting: EffectSetting) -> Iterator[None]:
 def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
     if where is None:
         if found.place is not Place.ROTOR:
-            raise InputError(f'{found.identifier}: no place given; write where=... ({found.place}), e.g. "where=NDE"')
+            raise InputError(f"{found.identifier}: no place given; write where=... with the name of a {found.place}")
         where = "rotor"
     return found.at(where, values)
 

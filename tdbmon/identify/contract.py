@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from tdbmon.analysis.contact_events import Contact
-from tdbmon.estimate import OUTSIDE, Estimate
+from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.agreement import Agreement
 from tdbmon.identify.calibration import AtBound, Calibration
 from tdbmon.identify.coast_down import CoastDown
@@ -50,7 +49,7 @@ def end_json(calibration: Calibration, forces: EndForces, release: float | None)
         },
         "peak_force_n": forces.peak.to_json(),
         "stress_mpa": _stress_json(forces.stress),
-        "ring_at_speed_s": _later(forces.ring_at_speed, begins).to_json(),
+        "ring_at_speed_s": forces.ring_at_speed.later(begins).to_json(),
         "contact_forces": [
             {
                 "start_s": begins + contact.start,
@@ -67,12 +66,6 @@ def end_json(calibration: Calibration, forces: EndForces, release: float | None)
             for contact in forces.contacts
         ],
     }
-
-
-def _later(told: Estimate, by: float) -> Estimate:
-    """Return an instant (s) told from another begin of time, which lies so much later, s."""
-    value, low, high = (None if each is None else each + by for each in (told.value, told.low, told.high))
-    return replace(told, value=value, low=low, high=high)
 
 
 def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = ()) -> dict[str, Any]:

@@ -46,15 +46,29 @@ class NetCDF:
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
-    """Write a record so that reading it gives the identical values; the file appears whole or not at all."""
-    with replacing(path) as part, netCDF4.Dataset(part, "w") as file:
-        for dimension in record.sizes:
-            file.createDimension(str(dimension), record.sizes[dimension])
-        for name in record.variables:
-            _write_variable(file, str(name), record[name])
-        for name, value in record.attrs.items():
-            if isinstance(value, (str, int, float)) and value != "":
-                file.setncattr(str(name), value)
+    """Write a record so that reading it gives the identical values; the file appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written, or is full.
+    """
+    with replacing(path) as part:
+        try:
+            with netCDF4.Dataset(part, "w") as file:
+                _fill(file, record)
+        except RuntimeError as error:  # the library's own, where a disk is full
+            raise OSError(f"{error}; is the disk full?") from None
+
+
+def _fill(file: netCDF4.Dataset, record: xr.Dataset) -> None:
+    for dimension in record.sizes:
+        file.createDimension(str(dimension), record.sizes[dimension])
+    for name in record.variables:
+        _write_variable(file, str(name), record[name])
+    for name, value in record.attrs.items():
+        if isinstance(value, (str, int, float)) and value != "":
+            file.setncattr(str(name), value)
 
 
 def _check_classic(path: Path) -> None:
