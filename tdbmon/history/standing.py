@@ -71,7 +71,7 @@ def _counts(comparison: Comparison) -> bool:
 def _could_concern(later: Sequence[Judged], entry: Entry) -> set[tuple[str, str]]:
     """Return what an alarm of an earlier drop could be about, without judging it: what it has, and ends that it may not show."""
     found = set()
-    for change in (c for each in later for c in each.comparison.changes if c.kind.judged):
+    for change in (c for each in later for c in each.comparison.changes):
         if change.kind.name in WEAR or any(drop == entry.id for drop, _ in change.earlier):
             found.add((change.kind.name, change.end))
     return found

@@ -85,6 +85,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
         *(_key(change) for change, _ in passed),
         *(("gap_um", each.end) for each in seen if each.lost),
         *(_key(change) for change in comparison.flagged),
+        *(comparison.likeness.where if comparison.likeness.strange else ()),
     )
     if inspect:
         return Verdict("inspect", tuple(inspect + changed + few + remarks), concerns)

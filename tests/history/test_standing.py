@@ -16,7 +16,7 @@ from tdbmon.report.document import Verdict
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
-from tests.history.made import files, filing, fill, without
+from tests.history.made import ENDS, files, filing, fill, without
 
 WORN = {("gap_um", "DE"): 1.15}
 
@@ -115,6 +115,40 @@ def test_what_changed_must_be_shown_again_to_clear_its_alarm(empty, tmp_path):
 def test_a_matching_drop_that_is_changed_too_takes_its_place(worn, tmp_path):
     add(worn, tmp_path, 7, values=WORN)
     assert alarms(worn) == [("drop_7.nc", "changed")]
+
+
+STRANGE = {
+    (f"levitated_{name}_um", end): factor
+    for end in ENDS
+    for name, factor in (("x", 1.5), ("y", 1.5), ("1x", 3.0), ("noise", 3.0))
+}
+
+
+def test_drops_of_another_machine_do_not_pass_for_this_one_by_their_number(empty, tmp_path):
+    """The second and the third of them were "as before", and had cleared the alarm of the first."""
+    fill(empty, tmp_path, 8)
+    for seed in (20, 21, 22):
+        add(empty, tmp_path, seed, values=STRANGE)
+        assert alarms(empty) == [(f"drop_{seed}.nc", "changed")]
+        assert judge(empty, empty.entries()[-1].id).comparison.likeness.strange
+    add(empty, tmp_path, 23)
+    assert alarms(empty) == []
+
+
+def test_only_a_drop_that_shows_what_told_another_machine_clears_its_alarm(empty, tmp_path):
+    """None of it is judged: no quantity of the verdict tells whose drop it was."""
+    fill(empty, tmp_path, 8)
+    add(empty, tmp_path, 20, values=STRANGE)
+    found = judge(empty, empty.entries()[-1].id)
+    assert set(found.verdict.concerns) == set(STRANGE)
+    raw, machine = files(tmp_path, 21)
+    made = filing(raw, machine, seed=21, dropped="2021-01-21")
+    kept = tuple(f for f in made.features if f.name != "levitated_noise_um")
+    empty.add(replace(made, features=kept), raw, machine)
+    assert judge(empty, made.drop).verdict.word == "as before"
+    assert alarms(empty) == [("drop_20.nc", "changed")]
+    add(empty, tmp_path, 22)
+    assert alarms(empty) == []
 
 
 def test_a_stated_overhaul_clears_it_and_a_word_left_out_does_not(empty, tmp_path):
