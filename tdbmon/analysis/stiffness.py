@@ -23,7 +23,8 @@ _MODEL = (0.40, 1.05)  # single-mass value over peak force by travel, 2.5 % and 
 def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     """Return K_eq, N/m, for the end's share of the rotor mass, kg.
 
-    The interval is that of bearing and support in series: it carries the instants' uncertainty and the model's.
+    The interval is that of bearing and support in series: it carries the instants' uncertainty and the model's.  The model's
+    share all drops of a machine have, and its `scatter` is without it.
     """
     if first is None:
         return Estimate.missing("N/m", "no first contact was found")
@@ -33,13 +34,17 @@ def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     half = t2.value - t1.value
     if half <= 0 or t1.sigma is None or t2.sigma is None:
         return Estimate.missing("N/m", "the shaft does not pass its position at rest twice")
-    stiffness = mass * (np.pi / half) ** 2
     # both instants move apart with the level: their errors add
-    sigma = t1.sigma + t2.sigma
+    apart = Z95 * (t1.sigma + t2.sigma)
+    value, low, high = (
+        float(mass * (np.pi / each) ** 2) for each in (half, half + apart, max(half - apart, 0.1 * half))
+    )
+    rule = "half a period about the position at rest, single mass"
     return Estimate(
-        float(stiffness),
-        float(mass * (np.pi / (half + Z95 * sigma)) ** 2) / _MODEL[1],
-        float(mass * (np.pi / max(half - Z95 * sigma, 0.1 * half)) ** 2) / _MODEL[0],
+        value,
+        low / _MODEL[1],
+        high / _MODEL[0],
         "N/m",
-        "half a period about the position at rest, single mass; interval: bearing and support in series",
+        f"{rule}; interval: bearing and support in series",
+        scatter=Estimate(value, low, high, "N/m", rule),
     )

@@ -2,14 +2,15 @@
 
 What a record shows of its machine without a fitted model, and what wear, a new set-point or another balance change in one
 or two kinds only: gaps, place of the clearance, stiffness, set-point, once per revolution and noise in levitation, decay of
-the speed, speed over pulses.  A kind is **far** where, at any end, the drop lies beyond all earlier drops by more than twice
-their whole range, or than twice a least range where they lie closer together; its own interval is granted to it.  Three
-kinds that are far flag the drop.  It is a flag and no proof: the rule is our own, and `docs/history.md` says how often it
-was right on synthetic machines.
+the speed, speed over pulses.  A kind is **far** where, at any end, the drop lies beyond all earlier drops by more than
+twice their whole range, or than twice a least range where they lie closer together; its own interval is granted to it.
+Three kinds that are far flag the drop, and it is no reference for later ones: else it would hide the next like it.  It is a
+flag and no proof: the rule is our own, and `docs/history.md` says how often it was right on synthetic machines.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.estimate import Estimate
@@ -48,6 +49,8 @@ _KINDS = (
     _Kind("decay time of the speed", ("decay_time_s",), 0.05, relative=True),
     _Kind("stated speed over that of the keyphasor", ("keyphasor_ratio",), 1e-3),
 )
+_NAMES = {name for kind in _KINDS for name in kind.features}
+_Values = dict[tuple[str, str], Estimate]  # by name and end
 
 
 @dataclass(frozen=True)
@@ -60,10 +63,13 @@ class Likeness:
         The kinds of which the drop and three earlier ones at least have a value.
     far : tuple of str
         Those in which it lies far outside of all of them.
+    where : tuple of (str, str)
+        The features of these that do, by name and end.
     """
 
     compared: tuple[str, ...]
     far: tuple[str, ...]
+    where: tuple[tuple[str, str], ...]
 
     @property
     def strange(self) -> bool:
@@ -92,24 +98,36 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
         Its own.
     """
     tolerance = archive.settings(entry.machine).matching.speed
-    names = {name for kind in _KINDS for name in kind.features}
     with catalogue.reading(archive.catalogue) as base:
         of_machine = catalogue.entries(base, "machine = ? AND assembly = ?", (entry.machine, entry.assembly))
         before = [e for e in of_machine if e.id != entry.id and e.order < entry.order and not doubts(e.failed_checks)]
         before = before[-_MOST:]
         found = catalogue.features(base, [e.result for e in before])
-    earlier = [(e, {(f.name, f.end): f.estimate for f in found[e.result] if f.name in names}) for e in before]
-    mine = {(f.name, f.end): f.estimate for f in features if f.name in names}
-    compared, far = [], []
+    kept: list[tuple[Entry, _Values]] = []
+    for earlier in before:
+        theirs = _telling(found[earlier.result])
+        if not _held_against(earlier, theirs, kept, tolerance).strange:
+            kept.append((earlier, theirs))
+    return _held_against(entry, _telling(features), kept, tolerance)
+
+
+def _telling(features: Iterable[Feature]) -> _Values:
+    """Return what tells machines apart of a drop's features."""
+    return {(f.name, f.end): f.estimate for f in features if f.name in _NAMES}
+
+
+def _held_against(entry: Entry, mine: _Values, earlier: list[tuple[Entry, _Values]], tolerance: float) -> Likeness:
+    """Hold the values of a drop against those of earlier ones; a speed is the same within a tolerance."""
+    compared, far, where = [], [], []
     for kind in _KINDS:
         there = [values for e, values in earlier if not kind.same_speed or same_speed(e.speed, entry.speed, tolerance)]
-        judged = [
-            _beyond(mine[key], [v[key] for v in there if key in v], kind) for key in mine if key[0] in kind.features
-        ]
-        judged = [each for each in judged if each is not None]
-        compared += [kind.title] if judged else []
-        far += [kind.title] if any(judged) else []
-    return Likeness(tuple(compared), tuple(far))
+        keys = [key for key in mine if key[0] in kind.features]
+        judged = {key: _beyond(mine[key], [v[key] for v in there if key in v], kind) for key in keys}
+        beyond = [key for key in keys if judged[key]]
+        compared += [kind.title] if any(each is not None for each in judged.values()) else []
+        far += [kind.title] if beyond else []
+        where += beyond
+    return Likeness(tuple(compared), tuple(far), tuple(where))
 
 
 def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None:

@@ -222,7 +222,9 @@ def _compared(
         least = kind.least * (usual if kind.relative else 1.0)
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
-        difference = compare_value(estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least)
+        difference = compare_value(
+            estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative
+        )
     return Change(
         kind, end, estimate, tuple(earlier), numbers, left_out, difference,
         p_adjusted=None, differs=False, p_drift=None, drifts=False, why=why,

@@ -5,8 +5,8 @@ the standard error s sqrt(1 + 1/n) and, over it, Student's t distribution.  Belo
 deviation with n - 1 degrees of freedom; from 15 on Tukey's biweight location and scale, which odd drops among them do not
 move, with 0.7 (n - 1) (F. Mosteller, J. W. Tukey, Data Analysis and Regression, 1977).  With fewer drops the biweight's t
 is too sure of itself: of normal values, 0.4 % fall below a stated 0.1 % at n = 6, and 0.1 % as stated from 15 on (a test
-counts them).  Where x itself is less certain than any of those before, what it is worse by is added.  A scatter below `least` is
-never believed.
+counts them).  Where x itself is less certain than any of those before, what it is worse by is added.  An error that is a share
+of the value grows with it, and is no worse for that.  A scatter below `least` is never believed.
 
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
 leaves out those that were beyond chance when they came.  Without that, a change would hide the next drop with the same change.
@@ -22,6 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tdbmon.estimate import Z95
 
 Array = NDArray[np.float64]
 
@@ -97,7 +99,9 @@ def summarise(values: Array, least: float) -> Before:
     return Before(n, median, centre, max(scatter, least), 0.7 * (n - 1))
 
 
-def compare_value(value: float, sigma: float, values: Array, sigmas: Array, least: float) -> Difference:
+def compare_value(
+    value: float, sigma: float, values: Array, sigmas: Array, least: float, *, relative: bool = False
+) -> Difference:
     """Return the difference of a value from those before.
 
     Parameters
@@ -108,6 +112,8 @@ def compare_value(value: float, sigma: float, values: Array, sigmas: Array, leas
         Of the drops before.
     least : float
         Smallest scatter that is believed.
+    relative : bool
+        Errors are shares of the value, where those before are plainly not nought.
     """
     from scipy.special import stdtrit
 
@@ -115,7 +121,10 @@ def compare_value(value: float, sigma: float, values: Array, sigmas: Array, leas
     difference = value - before.centre
     if before.scatter is None:
         return Difference(before, difference, None, None, None, None)
-    worse = max(0.0, sigma**2 - float(np.max(sigmas**2)))
+    usual = float(np.max(sigmas))
+    if relative and Z95 * usual < abs(before.centre):
+        usual *= max(1.0, abs(value / before.centre))
+    worse = max(0.0, sigma**2 - usual**2)
     error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n) + worse))
     p = _probability(difference, error, before.freedom)
     half = float(stdtrit(before.freedom, _TAIL)) * error

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:
     """Return every feature of `KINDS` of one drop, the missing ones with the reason why.
 
-    Their intervals are without errors that all drops of the machine share: no difference between drops holds these.
+    Their intervals are without the errors that estimates tell as shared by all drops of the machine (`Estimate.scatter`): no
+    difference between drops holds these.
 
     Parameters
     ----------
@@ -114,8 +115,8 @@ def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     initial = Estimate.missing("Hz", "the record holds no speed")
     if analysis.rundown is not None:
         initial = analysis.rundown.initial
-    try:
-        found = severity(analysis.planes, end.name, analysis.release.time.value, initial, end.gap.radius)
+    try:  # what drops share of the radius they share of V
+        found = severity(analysis.planes, end.name, analysis.release.time.value, initial.apart, end.gap.radius.apart)
     except InputError as error:
         return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", str(error)))
     return {"v_peak": found.peak, "v_rms": found.rms}

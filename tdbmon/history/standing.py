@@ -53,7 +53,7 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
     for back, entry in enumerate(reversed(_since_assembled(entries))):
         doubted = bool(doubts(entry.failed_checks))
         later = [each for each in clearing if each.comparison.conditions.fits(entry)]
-        if (doubted and back) or (later and _all_shown(_could_concern(later, entry), later)):
+        if (doubted and back) or (later and _all_shown(_could_concern(later), later)):
             continue
         found = judged(entry.id)
         if not doubted and _counts(found.comparison):
@@ -68,13 +68,9 @@ def _counts(comparison: Comparison) -> bool:
     return len(comparison.matched) >= comparison.settings.compare.least_drops and comparison.telling > 0
 
 
-def _could_concern(later: Sequence[Judged], entry: Entry) -> set[tuple[str, str]]:
-    """Return what an alarm of an earlier drop could be about, without judging it: what it has, and ends that it may not show."""
-    found = set()
-    for change in (c for each in later for c in each.comparison.changes if c.kind.judged):
-        if change.kind.name in WEAR or any(drop == entry.id for drop, _ in change.earlier):
-            found.add((change.kind.name, change.end))
-    return found
+def _could_concern(later: Sequence[Judged]) -> set[tuple[str, str]]:
+    """Return what an alarm of a drop before could be about, without judging it: it may have a quantity, or have lost it."""
+    return {(change.kind.name, change.end) for each in later for change in each.comparison.changes}
 
 
 def _all_shown(concerns: Iterable[tuple[str, str]], later: Sequence[Judged]) -> bool:

@@ -52,12 +52,12 @@ def verdict_of(comparison: Comparison) -> Verdict:
     if comparison.no_drop:
         return Verdict("no drop", (*_no_drop(comparison), *comparison.remarks))
     seen = sights(comparison)
-    passed = _limits(comparison)
+    passed, unfollowed = _limits(comparison), _unfollowed(comparison)
     inspect = [
         *(said for _, said in passed),
         *_life(comparison),
         *_blind(comparison, [each for each in seen if each.lost]),
-        *_fit_lost(comparison),
+        *_fit_lost(unfollowed),
         *_doubted(comparison),
     ]
     changed = [_sentence(change, comparison) for change in comparison.flagged]
@@ -84,7 +84,9 @@ def verdict_of(comparison: Comparison) -> Verdict:
     concerns = (
         *(_key(change) for change, _ in passed),
         *(("gap_um", each.end) for each in seen if each.lost),
+        *(_key(change) for change in (*_most_lost(comparison), *unfollowed)),
         *(_key(change) for change in comparison.flagged),
+        *(comparison.likeness.where if comparison.likeness.strange else ()),
     )
     if inspect:
         return Verdict("inspect", tuple(inspect + changed + few + remarks), concerns)
@@ -187,14 +189,14 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
     unseen : list of Sight
         The ends that drops before show and this one does not.
     """
-    told = [c for c in comparison.changes if c.kind.judged and not c.kind.forces and len(c.earlier) >= LEAST_JUDGED]
-    lost = [change for change in told if not change.estimate.known]
-    known = len(told) - len(lost)
+    told = _told_before(comparison)
+    lost = _most_lost(comparison)
     found = []
-    if known < _BLIND * len(told):
-        found.append(f"this drop tells only {known} of {len(told)} quantities that earlier drops tell")
-    elif unseen:
-        lost = [change for change in lost if change.end in [each.end for each in unseen]]
+    if lost:
+        found.append(f"this drop tells only {len(told) - len(lost)} of {len(told)} quantities that earlier drops tell")
+    else:
+        ends = [each.end for each in unseen]
+        lost = [change for change in told if not change.estimate.known and change.end in ends]
     for each in unseen:
         missing = sorted((c for c in lost if c.end == each.end), key=lambda change: change.kind.name not in WEAR)
         drops = max(len(change.earlier) for change in each.told)
@@ -215,9 +217,21 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
     ]
 
 
-def _fit_lost(comparison: Comparison) -> list[str]:
-    """Say that the model does not follow this drop, where it followed those before: what it leaves out is new."""
-    lost = [
+def _told_before(comparison: Comparison) -> list[Change]:
+    """Return the judged quantities that three drops before at least tell, those of the fitted simulation aside."""
+    return [c for c in comparison.changes if c.kind.judged and not c.kind.forces and len(c.earlier) >= LEAST_JUDGED]
+
+
+def _most_lost(comparison: Comparison) -> list[Change]:
+    """Return which of these the drop lacks, where it has fewer than half of them; none where it has more."""
+    told = _told_before(comparison)
+    lost = [change for change in told if not change.estimate.known]
+    return lost if len(told) - len(lost) < _BLIND * len(told) else []
+
+
+def _unfollowed(comparison: Comparison) -> list[Change]:
+    """Return the forces of the ends where the fitted model does not follow this drop, though it followed those before."""
+    return [
         change
         for change in comparison.changes
         if change.kind.name == "peak_force_n"
@@ -225,12 +239,17 @@ def _fit_lost(comparison: Comparison) -> list[str]:
         and change.estimate.why not in (NO_FORCES, NO_SUCH)
         and len(change.earlier) >= LEAST_JUDGED
     ]
-    if not lost:
+
+
+def _fit_lost(unfollowed: list[Change]) -> list[str]:
+    """Say that the model does not follow this drop, where it followed those before: what it leaves out is new."""
+    if not unfollowed:
         return []
-    ends = " and ".join(change.end for change in lost)
+    ends = " and ".join(change.end for change in unfollowed)
+    first = unfollowed[0]
     return [
-        f"the fitted model tells no forces at {ends}, though it did of {counted(len(lost[0].earlier), 'drop')} before: the shaft"
-        f" moves otherwise than it did ({lost[0].estimate.why}); tdbmon diagnose looks for the cause"
+        f"the fitted model tells no forces at {ends}, though it did of {counted(len(first.earlier), 'drop')} before: the shaft"
+        f" moves otherwise than it did ({first.estimate.why}); tdbmon diagnose looks for the cause"
     ]
 
 

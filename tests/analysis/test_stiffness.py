@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 from tdbsim.rotor import static_loads
 from tdbsim.simulate import DropPlan, simulate
 
@@ -46,3 +49,18 @@ def test_intervals_hold_peak_force_over_travel(machine, rotor):
 
 def test_what_was_not_found_is_missing():
     assert single_mass_stiffness(None, 50.0).why == "no first contact was found"
+
+
+def passing(half: float) -> SimpleNamespace:
+    """A first contact, as far as it is asked, that is beyond its position at rest for `half`, s."""
+    known = (Estimate.from_sigma(at, 1e-5, "s", "made up") for at in (0.1, 0.1 + half))
+    return SimpleNamespace(**dict(zip(("static_in", "static_out"), known, strict=True)))
+
+
+def test_between_drops_only_the_instants_scatter():
+    """The model's share is that of all drops of a machine: with it no stiffness is ever seen to rise."""
+    found = single_mass_stiffness(passing(3e-3), 45.0)
+    assert found.apart.value == found.value
+    assert found.apart.sigma / found.value == pytest.approx(2 * 2e-5 / 3e-3, rel=0.01)  # it goes with the square
+    assert found.low == pytest.approx(found.apart.low / 1.05)
+    assert found.high == pytest.approx(found.apart.high / 0.40)

@@ -74,6 +74,17 @@ def fill_more(archive, folder):
     archive.add(filing(raw, machine, seed=2, dropped="2020-01-03T00:00:00Z"), raw, machine)
 
 
+def test_what_changed_one_by_one_is_not_another_machine(empty, tmp_path):
+    """Each change is the machine's own and widens what is usual of it; only a strange drop does not."""
+    fill(empty, tmp_path, 4)
+    values = {}
+    for seed, name in enumerate(("gap_um", "levitated_noise_um", "levitated_1x_um", "decay_time_s"), start=40):
+        values |= times(2.0, name)
+        raw, machine = files(tmp_path, seed)
+        empty.add(filing(raw, machine, seed=seed, dropped=f"2020-02-{seed - 30}", values=values), raw, machine)
+    assert of(empty, tmp_path, values=values).far == ()
+
+
 def test_at_another_speed_only_what_does_not_hang_on_it_is_compared(empty, tmp_path):
     fill(empty, tmp_path, 6)
     found = of(empty, tmp_path, speed=150.0, values=times(3.0, "levitated_1x_um"))

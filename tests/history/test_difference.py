@@ -68,6 +68,20 @@ def test_a_less_certain_drop_is_given_its_own_uncertainty():
     assert unsure.error == pytest.approx(np.sqrt(sure.error**2 + 0.5**2 - 0.02**2))
 
 
+def test_an_error_that_is_a_share_of_the_value_hides_no_rise_of_it():
+    """A share of 40 % that all drops have: of ten times the value it is far above what those before have."""
+    before, share = np.array([1.0, 1.01, 0.99, 1.005, 0.995]), 0.4
+    for factor in (1.3, 10.0):
+        assert compare_value(factor, share * factor, before, share * before, 0.01).p > 0.05
+        assert compare_value(factor, share * factor, before, share * before, 0.01, relative=True).p < 1e-4
+    unsure = compare_value(10.0, 8.0, before, share * before, 0.01, relative=True)
+    assert unsure.p > 0.05  # twice the share
+    # nor are those before believed to the same share where they may be nought
+    before, sigmas = np.array([0.01, 0.02, 0.005, 0.015]), np.full(4, 0.03)
+    known = {relative: compare_value(0.1, 0.1, before, sigmas, 1e-3, relative=relative).p for relative in (False, True)}
+    assert known[True] == known[False] > 0.05
+
+
 def test_of_two_drops_nothing_is_detectable_since_nothing_is_flagged():
     found = compare_value(9.0, 0.0, np.array([0.0, 1.0]), np.zeros(2), 1e-9)
     assert found.p is not None and found.detectable(0.05) is None

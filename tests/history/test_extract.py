@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tdbsim.machine import load_machine
@@ -29,6 +31,18 @@ def test_the_share_of_the_clearance_that_levitation_takes_is_that_of_its_farthes
         assert share.unit == "1"
         assert share.value == pytest.approx(far / analysis.machine.bearing(end).radial_gap.nominal, rel=0.05)
         assert share.low < share.value < share.high
+
+
+def test_what_all_drops_share_is_in_no_interval(analysis):
+    """Of the stiffness the share of its model; of V, which is over the radius, that of the radius."""
+    apart = features_of(analysis)
+    wide = {
+        name: replace(end, gap=replace(end.gap, radius=end.gap.radius.widened(100e-6)))
+        for name, end in analysis.ends.items()
+    }
+    assert features_of(replace(analysis, ends=wide)) == apart
+    for feature in (f for f in apart if f.name == "stiffness_n_per_m"):
+        assert feature.estimate.sigma < 0.12 * feature.estimate.value
 
 
 def test_every_kind_of_feature_is_told_of_each_drop(analysis):

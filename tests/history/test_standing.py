@@ -9,6 +9,8 @@ from functools import partial
 import pytest
 
 from tdbmon.cli import main
+from tdbmon.estimate import Estimate
+from tdbmon.history.feature import KINDS, NO_FORCES
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.standing import judge, standing
@@ -16,7 +18,7 @@ from tdbmon.report.document import Verdict
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tdbmon.report.machine_report import build_machine_report
-from tests.history.made import files, filing, fill, without
+from tests.history.made import ENDS, files, filing, fill, without
 
 WORN = {("gap_um", "DE"): 1.15}
 
@@ -115,6 +117,78 @@ def test_what_changed_must_be_shown_again_to_clear_its_alarm(empty, tmp_path):
 def test_a_matching_drop_that_is_changed_too_takes_its_place(worn, tmp_path):
     add(worn, tmp_path, 7, values=WORN)
     assert alarms(worn) == [("drop_7.nc", "changed")]
+
+
+STRANGE = {
+    (f"levitated_{name}_um", end): factor
+    for end in ENDS
+    for name, factor in (("x", 1.5), ("y", 1.5), ("1x", 3.0), ("noise", 3.0))
+}
+
+
+def test_drops_of_another_machine_do_not_pass_for_this_one_by_their_number(empty, tmp_path):
+    """The second and the third of them were "as before", and had cleared the alarm of the first."""
+    fill(empty, tmp_path, 8)
+    for seed in (20, 21, 22):
+        add(empty, tmp_path, seed, values=STRANGE)
+        assert alarms(empty) == [(f"drop_{seed}.nc", "changed")]
+        assert judge(empty, empty.entries()[-1].id).comparison.likeness.strange
+    add(empty, tmp_path, 23)
+    assert alarms(empty) == []
+
+
+def test_only_a_drop_that_shows_what_told_another_machine_clears_its_alarm(empty, tmp_path):
+    """None of it is judged: no quantity of the verdict tells whose drop it was."""
+    fill(empty, tmp_path, 8)
+    add(empty, tmp_path, 20, values=STRANGE)
+    found = judge(empty, empty.entries()[-1].id)
+    assert set(found.verdict.concerns) == set(STRANGE)
+    raw, machine = files(tmp_path, 21)
+    made = filing(raw, machine, seed=21, dropped="2021-01-21")
+    kept = tuple(f for f in made.features if f.name != "levitated_noise_um")
+    empty.add(replace(made, features=kept), raw, machine)
+    assert judge(empty, made.drop).verdict.word == "as before"
+    assert alarms(empty) == [("drop_20.nc", "changed")]
+    add(empty, tmp_path, 22)
+    assert alarms(empty) == []
+
+
+def lacking(archive, folder, seed, why, *names, **changes):
+    """File one more drop that lacks some quantities, of both ends."""
+    raw, machine = files(folder, seed)
+    made = filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}", **changes)
+    features = [
+        replace(f, estimate=Estimate.missing(f.estimate.unit, why)) if f.name in names else f for f in made.features
+    ]
+    archive.add(replace(made, features=tuple(features)), raw, machine)
+
+
+def test_a_drop_without_forces_clears_no_alarm_of_a_model_that_follows_no_more(empty, tmp_path):
+    fill(empty, tmp_path, 6, stress=2e9)
+    lacking(empty, tmp_path, 8, "the fitted model is off by 16 % of the gap", "peak_force_n", stress=2e9)
+    lost = [("drop_8.nc", "inspect")]
+    assert alarms(empty) == lost
+    forces = [kind.name for kind in KINDS.values() if kind.forces]
+    for seed in (9, 10):
+        lacking(empty, tmp_path, seed, NO_FORCES, *forces)
+        assert judge(empty, empty.entries()[-1].id).verdict.word == "as before"
+        assert alarms(empty) == lost
+    add(empty, tmp_path, 11, stress=2e9)
+    assert alarms(empty) == []
+
+
+def test_a_drop_that_told_little_stands_until_later_ones_tell_what_it_did_not(empty, tmp_path):
+    fill(empty, tmp_path, 6)
+    kept = ("gap_um", "fall_time_ms", "deepest_um", "whirl_backward_s", "whirl_full_s", "rebound_um", "swing_1_hz")
+    judged = [kind.name for kind in KINDS.values() if kind.judged and kind.name not in kept]
+    lacking(empty, tmp_path, 8, "the record is short", *judged)
+    assert alarms(empty) == [("drop_8.nc", "inspect")]
+    assert ("gap_um", "DE") not in judge(empty, empty.entries()[-1].id).verdict.concerns
+    lacking(empty, tmp_path, 9, "the record is short", "restitution")
+    assert judge(empty, empty.entries()[-1].id).verdict.word == "as before"
+    assert alarms(empty) == [("drop_8.nc", "inspect")]
+    lacking(empty, tmp_path, 10, "the record is short", "contacts")
+    assert alarms(empty) == []  # the two together
 
 
 def test_a_stated_overhaul_clears_it_and_a_word_left_out_does_not(empty, tmp_path):

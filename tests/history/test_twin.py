@@ -206,6 +206,37 @@ def test_probes_that_do_not_move_tell_nothing():
     assert not same_samples(still.isel(time=slice(0, 2000)), still)
 
 
+@pytest.mark.parametrize(
+    ("check", "held_against_all"),
+    [
+        ("dropout NDE_A", False),  # not "drop"
+        ("dead NDE_A", False),
+        ("drop", True),
+        ("levitated stretch", True),
+        ("free fall NDE", True),
+        ("set point NDE", True),
+    ],
+)
+def test_all_drops_are_read_for_one_without_a_sound_release_alone(
+    empty, tmp_path, monkeypatch, check, held_against_all
+):
+    """A record that lacks a sample was held against all drops sample by sample, and each later record against it."""
+    read = []
+
+    def reading(raw, machine):
+        read.append(raw)
+        raise InputError("it is made up of numbers")
+
+    monkeypatch.setattr("tdbmon.history.twin.read_and_laid", reading)
+    fill(empty, tmp_path, 3)
+    assert read == []
+    for seed, checks, filed_before in ((7, (check,), 3), (8, (), 1)):  # the second against the first alone
+        raw, machine = files(tmp_path, seed)
+        empty.add(filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}", failed_checks=checks), raw, machine)
+        assert len(read) == (filed_before if held_against_all else 0)
+        read.clear()
+
+
 def test_two_drops_of_like_features_are_two(years):
     """Where but half of the features are alike, the samples decide."""
     entry = years.entries()[0]
