@@ -164,4 +164,4 @@ def held_check(end: str, reach: float, machine: Machine) -> Check:
     """Return the row that says so among the checks of a record."""
     others = " and ".join(each for each in machine.ends if each != end)
     said = f"{said_held(end, reach, machine)}, while {others} fell: the magnetic bearing held this end, and only {others} dropped"
-    return Check("fall", end, False, said)
+    return Check("held", end, False, said)
