@@ -28,8 +28,7 @@ from tdbmon.analysis.rest import path_radius, rolling_mass, total_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
-WAYS = ("parallel", "conical")
-"""How the shaft swings in its modes, by number."""
+_WAYS = ("parallel", "conical")  # ends together, against each other
 _CYCLES = 30  # of the slower swing in a window
 _BEATS = 3.0  # of both swings in it, where they are near each other: in fewer their lines are not told apart
 _BENDING = 6  # free-free bending modes in the receptance
@@ -47,7 +46,7 @@ class Swing:
     Attributes
     ----------
     frequencies : tuple of Estimate
-        Small-amplitude frequency of the modes found, Hz; the parallel swing first.
+        Small-amplitude frequency of the modes found, Hz; the lower one first.
     shapes : tuple of dict
         Relative amplitude an end of each mode, signed, largest one.
     gap : dict
@@ -57,6 +56,11 @@ class Swing:
     frequencies: tuple[Estimate, ...]
     shapes: tuple[dict[str, float], ...]
     gap: dict[str, Estimate]
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """How the shaft swings in each mode: "parallel", both ends together, or "conical", against each other."""
+        return tuple(_way(*shape.values()) for shape in self.shapes)
 
 
 def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_s: float) -> Swing | None:
@@ -98,7 +102,7 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
         return None
     frequencies, phi, radii = [], [], []
     for mode in range(2):
-        made = _mode(table[mode], mode, machine, basis, loads)
+        made = _mode(table[mode], machine, basis, loads)
         if made is None:
             continue
         frequencies.append(made[0])
@@ -124,6 +128,17 @@ def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
     frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
     return float(frequencies[0]), float(frequencies[1])
+
+
+def predicted_ways(machine: Machine, rotor: RotorModel) -> tuple[str, ...]:
+    """Return how the shaft swings in both modes of the drawing (`Swing.ways`)."""
+    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
+    _, shapes = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
+    return tuple(_way(*shape) for shape in shapes.T)
+
+
+def _way(first: float, second: float) -> str:
+    return _WAYS[bool(first * second < 0)]
 
 
 def _path_radii(machine: Machine, loads: np.ndarray) -> np.ndarray:
@@ -288,7 +303,7 @@ def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: fl
 
 
 def _mode(
-    table: np.ndarray, mode: int, machine: Machine, basis: Modes, loads: np.ndarray
+    table: np.ndarray, machine: Machine, basis: Modes, loads: np.ndarray
 ) -> tuple[Estimate, dict[str, float], list[tuple[float, float]]] | None:
     """Combine the windows of one mode; the scatter between windows gives the interval."""
     if len(table) < 4:
@@ -322,7 +337,9 @@ def _mode(
         keep[group] = False
         left_out.append(reduce(keep))
     sigma = np.sqrt(jackknife(np.array(left_out)))
-    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]), "Hz", f"{WAYS[mode]} swing, small amplitude")
+    estimate = Estimate.from_sigma(
+        float(value[0]), float(sigma[0]), "Hz", f"{_way(*value[1:3])} swing, small amplitude"
+    )
     shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}
     radii = [(float(value[3 + i]), float(sigma[3 + i])) for i in range(2)]
     if any(r <= 0 for r, _ in radii):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -9,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tdbsim.machine import Machine, load_machine
+from tdbsim.machine import Machine, load_machine, parse_machine
 from tdbsim.rotor import RotorModel, build_rotor
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel
-from tdbmon.analysis.swing import _peak, carried_shares, find_swing
+from tdbmon.analysis.swing import _peak, carried_shares, find_swing, predicted_ways
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 from tests.analysis.planes import G, planes_of
@@ -352,3 +353,28 @@ def test_two_swings_near_each_other_are_not_taken_from_one_line():
     assert high / low == pytest.approx(1.05, abs=0.02)
     for end, radius in zip(machine.ends, radii, strict=True):
         assert found.gap[end].low <= radius <= found.gap[end].high
+
+
+@pytest.fixture(scope="module")
+def dumbbell():
+    """A stiff rotor with a heavy wheel outside each bearing: its moment of inertia makes the conical swing the slower one."""
+    data = tomllib.loads(shipped("machines/template.toml").read_text())
+    wheel = {"mass": "90 kg", "polar_inertia": "1.5 kg m^2", "diametral_inertia": "0.8 kg m^2"}
+    wheels = data["rotor"]["disks"]
+    wheels[:] = [each for each in wheels if each["name"] != "impeller"]
+    wheels += [{"name": "impeller", "position": "1240 mm", **wheel}, {"name": "turbine", "position": "0 mm", **wheel}]
+    machine = parse_machine(data)
+    harder = machine.rotor.model_copy(update={"elastic_modulus": machine.rotor.elastic_modulus * 40})
+    machine = machine.model_copy(update={"rotor": harder})
+    return Case(machine, build_rotor(machine))
+
+
+def test_swings_are_named_by_their_shape_and_not_by_their_order(stiff, dumbbell):
+    radii = tuple(b.radial_gap.nominal * 1.1 for b in dumbbell.machine.touchdown_bearings)
+    found = find_swing(swing(dumbbell, radii, 14.0, (0.2, 0.05)), *dumbbell, 0.0)
+    assert found.frequencies[0].value < found.frequencies[1].value
+    (a, b), (c, d) = (shape.values() for shape in found.shapes)
+    assert a * b < 0 < c * d
+    assert found.ways == predicted_ways(*dumbbell) == ("conical", "parallel")
+    assert [each.method.split()[0] for each in found.frequencies] == ["conical", "parallel"]
+    assert predicted_ways(*stiff) == ("parallel", "conical")

@@ -83,7 +83,9 @@ def test_a_stretch_without_values_of_a_shaft_that_lies_throughout_is_no_lift_off
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("lost", [(0.55, 0.56), (-0.16, -0.01)], ids=["while it levitates", "on the orbit before the fall"])
+@pytest.mark.parametrize(
+    "lost", [(0.55, 0.56), (-0.16, -0.01)], ids=["while it levitates", "on the orbit before the fall"]
+)
 def test_a_lift_off_is_found_though_values_lack(lost, lifted, machine):
     record, before = lifted
     laid = assign(record, machine)

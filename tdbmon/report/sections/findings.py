@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.analysis.swing import WAYS
 from tdbmon.estimate import Estimate, since
 
 RESTITUTION = "Restitution (velocity after over before the contact)"
@@ -50,16 +49,12 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     unsure = f"; {still.why}" if still.known and still.low is None else ""
     found.append(Finding("Standstill, from the record's first sample", "", still, beside=unsure))
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
-    for i, name in enumerate(WAYS):
-        frequencies = () if analysis.swing is None else analysis.swing.frequencies
+    for i, name in enumerate(("Lower", "Higher")):
+        frequencies, ways = ((), ()) if analysis.swing is None else (analysis.swing.frequencies, analysis.swing.ways)
         missing = Estimate.missing("Hz", analysis.no_swing)
-        found.append(
-            Finding(
-                f"Swing in the clearance, {name}, small amplitude",
-                "",
-                frequencies[i] if i < len(frequencies) else missing,
-            )
-        )
+        way = f" ({ways[i]})" if i < len(ways) else ""
+        frequency = frequencies[i] if i < len(frequencies) else missing
+        found.append(Finding(f"{name} swing in the clearance{way}, small amplitude", "", frequency))
     return found
 
 
