@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -14,10 +14,14 @@ from tdbsim.machine import Machine, load_machine, parse_machine
 from tdbsim.rotor import RotorModel, build_rotor
 
 from tdbmon.analysis.analyse import analyse
+from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel
-from tdbmon.analysis.swing import _peak, carried_shares, find_swing, predicted_ways
+from tdbmon.analysis.summary import summary_lines
+from tdbmon.analysis.swing import _peak, _track, carried_shares, find_swing, predicted_ways
+from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
+from tdbmon.report.sections.findings import rotor_findings
 from tdbmon.shipped import shipped
 from tests.analysis.planes import G, planes_of
 
@@ -100,7 +104,7 @@ def stiff(rotor):
 def test_both_radii_come_back_from_the_swing(stiff, radii):
     machine, rotor = stiff
     found = find_swing(swing(stiff, radii, 12.0, (0.25, 0.18)), machine, rotor, 0.0)
-    assert len(found.frequencies) == 2
+    assert all(each.known for each in found.frequencies)
     for end, truth in zip(machine.ends, radii, strict=True):
         assert found.gap[end].low <= truth <= found.gap[end].high
         assert found.gap[end].value == pytest.approx(truth, rel=0.004)
@@ -378,3 +382,32 @@ def test_swings_are_named_by_their_shape_and_not_by_their_order(stiff, dumbbell)
     assert found.ways == predicted_ways(*dumbbell) == ("conical", "parallel")
     assert [each.method.split()[0] for each in found.frequencies] == ["conical", "parallel"]
     assert predicted_ways(*stiff) == ("parallel", "conical")
+
+
+def test_a_higher_swing_that_is_told_alone_stays_the_higher_one(stiff, coastdown, monkeypatch):
+    """It was told as swing 1 of 47 Hz, in a history of 30, and its band was named so."""
+    planes = swing(stiff, (300e-6, 290e-6), 12.0, (0.25, 0.05))
+    both = find_swing(planes, *stiff, 0.0)
+
+    def two_off(*of):  # too few of the windows agree on the lower one
+        lower, higher = _track(*of)
+        lower = lower[:5]
+        lower[:2, 0] *= 1.01
+        return [lower, higher]
+
+    monkeypatch.setattr("tdbmon.analysis.swing._track", two_off)
+    alone = find_swing(planes, *stiff, 0.0)
+    lower, higher = alone.frequencies
+    assert not lower.known and "only the other swing" in lower.why
+    assert higher.value == pytest.approx(both.frequencies[1].value, rel=1e-6)
+    assert alone.shapes[0] is None and alone.ways == ("", both.ways[1])
+    bands = {band.name: (band.low + band.high) / 2 for band in expected_lines(*stiff, alone) if band.swing}
+    assert bands["swing 1"] == pytest.approx(both.frequencies[0].value, rel=0.1)
+    assert bands["swing 2"] == pytest.approx(higher.value)
+    analysis = replace(coastdown, swing=alone)
+    told = [line.split()[:2] for line in summary_lines(analysis) if line.startswith("swing")]
+    assert told == [["swing", "2,"]]
+    features = {feature.name: feature.estimate for feature in features_of(analysis)}
+    assert not features["swing_1_hz"].known and features["swing_2_hz"].value == higher.value
+    (first, second) = (each for each in rotor_findings(analysis) if "swing in the clearance" in each.name)
+    assert not first.estimate.known and second.estimate.value == higher.value

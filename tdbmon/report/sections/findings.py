@@ -49,12 +49,10 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     unsure = f"; {still.why}" if still.known and still.low is None else ""
     found.append(Finding("Standstill, from the record's first sample", "", still, beside=unsure))
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
-    for i, name in enumerate(("Lower", "Higher")):
-        frequencies, ways = ((), ()) if analysis.swing is None else (analysis.swing.frequencies, analysis.swing.ways)
-        missing = Estimate.missing("Hz", analysis.no_swing)
-        way = f" ({ways[i]})" if i < len(ways) else ""
-        frequency = frequencies[i] if i < len(frequencies) else missing
-        found.append(Finding(f"{name} swing in the clearance{way}, small amplitude", "", frequency))
+    ways = ("", "") if analysis.swing is None else analysis.swing.ways
+    for name, way, frequency in zip(("Lower", "Higher"), ways, analysis.swings, strict=True):
+        shape = f" ({way})" if way else ""
+        found.append(Finding(f"{name} swing in the clearance{shape}, small amplitude", "", frequency))
     return found
 
 
