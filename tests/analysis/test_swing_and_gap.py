@@ -19,6 +19,7 @@ from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.analysis.swing import _peak, _track, carried_shares, find_swing, predicted_ways
+from tdbmon.estimate import Estimate
 from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.report.sections.findings import rotor_findings
@@ -263,6 +264,27 @@ def test_an_arc_that_tells_the_radius_badly_says_how_badly(machine):
     assert isinstance(found, NoCircle)
     assert "tells the radius at rest to ±" in found.why
     assert "settles at 0 s" in found.why
+
+
+@pytest.mark.parametrize(
+    ("narrow_deg", "with_swing", "said"),
+    [
+        (1.0, False, "hangs on too short a part"),
+        (1.0, True, "hangs on too short a part"),
+        (3.5, False, "tells the radius"),
+    ],
+)
+def test_an_arc_that_a_part_of_the_time_alone_is_wide_enough_for_tells_no_circle(machine, narrow_deg, with_swing, said):
+    """What the circle rests on was never left out: a radius to 7 um was told, whatever bent the arc in that part."""
+    time = np.arange(4800) / RATE
+    rng = np.random.default_rng(0)
+    angle = np.deg2rad(np.where(time < 0.2, 25.0, narrow_deg)) * np.sin(2 * np.pi * 30 * time)
+    radius = 300e-6 + 0.3e-6 * rng.standard_normal(time.size)
+    path = np.column_stack([radius * np.sin(angle), -radius * np.cos(angle)])
+    swung = Estimate.from_sigma(300e-6, 1e-6, "um", "swing") if with_swing else None
+    found = fit_gap(planes_of(time, {"NDE": path}), "NDE", machine, TRAVEL, 0.0, swung)
+    assert isinstance(found, NoCircle)
+    assert said in found.why
 
 
 def test_an_end_without_samples_says_so(machine):
