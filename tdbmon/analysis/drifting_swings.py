@@ -36,7 +36,7 @@ class DriftingSwing:
     Attributes
     ----------
     name : str
-        "swing 1" (parallel) or "swing 2" (conical).
+        "swing 1" (the lower one) or "swing 2".
     end : str
         Where it is greater.
     lowest, highest : Estimate

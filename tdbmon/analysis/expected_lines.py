@@ -19,7 +19,7 @@ def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> 
     """Return the bands in which a line has a name; about the `swing` that was measured, if any."""
     bands = []
     for i, predicted in enumerate(predicted_swing(machine, rotor)):
-        measured = swing.frequencies[i].value if swing is not None and i < len(swing.frequencies) else None
+        measured = swing.frequencies[i].value if swing is not None else None
         low, high = _MEASURED if measured is not None else _PREDICTED
         centre = predicted if measured is None else measured
         bands.append(Band(f"swing {i + 1}", low * centre, high * centre, swing=True))

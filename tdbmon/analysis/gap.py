@@ -36,6 +36,7 @@ _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring an
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
 SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
 _FEWEST = 6  # bins of angle for a circle
+_SOLVED = 3  # of them, with which it can be computed at all
 _RATE_HZ = 2500.0
 _ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
 _BIN_DEG = 3.0
@@ -155,7 +156,7 @@ def fit_gap(
         circle = np.append(cells.centre + found[:2], found[2])
     parts = cells.parts()
     solution, sigma = _circle(cells.centre, arc, parts, travel.per_load)
-    if sigma[2] > _WORST and from_swing is None:
+    if not np.isfinite(sigma[2]) or (sigma[2] > _WORST and from_swing is None):
         return NoCircle(_too_vague(settled_s, float(time[-1]), float(sigma[2])))
     how = "circle through the settled arc alone"
     from_arc = Estimate.from_sigma(float(solution[2]), float(sigma[2]), "um", how)
@@ -201,7 +202,7 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
     """Say that the arc tells the radius too badly."""
     arc = f"the shaft settles at {settled:.4g} s, but its arc in the {last - settled:.2g} s that follow"
     if not np.isfinite(sigma):
-        return f"{arc} is seen too briefly to say how well it tells the radius at rest: record for longer"
+        return f"{arc} hangs on too short a part of that time to say how well it tells the radius at rest: record for longer"
     return (
         f"{arc} tells the radius at rest to ±{1.96e6 * sigma:.0f} um only (95 %), worse than the ±{1.96e6 * _WORST:.0f} um"
         " that are worth stating"
@@ -303,14 +304,17 @@ class _Cells:
         return cls(circle[:2].copy(), halfwidth, cell // blocks, cell % blocks, means)
 
     def parts(self) -> list[_Arc]:
-        """Return the arcs that are left when one of some parts of the time is left out in turn."""
+        """Return the arcs that are left when one of some parts of the time is left out in turn; none if one tells no circle.
+
+        The circle then rests on the part that was left out, and nothing says how much that errs.
+        """
         blocks = np.unique(self.block)
         shares = np.array_split(blocks, min(_PARTS, len(blocks)))
         left = []
         for share in shares:
             kept = ~np.isin(self.block, share)
             left.append(replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept]).arc())
-        return [arc for arc in left if len(arc.angle) >= _FEWEST]
+        return left if all(len(arc.angle) >= _SOLVED for arc in left) else []
 
     def arc(self) -> _Arc:
         """Average over the blocks; a bin seen in fewer than three says nothing about its own error."""
@@ -345,7 +349,8 @@ def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tu
     """Fit centre (from the bins' centre), radius and deflection a unit of load to a binned arc; with covariance.
 
     The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
-    added, at least `_COMMON` and more until the arc fits (reduced chi-square one).
+    added, at least `_COMMON` and more until the arc fits: chi-square of one for each bin beyond three, as the fourth
+    parameter, the deflection, is in part known before.
     """
     prior = _PRIOR * per_load
     jac = np.column_stack([np.sin(arc.angle), -np.cos(arc.angle), np.ones_like(arc.angle), arc.load - 1])

@@ -6,6 +6,7 @@ One that is taken up again is levitated again after them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ def split_phases(
 ) -> tuple[Phase, ...]:
     """Return the phases that the record holds, in order; an unknown border ends the list of what can be told apart.
 
-    Parameters are times in s; None where not known.
+    Parameters are times in s; None where not known.  One that comes before an earlier border, as the standstill of a rotor that
+    has not settled yet, begins there.
     """
     fall = "fall" if first_contact is not None else "fall and contacts"
     borders = [("levitated", start), (fall, release), ("contacts", first_contact), ("run-down", settled)]
@@ -37,5 +39,9 @@ def split_phases(
         known = [(name, at) for name, at in known if name != "levitated"]
     if not known:
         return ()
-    ends = [at for _, at in known[1:]] + [end]
-    return tuple(Phase(name, at, stop) for (name, at), stop in zip(known, ends, strict=True) if stop > at)
+    starts = list(accumulate((at for _, at in known), max))
+    return tuple(
+        Phase(name, at, stop)
+        for (name, _), at, stop in zip(known, starts, [*starts[1:], end], strict=True)
+        if stop > at
+    )

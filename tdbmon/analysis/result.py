@@ -215,10 +215,16 @@ class Analysis:
 
     @property
     def no_swing(self) -> str:
-        """Why a swing in the clearance is not told, of those that are missing."""
-        if self.swing is not None:
-            return "only the other swing stands out of the noise"
+        """Why no swing in the clearance is told, where none is."""
         return next((end.gap_from_swing.why for end in self.ends.values()), "the record holds no orbit")
+
+    @property
+    def swings(self) -> tuple[Estimate, Estimate]:
+        """Small-amplitude frequency of both swings in the clearance, the lower one first."""
+        if self.swing is not None:
+            return self.swing.frequencies
+        missing = Estimate.missing("Hz", self.no_swing)
+        return missing, missing
 
     @property
     def has_speed(self) -> bool:

@@ -35,7 +35,7 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         named = (("coast-down to a half", times.half), ("coast-down to a tenth", times.tenth))
         rows += [(name, time, f", {how_told(time)}") for name, time in named if time.known]
     if analysis.swing is not None:
-        rows += [(f"swing {i + 1}, small", f, "") for i, f in enumerate(analysis.swing.frequencies)]
+        rows += [(f"swing {i + 1}, small", f, "") for i, f in enumerate(analysis.swing.frequencies) if f.known]
     failed = [c for c in analysis.checks if not c.passed]
     lines = [f"quality: {len(analysis.checks) - len(failed)} of {len(analysis.checks)} checks passed"]
     if failed:

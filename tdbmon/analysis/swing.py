@@ -28,8 +28,7 @@ from tdbmon.analysis.rest import path_radius, rolling_mass, total_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
-WAYS = ("parallel", "conical")
-"""How the shaft swings in its modes, by number."""
+_WAYS = ("parallel", "conical")  # ends together, against each other
 _CYCLES = 30  # of the slower swing in a window
 _BEATS = 3.0  # of both swings in it, where they are near each other: in fewer their lines are not told apart
 _BENDING = 6  # free-free bending modes in the receptance
@@ -47,16 +46,21 @@ class Swing:
     Attributes
     ----------
     frequencies : tuple of Estimate
-        Small-amplitude frequency of the modes found, Hz; the parallel swing first.
-    shapes : tuple of dict
-        Relative amplitude an end of each mode, signed, largest one.
+        Small-amplitude frequency of both modes, Hz, the lower one first; one of them may be missing.
+    shapes : tuple of dict or None
+        Relative amplitude an end of each mode, signed, largest one; None of a mode that is not told.
     gap : dict
         Path radius an end (gap, ball clearance and deflection together), m.
     """
 
-    frequencies: tuple[Estimate, ...]
-    shapes: tuple[dict[str, float], ...]
+    frequencies: tuple[Estimate, Estimate]
+    shapes: tuple[dict[str, float] | None, dict[str, float] | None]
     gap: dict[str, Estimate]
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """How the shaft swings in each mode: "parallel", both ends together, or "conical", against each other; "" if not told."""
+        return tuple("" if shape is None else _way(*shape.values()) for shape in self.shapes)
 
 
 def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_s: float) -> Swing | None:
@@ -96,15 +100,9 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     table = _track(whole, rate, window, predicted, nominal)
     if table is None:
         return None
-    frequencies, phi, radii = [], [], []
-    for mode in range(2):
-        made = _mode(table[mode], mode, machine, basis, loads)
-        if made is None:
-            continue
-        frequencies.append(made[0])
-        phi.append(made[1])
-        radii.append(made[2])
-    if not frequencies:
+    lower, higher = (_mode(rows, machine, basis, loads) for rows in table)
+    radii = [mode.radii for mode in (lower, higher) if mode is not None]
+    if not radii:
         return None
     gap = {}
     for i, end in enumerate(ends):
@@ -116,7 +114,12 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
         misfit = max(1.0, float(np.sum(weight * (values - value) ** 2)) / max(len(values) - 1, 1))
         spread = float(np.hypot(np.sqrt(misfit / np.sum(weight)), _MODEL * value))
         gap[end] = Estimate.from_sigma(value, spread, "um", "pendulum swing in the clearance, two ends coupled")
-    return Swing(tuple(frequencies), tuple(phi), gap)
+    untold = Estimate.missing("Hz", "only the other swing stands out of the noise")
+    return Swing(
+        (untold if lower is None else lower.frequency, untold if higher is None else higher.frequency),
+        (None if lower is None else lower.shape, None if higher is None else higher.shape),
+        gap,
+    )
 
 
 def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
@@ -124,6 +127,17 @@ def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
     frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
     return float(frequencies[0]), float(frequencies[1])
+
+
+def predicted_ways(machine: Machine, rotor: RotorModel) -> tuple[str, ...]:
+    """Return how the shaft swings in both modes of the drawing (`Swing.ways`)."""
+    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
+    _, shapes = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
+    return tuple(_way(*shape) for shape in shapes.T)
+
+
+def _way(first: float, second: float) -> str:
+    return _WAYS[bool(first * second < 0)]
 
 
 def _path_radii(machine: Machine, loads: np.ndarray) -> np.ndarray:
@@ -287,9 +301,16 @@ def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: fl
     return float(frequency[top])
 
 
-def _mode(
-    table: np.ndarray, mode: int, machine: Machine, basis: Modes, loads: np.ndarray
-) -> tuple[Estimate, dict[str, float], list[tuple[float, float]]] | None:
+@dataclass(frozen=True)
+class _Mode:
+    """One of the swings, and the path radius an end, m, by it, each with its standard deviation."""
+
+    frequency: Estimate
+    shape: dict[str, float]
+    radii: list[tuple[float, float]]
+
+
+def _mode(table: np.ndarray, machine: Machine, basis: Modes, loads: np.ndarray) -> _Mode | None:
     """Combine the windows of one mode; the scatter between windows gives the interval."""
     if len(table) < 4:
         return None
@@ -322,9 +343,11 @@ def _mode(
         keep[group] = False
         left_out.append(reduce(keep))
     sigma = np.sqrt(jackknife(np.array(left_out)))
-    estimate = Estimate.from_sigma(float(value[0]), float(sigma[0]), "Hz", f"{WAYS[mode]} swing, small amplitude")
+    estimate = Estimate.from_sigma(
+        float(value[0]), float(sigma[0]), "Hz", f"{_way(*value[1:3])} swing, small amplitude"
+    )
     shape = {end: float(v) for end, v in zip(machine.ends, value[1:3], strict=True)}
     radii = [(float(value[3 + i]), float(sigma[3 + i])) for i in range(2)]
     if any(r <= 0 for r, _ in radii):
         return None
-    return estimate, shape, radii
+    return _Mode(estimate, shape, radii)

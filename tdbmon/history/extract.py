@@ -41,15 +41,14 @@ def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[F
 
 def _of_rotor(analysis: Analysis) -> list[Feature]:
     rundown, release = analysis.rundown, analysis.release_time
-    swings = () if analysis.swing is None else analysis.swing.frequencies
-    no_swing = Estimate.missing("Hz", analysis.no_swing)
+    lower, higher = analysis.swings
     still = Estimate.missing("s", "the record holds no speed") if rundown is None else rundown.standstill_time
     values = {
         "keyphasor_ratio": speed_over_pulses(analysis.record, analysis.machine),
         "settled_s": _in(analysis.settle_time, "s"),
         "standstill_time_s": since(still, release, "s"),
-        "swing_1_hz": swings[0] if len(swings) > 0 else no_swing,
-        "swing_2_hz": swings[1] if len(swings) > 1 else no_swing,
+        "swing_1_hz": lower,
+        "swing_2_hz": higher,
     }
     for name, attribute in (
         ("initial_hz", "initial"),

@@ -96,6 +96,10 @@ def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
     """Return when the first of some ends has gone farther than a levitated shaft does, s; None where none has."""
     when = []
     for end, (time, z) in paths.items():
+        good = np.isfinite(z)
+        if not good.any():
+            continue
+        time, z = time[good], z[good]
         z = z - middle(z[time < time[0] + _HEAD_S])
         far = np.abs(z) > _TOUCHED * machine.bearing(end).radial_gap.low
         when += [float(time[np.argmax(far)])] if far.any() else []
@@ -164,4 +168,4 @@ def held_check(end: str, reach: float, machine: Machine) -> Check:
     """Return the row that says so among the checks of a record."""
     others = " and ".join(each for each in machine.ends if each != end)
     said = f"{said_held(end, reach, machine)}, while {others} fell: the magnetic bearing held this end, and only {others} dropped"
-    return Check("fall", end, False, said)
+    return Check("held", end, False, said)

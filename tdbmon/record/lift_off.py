@@ -52,6 +52,8 @@ def _levitates_from(ds: xr.Dataset, machine: Machine) -> float | None:
     first, last = np.nanmedian(head, axis=1), np.nanmedian(tail, axis=1)
     if np.any(np.abs(last - first) > _SAME):
         return None
+    seen = np.isfinite(height).any(axis=0)  # a stretch without values is not up: it is as what lies around it
+    time, height = time[seen], height[:, seen]
     runs = runs_of(~np.any(height - first[:, None] <= _UP, axis=0))
     held = runs.where(time[runs.first + runs.length - 1] - time[runs.first] > _HELD_S)
     if not len(held):
@@ -64,6 +66,10 @@ def _from_orbit(time: np.ndarray, height: np.ndarray) -> float:
     """Return from when a shaft that is up stays on the orbit that it has before it falls, s."""
     fallen = time[-1] - _FALL_S
     orbit = height[:, (time > fallen - min(_ORBIT_S, (fallen - time[0]) / 2)) & (time < fallen)]
+    told = np.isfinite(orbit).any(axis=1)
+    if not told.any():
+        return float(time[0])
+    orbit, height = orbit[told], height[told]
     place = np.nanmedian(orbit, axis=1)[:, None]
     reach = np.nanmax(np.abs(orbit - place), axis=1)[:, None]
     beyond = np.flatnonzero(np.any(np.abs(height - place) > _WIDER * reach, axis=0) & (time < fallen))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.drop import measured_drop
@@ -65,3 +66,34 @@ def test_what_begins_in_levitation_or_after_the_release_is_left_as_it_is(drop, m
     for record in (laid, laid.sel(time=slice(0.13, None)), laid.sel(time=slice(0.4, None))):
         same, checks = from_lift_off(record, machine)
         assert same is record and not checks
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_stretch_without_values_of_a_shaft_that_lies_throughout_is_no_lift_off(machine):
+    """It was cut there, 0.3 s after its start."""
+    time = np.arange(10_000) * 1e-4
+    angle = 0.2 * np.sin(2 * np.pi * 30 * time)
+    x, y = 280e-6 * np.sin(angle), -280e-6 * np.cos(angle)
+    record = xr.Dataset(coords={"time": time})
+    for probe in machine.probes:
+        seen = x * np.cos(probe.angle) + y * np.sin(probe.angle)
+        record[probe.name] = ("time", np.where((time > 0.3) & (time < 0.45), np.nan, seen), {"units": "m"})
+    same, checks = from_lift_off(record, machine)
+    assert same is record and not checks
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "lost", [(0.55, 0.56), (-0.16, -0.01)], ids=["while it levitates", "on the orbit before the fall"]
+)
+def test_a_lift_off_is_found_though_values_lack(lost, lifted, machine):
+    record, before = lifted
+    laid = assign(record, machine)
+    whole, _ = from_lift_off(laid, machine)
+    since = before + 0.1 if lost[0] < 0 else 0.0  # of the release
+    time = laid.time.values - since
+    for name in PROBES:
+        laid[name] = laid[name].where((time < lost[0]) | (time > lost[1]))
+    cut, checks = from_lift_off(laid, machine)
+    assert [each.check for each in checks] == ["lift-off"]
+    assert float(cut.time[0]) == pytest.approx(float(whole.time[0]), abs=LIFTED_S)

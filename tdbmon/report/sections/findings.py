@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tdbmon.analysis.result import Analysis, EndResult
-from tdbmon.analysis.swing import WAYS
 from tdbmon.estimate import Estimate, since
 
 RESTITUTION = "Restitution (velocity after over before the contact)"
@@ -50,16 +49,10 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
     unsure = f"; {still.why}" if still.known and still.low is None else ""
     found.append(Finding("Standstill, from the record's first sample", "", still, beside=unsure))
     found.append(Finding("Settled on the rings, after the release", "", analysis.settle_time))
-    for i, name in enumerate(WAYS):
-        frequencies = () if analysis.swing is None else analysis.swing.frequencies
-        missing = Estimate.missing("Hz", analysis.no_swing)
-        found.append(
-            Finding(
-                f"Swing in the clearance, {name}, small amplitude",
-                "",
-                frequencies[i] if i < len(frequencies) else missing,
-            )
-        )
+    ways = ("", "") if analysis.swing is None else analysis.swing.ways
+    for name, way, frequency in zip(("Lower", "Higher"), ways, analysis.swings, strict=True):
+        shape = f" ({way})" if way else ""
+        found.append(Finding(f"{name} swing in the clearance{shape}, small amplitude", "", frequency))
     return found
 
 

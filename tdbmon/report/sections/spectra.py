@@ -9,7 +9,7 @@ import numpy as np
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.result import Analysis
-from tdbmon.analysis.swing import WAYS
+from tdbmon.analysis.swing import predicted_ways
 from tdbmon.quantity import short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 _DRAWN = 4  # turns of a whirl, which a spectrum shows
 _LISTED = 24
-_WAYS = {f"swing {number}": way for number, way in enumerate(WAYS, start=1)}
 _TITLE = "Spectra and lines"
 
 
@@ -114,10 +113,14 @@ def _whirling(analysis: Analysis) -> list[Block]:
 
 def _drifting(analysis: Analysis) -> list[Block]:
     """The swings that are strong and no lines, with the range of their frequency."""
+    if not analysis.drifting:
+        return []
+    ways = predicted_ways(analysis.machine, analysis.rotor)
+    named = {f"swing {number}": way for number, way in enumerate(ways, start=1)}
     rows = tuple(
         Row(
             (
-                f"{swing.name} ({_WAYS.get(swing.name, '')})",
+                f"{swing.name} ({named[swing.name]})",
                 swing.end,
                 f"{short(swing.lowest)} to {short(swing.highest)}",
                 words(swing.amplitude),
@@ -126,8 +129,6 @@ def _drifting(analysis: Analysis) -> list[Block]:
         )
         for swing in analysis.drifting
     )
-    if not rows:
-        return []
     caption = (
         "Swings in the clearance that are no lines: their frequency moves, with their amplitude and with each other's. Amplitude:"
         " the greatest, along the horizontal, at the end that shows it more"
