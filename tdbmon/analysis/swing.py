@@ -83,10 +83,9 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
     """
     ends = machine.ends
     loads = np.array([static_loads(machine, rotor)[end] for end in ends])
-    mass = _end_mass_matrix(machine, rotor)
     basis = free_free(rotor, _BENDING)
     nominal = _path_radii(machine, loads)
-    predicted, _ = _modes(mass, loads, nominal)
+    predicted, _ = _modes(basis, machine, loads, nominal)
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     inside = time >= settled_s
     x = planes.displacement.sel(axis="x").to_numpy()[:, inside]
@@ -125,14 +124,14 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
 def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
     """Return both swing frequencies of the drawing, Hz."""
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
-    frequencies, _ = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
+    frequencies, _ = _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
     return float(frequencies[0]), float(frequencies[1])
 
 
 def predicted_ways(machine: Machine, rotor: RotorModel) -> tuple[str, ...]:
     """Return how the shaft swings in both modes of the drawing (`Swing.ways`)."""
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
-    _, shapes = _modes(_end_mass_matrix(machine, rotor), loads, _path_radii(machine, loads))
+    _, shapes = _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
     return tuple(_way(*shape) for shape in shapes.T)
 
 
@@ -162,12 +161,6 @@ def _rigid_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
     return np.asarray(turn.T @ np.diag([rotor.total_mass, rotor.diametral_inertia]) @ turn)
 
 
-def _end_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
-    """Rigid mass matrix in the coordinates of the ends, with the rings that roll along."""
-    mass = _rigid_mass_matrix(machine, rotor)
-    return mass + np.diag([rolling_mass(bearing) for bearing in machine.touchdown_bearings])
-
-
 def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarray:
     """Force at the ends, towards the middle, under which the free rotor and the rings that roll along move as `phi`."""
     shapes = basis.at([machine.bearing(end).position for end in machine.ends])
@@ -176,10 +169,18 @@ def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarr
     return np.asarray(-np.linalg.solve(receptance, phi) + w**2 * np.array(rings) * phi)
 
 
-def _modes(mass: np.ndarray, loads: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    values, vectors = np.linalg.eig(np.linalg.solve(mass, np.diag(loads / radii)))
-    order = np.argsort(values)
-    return np.sqrt(values[order]) / (2 * np.pi), vectors[:, order]
+def _modes(basis: Modes, machine: Machine, loads: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return both swings' frequencies, Hz, and shapes (end, mode): the rotor that bends, on pendulums of `radii`, m, at its ends.
+
+    A slender rotor swings much slower than a rigid one: the shaft between heavy wheels bends at the frequency of the swing.
+    """
+    shapes = basis.at([machine.bearing(end).position for end in machine.ends])
+    rings = np.diag([rolling_mass(bearing) for bearing in machine.touchdown_bearings])
+    mass = np.eye(len(basis.frequencies)) + shapes.T @ rings @ shapes
+    stiffness = np.diag((2 * np.pi * basis.frequencies) ** 2) + shapes.T @ np.diag(loads / radii) @ shapes
+    values, vectors = np.linalg.eig(np.linalg.solve(mass, stiffness))
+    lowest = np.argsort(values)[:2]
+    return np.sqrt(values[lowest]) / (2 * np.pi), shapes @ vectors[:, lowest]
 
 
 def _track(
