@@ -141,7 +141,7 @@ def simulate(
 
         write(drop, out)
     written = write_json(json_file, simulation_json(drop, loaded))
-    say([*simulation_lines(drop, loaded), *written, f"record: {out}"])
+    say([*simulation_lines(drop, loaded, effect or []), *written, f"record: {out}"])
 
 
 @app.command()

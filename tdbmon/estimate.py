@@ -100,7 +100,7 @@ class Estimate:
     def later(self, by: float) -> Estimate:
         """Return an instant (s) told from another begin of time, which lies so much earlier, s."""
         value, low, high = (None if each is None else each + by for each in (self.value, self.low, self.high))
-        return replace(self, value=value, low=low, high=high)
+        return replace(self, value=value, low=low, high=high, scatter=self.scatter and self.scatter.later(by))
 
     @property
     def shared(self) -> float:

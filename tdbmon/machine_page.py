@@ -287,7 +287,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             " to 0.02 on stiff housings, 0.16 on a soft"
             " damped support",
         ),
-        "heat": Key("forces", "Table, below"),
+        "heat": Key("analyse", "Table, below"),
     },
     Balls: {
         "count": Key("analyse", "Of one row; full complement or with a cage"),
@@ -307,7 +307,10 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "inner_conformity": Key("analyse", "Groove radius over ball diameter, 0.515 to 0.53"),
         "outer_conformity": Key("analyse", "The same of the outer ring"),
-        "material": Key("analyse", '`"steel"`, or `"silicon nitride"` of hybrid bearings'),
+        "material": Key(
+            "analyse",
+            '`"steel"`, or `"silicon nitride"` of hybrid bearings; where `heat` is given, its materials count',
+        ),
         "stiffness": Key(
             "analyse",
             "Leave it out: Hertz's theory gives it from the numbers above (1.17e10 for a 6014 with 12.3 mm balls). Where"
@@ -323,16 +326,16 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "width": Key("forces", "Of all rows together"),
         "housing_width": Key("forces", "Of the housing"),
         "shaft_length": Key("forces", "Of the piece of shaft that takes up heat"),
-        "race": Key("forces", "Material of rings, shaft and housing, below"),
-        "ball": Key("forces", "Material of the balls, below"),
+        "race": Key("analyse", "Material of rings, shaft and housing, below"),
+        "ball": Key("analyse", "Material of the balls, below"),
         "load_factor": Key("forces", "f1 of Palmgren's torque; about 0.0003 to 0.001, by the bearing's kind and load"),
         "speed_factor": Key("forces", "f2 of Palmgren's torque; about 0.7 to 2 with grease or oil mist"),
         "viscosity": Key("forces", "Kinematic, of the lubricant"),
         "spin_friction": Key("forces", "Coefficient of the balls' spin on the races"),
     },
     HeatMaterial: {
-        "elastic_modulus": Key("forces", "Steel 200 to 210 GPa, silicon nitride 310 GPa"),
-        "poisson_ratio": Key("forces", "0.3, 0.26"),
+        "elastic_modulus": Key("analyse", "Steel 200 to 210 GPa, silicon nitride 310 GPa"),
+        "poisson_ratio": Key("analyse", "0.3, 0.26"),
         "density": Key("forces", "7800, 3200 kg/m^3"),
         "conductivity": Key("forces", "50, 35 W/(m K)"),
         "specific_heat": Key("forces", "500, 670 J/(kg K)"),

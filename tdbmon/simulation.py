@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.first_use import is_compiled
 from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, simulate
-from tdbsim.stated_effects import parse
+from tdbsim.stated_effects import all_effects, parse
 
 from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
@@ -93,16 +94,17 @@ def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate
         elif drop["peak_normal_force"].values[i] == 0.0:
             when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
         elif caught.size:
-            when = Estimate(float(drop["time"].values[caught[0]]) - release, unit="s", why=_EXACT)
+            at = float(drop["time"].values[caught[0]]) - release
+            when = Estimate(at, unit="s", method="first sample at 98 % of the journal's surface speed", why=_EXACT)
         else:
             when = Estimate.missing("s", "the ring does not come to turn with the journal in the time simulated")
         out[str(end)] = {"peak_force_n": peak, "peak_ball_load_n": ball, "ring_at_speed_s": when}
     return out
 
 
-def _given_again(effects: str) -> list[str]:
+def _given_again(effects: Sequence[Effect]) -> list[str]:
     """Say which effects stand more than once at a place, in the machine file or beside it: none replaces another."""
-    given = Counter((each.identifier(), each.where) for each in map(parse, filter(None, effects.split("; "))))
+    given = Counter((each.identifier(), each.where) for each in effects)
     return [
         f"{name} is given {count} times for '{where}', machine file included: all of them act"
         for (name, where), count in given.items()
@@ -110,9 +112,10 @@ def _given_again(effects: str) -> list[str]:
     ]
 
 
-def simulation_lines(drop: xr.Dataset, machine: Machine) -> list[str]:
-    """Return the main numbers of a machine's simulated drop as lines of text."""
-    lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}", *_given_again(drop.attrs["effects"])]
+def simulation_lines(drop: xr.Dataset, machine: Machine, effects: Sequence[str]) -> list[str]:
+    """Return the main numbers of a machine's drop, simulated with effects beside its own, as lines of text."""
+    acting = all_effects(machine, map(parse, effects))
+    lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}", *_given_again(acting)]
     names = {
         "peak_force_n": "peak force on the ring",
         "peak_ball_load_n": "peak of a ball, sampled",

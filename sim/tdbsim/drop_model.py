@@ -221,6 +221,11 @@ def _check_end(row: Array, bearing: TouchdownBearing) -> None:
     name = f"touchdown_bearing '{bearing.name}'"
     if not row[GAP] > 0:
         raise InputError(f"{name}: the radial gap is {row[GAP] * 1e6:g} um; it must be positive for the rotor to turn")
+    if math.isfinite(row[SHAPE_REACH]) and row[SHAPE_REACH] >= row[GAP]:
+        raise InputError(
+            f"{name}: the shape that effects give it takes {row[SHAPE_REACH] * 1e6:g} um, all of the radial gap of"
+            f" {row[GAP] * 1e6:g} um; make the effects smaller"
+        )
     if not row[SUPPORT_XX] * row[SUPPORT_YY] > row[SUPPORT_XY] ** 2:
         raise InputError(f"{name}: the support's stiffness is not positive in every direction")
 

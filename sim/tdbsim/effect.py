@@ -201,8 +201,9 @@ class Effect:
         return known
 
     def __str__(self) -> str:
-        """Return it as `parse` reads it."""
-        values = [f"{each.name}={each.text(getattr(self, each.name))}" for each in self.parameters()]
+        """Return it as `parse` reads it; what is infinite is so by default."""
+        told = [(each, getattr(self, each.name)) for each in self.parameters()]
+        values = [f"{each.name}={each.text(value)}" for each, value in told if value != math.inf]
         return f"{self.identifier()}:" + ",".join([f"where={self.where}", *values])
 
     @property

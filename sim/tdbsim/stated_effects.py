@@ -63,7 +63,10 @@ def _stated(setting: EffectSetting) -> Iterator[None]:
 def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, Any]) -> Effect:
     if where is None:
         if found.place is not Place.ROTOR:
-            raise InputError(f"{found.identifier}: no place given; write where=... with the name of a {found.place}")
+            wanted = "a bearing, or both" if found.place is Place.BEARING_OR_BOTH else f"its {found.place}"
+            raise InputError(
+                f"{found.identifier}: no place given; write where=... with the machine file's name of {wanted}"
+            )
         where = "rotor"
     return found.at(where, values)
 

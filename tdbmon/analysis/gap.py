@@ -36,7 +36,7 @@ _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring an
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
 SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
 _FEWEST = 6  # bins of angle for a circle
-_SOLVED = 3  # of them, with which it can be computed at all
+_SOLVED = 3  # bins of angle; with fewer the circle is not determined
 _RATE_HZ = 2500.0
 _ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
 _BIN_DEG = 3.0
@@ -202,7 +202,7 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
     """Say that the arc tells the radius too badly."""
     arc = f"the shaft settles at {settled:.4g} s, but its arc in the {last - settled:.2g} s that follow"
     if not np.isfinite(sigma):
-        return f"{arc} hangs on too short a part of that time to say how well it tells the radius at rest: record for longer"
+        return f"{arc} rests on one part of that time alone, which does not show how well it tells the radius: record for longer"
     return (
         f"{arc} tells the radius at rest to ±{1.96e6 * sigma:.0f} um only (95 %), worse than the ±{1.96e6 * _WORST:.0f} um"
         " that are worth stating"

@@ -91,8 +91,9 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     final = _last_above(mean, _TURNING * one)
     if final is None:
         return none
-    fast, slow = (_last_above(mean, times * _TURNING * one) or 0 for times in (_FASTER**2, _FASTER))
-    creeps = final - slow > max(_STOPS * (slow - fast), 1)
+    fast, slow = (_last_above(mean, times * _TURNING * one) for times in (_FASTER**2, _FASTER))
+    # slow from the first on, it does not show how it came to be so
+    creeps = fast is not None and slow is not None and final - slow > max(_STOPS * (slow - fast), 1)
     lost = np.flatnonzero(mean[final:] < _LOST * one)
     lost_from = float(end[final + lost[0]]) if lost.size else last
     until = float(end[final])

@@ -40,7 +40,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "held_out_rms_um": proof.extended * 1e6 if proof and best.causes else None,
         },
         "held_out": list(proof.drops) if proof else [],
-        "held_out_judge": str(proof.judge) if proof else None,
+        "held_out_judge": proof.judge.name.lower() if proof else None,
         "gain": proof.gain if proof and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS) else None,
         "horizon_s": best.horizon,
         "unexplained": {
@@ -75,9 +75,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         out.append(f"  {verdict.doubt}")
     told = verdict.accused[0] if verdict.accused else diagnosis.plain
     out.append(
-        f"{told.words} leaves an rms of {_fit_rms(told) * 1e6:.2g} um to {told.horizon * 1e3:g} ms, noise"
-        f" {_noise(told) * 1e6:.2g} um; what noise would leave is told in mean squares, with an allowance for how simulations"
-        " with impacts grow apart"
+        f"residual of the {told.words} to {told.horizon * 1e3:g} ms: {_fit_rms(told) * 1e6:.2g} um rms, noise"
+        f" {_noise(told) * 1e6:.2g} um"
     )
     proof = diagnosis.proof
     if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):

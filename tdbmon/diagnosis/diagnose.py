@@ -282,10 +282,10 @@ def _with_late_cause(
     # three effects at two ends or both: no hundred suspects here either
     proof = proof_of(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
     wider = _judged(field, proof, 0.0, suspected, late=causes)
-    if not wider.verdict.accused:
+    accused = next((each for each in wider.verdict.accused if each in causes), None)
+    if accused is None:
         return None
-    accused = wider.verdict.accused[0]
-    added = accused.causes[-1]
+    added = causes[accused].suspect
     # where each drop would have it otherwise, they have none in common
     if not clear_of_nothing(added, wider.sizes[accused].causes[added.name]):
         return None

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from tdbmon.figures.style import (
     BLUE,
+    GREEN,
     GREY,
     LIGHT,
+    ORANGE,
     VERMILION,
     Margins,
     drop_axis,
@@ -38,7 +40,7 @@ _EDGE = {
     "too few drops": (GREY, 0.6),
     "as before": (LIGHT, 0.8),
 }
-_STYLES = ((BLUE, "o"), (VERMILION, "s"))
+_STYLES = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"), (ORANGE, "D"))
 
 
 @styled
@@ -50,6 +52,9 @@ def fleet(members: list[Member]) -> Figure:
     figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
     axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5), sharey=False)
     reach = _reach(shown)
+    # an end looks the same on all machines that call it so: they share one legend
+    ends_of_all = list(dict.fromkeys(end for member in shown for end in member.gaps()))
+    style = {end: _STYLES[k % len(_STYLES)] for k, end in enumerate(ends_of_all)}
     for i, (ax, member) in enumerate(zip(axes.flat, shown, strict=False)):
         colour, width = _EDGE[member.verdict.word]
         for spine in ax.spines.values():
@@ -59,7 +64,8 @@ def fleet(members: list[Member]) -> Figure:
         if not gaps:
             say(ax, "no radius at rest")
         judged = len(member.comparison.matched) + 1
-        for k, ((end, series), (line, marker)) in enumerate(zip(gaps.items(), _STYLES, strict=False)):
+        for k, (end, series) in enumerate(gaps.items()):
+            line, marker = style[end]
             values = np.array([e.value for _, e in series], float) * 1e6
             at = [number for number, _ in series]
             ax.plot(at, values - values[0], marker, color=line, markersize=2.5, linestyle="-", linewidth=0.6, label=end)

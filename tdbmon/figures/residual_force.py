@@ -87,13 +87,16 @@ def force_against_place(
     for end, name in enumerate(ends):
         orbit, angle = axes[end]
         _clearance(orbit, gaps[end], max(float(np.abs(each.place[end]).max()) for each in forces))
-        strongest = max((float(np.abs(each.force[end]).max()) for each in forces), default=0.0) or 1.0
-        for k, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
+        beyond = [_beyond_band(each, end) for each in forces]
+        strongest = max(
+            (float(np.abs(each.force[end, out]).max()) for each, out in zip(forces, beyond, strict=True) if out.any()),
+            default=0.0,
+        )
+        for k, (each, speed, out) in enumerate(zip(forces, speeds, beyond, strict=True)):
             colour, label = DROP_COLOURS[k % len(DROP_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
             place, force = each.place[end], each.force[end]
-            out = (np.abs(force.real) > each.band[end, 0]) | (np.abs(force.imag) > each.band[end, 1])
             orbit.plot(place.real * UM, place.imag * UM, color=colour, linewidth=0.4, alpha=0.7)
-            scale = 0.5 * gaps[end] / strongest
+            scale = 0.5 * gaps[end] / (strongest or 1.0)
             arrows = np.column_stack([place[out], place[out] + force[out] * scale]) * UM
             for arrow in arrows:
                 orbit.annotate(
@@ -104,7 +107,9 @@ def force_against_place(
             where = np.degrees(np.angle(place[out]))
             angle.plot(where, turned.real, "o", color=colour, markersize=3, label=label)
             angle.plot(where, turned.imag, "x", color=colour, markersize=3.5)
-        orbit.set_title(f"{name}: longest arrow {strongest:.0f} N")
+        orbit.set_title(
+            f"{name}: longest arrow {strongest:.0f} N" if strongest else f"{name}: no force passes its band"
+        )
         orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
         orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
         angle.set_title(f"{name}: ● outwards   ✕ counter-clockwise")
@@ -115,6 +120,12 @@ def force_against_place(
         angle.set_ylabel("missing force [N]")
     legend_below(figure, 4)
     return figure
+
+
+def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:
+    """Return at which instants the missing force at an end passes its band."""
+    force, band = each.force[end], each.band[end]
+    return np.asarray((np.abs(force.real) > band[0]) | (np.abs(force.imag) > band[1]))
 
 
 def _clearance(ax: Axes, gap: float, furthest: float) -> None:

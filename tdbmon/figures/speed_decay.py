@@ -50,10 +50,10 @@ def speed_decay(analysis: Analysis) -> Figure:
         raise InputError("the record holds no speed to draw")
     time, speed = analysis.speed_time, analysis.speed_hz
     means, spreads, at = _binned(time, speed)
-    each = (time[-1] - time[0]) / len(at)
+    each = len(time) / len(at)
     height, ratios = (72, [1.0]) if rundown.law is None else (105, [1.8, 1.0])
     figure = new_figure(
-        height, f"Speed from the {rundown.source} · mean over {each * 1e3:.3g} ms · shaded: 95 % range of its samples"
+        height, f"Speed from the {rundown.source} · mean over {each:.3g} values · shaded: 95 % range of its samples"
     )
     margins = Margins(17, 3, 11, 20, down=5)  # on the left as wide as −50000 needs it
     upper, *lower = subplots(figure, len(ratios), 1, margins, height_ratios=ratios, sharex=True)[:, 0]
@@ -72,13 +72,12 @@ def speed_decay(analysis: Analysis) -> Figure:
 
 
 def _binned(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """Mean and 95 % range of nearly equal bins, and their middle times."""
-    bins = min(_BINS, len(time) // 4)
-    size = len(time) // bins
-    blocks = speed[: bins * size].reshape(bins, size)
-    sigma = blocks.std(axis=1)
-    mean = blocks.mean(axis=1)
-    return mean, (mean - Z95 * sigma, mean + Z95 * sigma), time[: bins * size].reshape(bins, size).mean(axis=1)
+    """Mean and 95 % range of bins of as many values, or one more, and their middle times: to the last value."""
+    edges = np.linspace(0, len(time), min(_BINS, len(time) // 4) + 1).astype(int)
+    first, count = edges[:-1], np.diff(edges)
+    mean = np.add.reduceat(speed, first) / count
+    sigma = np.sqrt(np.add.reduceat((speed - np.repeat(mean, count)) ** 2, first) / count)
+    return mean, (mean - Z95 * sigma, mean + Z95 * sigma), np.add.reduceat(time, first) / count
 
 
 def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.ndarray) -> None:

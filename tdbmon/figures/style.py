@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 
 WIDTH_MM = 170.0  # the text width of an A4 page
+_LINE_MM = 3.0  # of a note above a figure
 UM = 1e6
 _LETTER_PT = 4.4  # mean width of a letter of figures' words
 
@@ -94,7 +95,10 @@ def new_figure(height_mm: float, note: str = "") -> Figure:
         text = figure.text(0.008, 1 - 1.5 / height_mm, note, va="top", color=GREY, fontsize=7)
         share = text.get_window_extent().width / (0.984 * figure.bbox.width)
         if share > 1:
-            text.set_text(textwrap.fill(note, int(len(note) / share) - 2))
+            lines = textwrap.wrap(note, int(len(note) / share) - 2)
+            height_mm += _LINE_MM * (len(lines) - 1)
+            figure.set_size_inches(WIDTH_MM / 25.4, height_mm / 25.4)
+            text.set(text="\n".join(lines), y=1 - 1.5 / height_mm)
     return figure
 
 
@@ -125,8 +129,9 @@ def subplots(
 ) -> np.ndarray:
     """Return axes (rows, columns) that fill the figure up to its margins."""
     width, height = (float(inches) * 25.4 for inches in figure.get_size_inches())
+    above = margins.top + _LINE_MM * sum(text.get_text().count("\n") for text in figure.texts)  # of a note
     wide = (width - margins.left - margins.right - (columns - 1) * margins.across) / columns
-    high = (height - margins.top - margins.bottom - (rows - 1) * margins.down) / rows
+    high = (height - above - margins.bottom - (rows - 1) * margins.down) / rows
     axes: np.ndarray = figure.subplots(
         rows,
         columns,
@@ -137,7 +142,7 @@ def subplots(
         gridspec_kw={
             "left": margins.left / width,
             "right": 1 - margins.right / width,
-            "top": 1 - margins.top / height,
+            "top": 1 - above / height,
             "bottom": margins.bottom / height,
             "wspace": margins.across / wide,
             "hspace": margins.down / high,

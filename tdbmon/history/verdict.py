@@ -204,8 +204,12 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
     if not found:
         return []
     said = "; ".join(found)
-    # an end that its magnet held shows nothing, with sound probes
-    failed = [each for each in comparison.entry.failed_checks if not each.startswith("held ")]
+    failed = comparison.entry.failed_checks
+    held = [each.removeprefix("held ") for each in failed if each.startswith("held ")]
+    if held and len(held) == len(failed):
+        return [
+            f"{said}: the magnetic bearing held {' and '.join(held)}, so that it shows nothing; its probes are sound"
+        ]
     if failed:
         return [
             f"{said}; its record failed {counted(len(failed), 'check')}: {', '.join(failed)}: see to the probes before the"

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import pulses
 
 Array = NDArray[np.float64]
 
 _FEWEST_PULSES = 3  # before the release, which tell angle, speed and acceleration
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
+_FEWEST_HELD = 3  # the same of values that each stand for many samples
 _LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
 
 
@@ -86,7 +88,8 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     parts += _by_speed(laid, release)
     if not parts:
         raise InputError(
-            f"{name}: neither keyphasor nor speed signal before the release; the model needs the speed: record one of them"
+            f"{name}: neither keyphasor nor speed signal tells the speed before the release, which the model needs: record a"
+            " keyphasor, or the speed at the probes' rate, or 4 times at least in the levitated stretch"
         )
     if not keyed:  # then any angle will do
         parts.append((np.array([[1.0, 0.0, 0.0]]), np.zeros(1)))
@@ -116,8 +119,12 @@ def _by_speed(laid: xr.Dataset, release: float) -> list[tuple[Array, Array]]:
     at = laid[channel.dims[0]].values - release
     keep = (at < 0) & np.isfinite(channel.values)
     at, hz = at[keep], channel.values[keep]
-    if len(hz) <= _FEWEST_SPEEDS:
+    held = float(channel.attrs.get(HELD, 0.0))
+    if len(hz) <= (_FEWEST_HELD if held else _FEWEST_SPEEDS):
         return []
+    at = at - held / 2  # a value that is held was read up to so long before, half of it on average
     slope = np.polyfit(at, hz, 1)
-    spread = max(float(np.std(hz - np.polyval(slope, at))), _LEAST_SPREAD * float(np.mean(hz)))
+    spread = max(float(np.std(hz - np.polyval(slope, at), ddof=2)), _LEAST_SPREAD * float(np.mean(hz)))
+    # by how old they are all are wrong alike: no mean helps
+    spread = math.hypot(spread, math.sqrt(len(hz)) * held / 2 * abs(float(slope[0])))
     return [(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread, hz / spread)]

@@ -16,8 +16,6 @@ _LEAST = 3  # samples: a converter's steps in noise come one by one
 _EARLY = 4096  # samples, that mostly show already that none is held
 _SHORT = 0.1  # of the stretches are shorter than one that surely holds one update
 _ONE = 1.5  # times that stretch: longer ones hold several updates to one value
-_UNEVEN = 0.1  # of a stretch, by which clocks of two devices and a bus move an update
-_REGULAR = 0.9  # of the stretches
 _SAME = 1.01  # times the smallest change of value: all are steps of one converter
 
 
@@ -66,8 +64,8 @@ def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
     """Return the samples at which a held signal (n,) was updated, and for how many samples each value stands.
 
     An update to the same value is no change: a stretch that is longer than most is divided evenly, and the first, whose update
-    may lie before the record, from its end.  A signal without noise that a coarse converter rounds has stretches too; as long
-    as these are of one length it is no other than a held one.
+    may lie before the record, from its end.  A signal without noise that a coarse converter rounds has stretches too, but every
+    change of it is one step of that: samples tell more of it than updates.
 
     Returns
     -------
@@ -88,13 +86,12 @@ def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
     short = np.quantile(inner, _SHORT)
     usual = float(np.mean(inner[(inner > short / _ONE) & (inner < _ONE * short)]))
     count = np.maximum(np.rint(inner / usual), 1)
-    regular = np.abs(inner - count * usual) <= np.maximum(_UNEVEN * usual, 1.0)
     steps = np.abs(np.diff(values[first]))
     steps = steps[np.isfinite(steps)]
-    rounded = not steps.size or steps.max() < _SAME * steps.min()
-    if rounded and regular.mean() < _REGULAR:
+    if not steps.size or steps.max() < _SAME * steps.min():
         return None
     before = np.arange(changes[0] - usual, -0.5, -usual)[::-1]
+    before = before if before.size else np.zeros(1)
     inside = [a + np.arange(n) * (length / n) for a, n, length in zip(first[1:-1], count, inner, strict=False)]
     after = np.arange(changes[-1], values.size, usual)
     at = np.rint(np.concatenate([before, *inside, after])).astype(int)

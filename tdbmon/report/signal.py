@@ -69,7 +69,7 @@ def signals_of(analysis: Analysis) -> Signals | None:
                 )
     if len(analysis.speed_time) > 1:
         time, hz = analysis.speed_time, analysis.speed_hz
-        if "speed" not in analysis.record:  # one value a turn
+        if not _evenly(time):  # one value a turn, say
             even = np.linspace(time[0], time[-1], _SAMPLES)
             time, hz = even, np.interp(even, time, hz)
         channels.append(Signal("speed", "speed", "Hz", time, hz))
@@ -80,6 +80,11 @@ def signals_of(analysis: Analysis) -> Signals | None:
     spans = tuple((begin - _LEAD, begin + span) for span in _SPANS)
     marks = tuple((phase.name, phase.start) for phase in analysis.phases[1:])
     return Signals(tuple(channels), spans, marks)
+
+
+def _evenly(time: np.ndarray) -> bool:
+    apart = np.diff(time)
+    return bool(apart.max() < 1.5 * apart.min())
 
 
 def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str, Any]:

@@ -270,8 +270,8 @@ def test_an_arc_that_tells_the_radius_badly_says_how_badly(machine):
 @pytest.mark.parametrize(
     ("narrow_deg", "with_swing", "said"),
     [
-        (1.0, False, "hangs on too short a part"),
-        (1.0, True, "hangs on too short a part"),
+        (1.0, False, "rests on one part of that time alone"),
+        (1.0, True, "rests on one part of that time alone"),
         (3.5, False, "tells the radius"),
     ],
 )

@@ -198,7 +198,9 @@ def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(yea
     assert blind.alarm
     assert "tells only" in blind.reasons[0]
     assert "2 checks: dead NDE_A, dead DE_B: see to the probes" in blind.reasons[0]
-    assert "see to" not in without(0.8, ("held DE",)).reasons[0]  # by its magnet: sound probes see it
+    held = without(0.8, ("held DE",)).reasons[0]  # sound probes see it
+    assert "the magnetic bearing held DE" in held
+    assert "see to" not in held and "no check" not in held
     sound = without(0.8, ()).reasons[0]  # the arc is too short, say: no fault of the probes
     assert "no check of its record failed, most is missing since a probe is dead" in sound
     assert "see to" not in sound

@@ -57,6 +57,6 @@ def test_wider_gaps_stretch_them_as_the_time_of_the_fall():
         np.testing.assert_allclose(stages.calibration, stages.stretch * np.array(Stages().calibration), atol=5.1e-5)
 
 
-def test_less_weight_stretches_them_and_a_vertical_shaft_does_not():
+def test_less_weight_stretches_them():
     assert stages_of(machine(250e-6, gravity=9.80665 / 4)).stretch == 2.0
     assert stages_of(machine(5e-3)).stretch == 2.0

@@ -47,6 +47,13 @@ def test_neither_noise_nor_a_converter_nor_rest_is_a_held_speed() -> None:
     assert updates(ramp + rng.normal(0, 0.01, ramp.size)) is None
     assert updates(np.round(ramp + rng.normal(0, 0.01, ramp.size), 1)) is None  # dithers at each of its steps
     assert updates(np.round(ramp, 1)) is None  # without noise: stretches that lengthen as the rotor slows
+    for start in (
+        100.03,
+        100.23,
+    ):  # as many samples a step as good as even: its samples tell it to a step, updates no better
+        coast = start * np.exp(-np.arange(25_000) / 118e3)
+        assert updates(np.round(coast, 1)) is None
+    assert updates(np.repeat([100.0, 99.0], [100, 900])) is None
     assert updates(np.full(1000, 50.0)) is None
     assert updates(np.maximum(ramp - 20 + rng.normal(0, 0.01, ramp.size), 0.0)) is None
 

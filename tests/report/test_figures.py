@@ -22,7 +22,7 @@ from tdbmon.figures.first_contact import first_contact
 from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
-from tdbmon.figures.speed_decay import speed_decay
+from tdbmon.figures.speed_decay import _binned, speed_decay
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
 from tdbmon.report.document import Figure as Drawn
@@ -44,6 +44,19 @@ DRAW: dict[str, Callable[[Analysis], Figure]] = {
     "bode": bode,
 }
 EQUAL = {"orbit_sequence", "filtered_orbit", "centreline"}
+
+
+@pytest.mark.parametrize("count", [40, 3499, 2957])
+def test_a_run_down_is_drawn_to_its_last_value(count: int) -> None:
+    """Of one value a turn the last ones take most of the time: they were left out where they filled no bin."""
+    time = np.cumsum(np.geomspace(0.007, 0.1, count))
+    speed = 1 / np.geomspace(0.007, 0.1, count)
+    mean, (low, high), at = _binned(time, speed)
+    edges = np.linspace(0, count, len(at) + 1).astype(int)
+    np.testing.assert_allclose(at[-1], time[edges[-2] :].mean())
+    np.testing.assert_allclose(mean[0], speed[: edges[1]].mean())
+    assert time[-1] - at[-1] < 0.02 * time[-1] if count > 40 else True
+    assert (low <= mean).all() and (mean <= high).all()
 
 
 @pytest.mark.parametrize("which", ["short_report", "coastdown_report"])

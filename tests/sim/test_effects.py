@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from changed_machine import changed
+from changed_machine import changed, exactly
 from tdbsim import hooks, state_layout
 from tdbsim.drop_model import build_model, with_effects
 from tdbsim.effect import Effect, Place, _only_kind, catalogue, declaration, parameter, places
@@ -305,6 +305,20 @@ def test_what_a_second_one_would_undo_acts_once(machine, first, second):
     """The last foundation or leak was taken without a word; a second anisotropy counted from the first one's stiffness."""
     with pytest.raises(InputError, match="is given twice for .* acts once at a place: give it once"):
         all_effects(machine, [parse(first), parse(second)])
+
+
+def test_what_stands_still_is_written_so_that_it_can_be_read(machine):
+    """A foundation's stiffness is infinite by default, which no text says."""
+    rigid = declaration("foundation_mode").at("NDE", {"mass": 100.0})
+    assert math.isinf(rigid.stiffness)
+    assert "inf" not in str(rigid)
+    assert parse(str(rigid)) == rigid
+
+
+def test_a_shape_that_takes_all_of_the_gap_is_refused(machine):
+    narrow = changed(machine, ends={"radial_gap": exactly(90e-6)})
+    with pytest.raises(InputError, match=r"takes 100 um, all of the radial gap of 90 um"):
+        build_model(narrow, [declaration("oval_clearance").at("NDE", {"amplitude": 100e-6})])
 
 
 def test_what_acts_beside_its_like_may_be_given_again(machine):

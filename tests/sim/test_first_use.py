@@ -40,9 +40,13 @@ def test_first_runs_load_their_kernels_as_later_ones_do(tmp_path):
         command = [sys.executable, "-c", SCRIPT, str(MACHINE)]
         return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 
-    said = [process.communicate()[0].split() for process in [begun(), begun()]]
-    said.append(begun().communicate()[0].split())
-    said.append(begun(PYTHONPATH=str(copy)).communicate()[0].split())
+    def ended(process):
+        out, _ = process.communicate()
+        assert process.returncode == 0
+        return out.split()
+
+    said = [ended(process) for process in [begun(), begun()]]
+    said += [ended(begun()), ended(begun(PYTHONPATH=str(copy)))]
     misses, *_ = said[0]
     assert misses == "0"
     assert all(each == said[0] for each in said)

@@ -139,4 +139,4 @@ def _drifting(analysis: Analysis) -> list[Block]:
 def _row(line: Line) -> Row:
     place = f"{line.order:.4g}X" if line.kind == "order" and line.order is not None else words(line.frequency)
     seen = f"{line.first_s:.1f} to {line.last_s:.1f} s"
-    return Row((line.name or "unnamed", line.kind, line.end, place, line.direction, words(line.amplitude), seen))
+    return Row((line.name, line.kind, line.end, place, line.direction, words(line.amplitude), seen))

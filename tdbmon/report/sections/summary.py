@@ -162,7 +162,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         return [Verdict(f"How hard the bearings were hit is not told: {fitted.forces.withheld}.", "attention")]
     loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
     dented = [end.stress.greatest.high or 0.0 for end in ends.values()]
-    hybrid = any(bearing.balls.material != "steel" for bearing in analysis.machine.touchdown_bearings)
+    hybrid = any(each.geometry.ball != each.geometry.race for each in analysis.machine.touchdown_bearings)
     steel = ", steel balls; ISO 20056-2 permits hybrid bearings slightly more" if hybrid else ""
     rows = (
         *hardest(fitted.forces),
