@@ -6,6 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tdbmon.json_file import say
+from tdbmon.progress import on_terminal
+
 if TYPE_CHECKING:
     from tdbmon.report.document import Document
 
@@ -21,6 +24,18 @@ def report_writers(paths: Sequence[Path] | None) -> list[ReportWriter]:
         If a path is neither .html nor .pdf.
     """
     return [_writer(path) for path in paths or ()]
+
+
+def draw_reports(paths: Sequence[Path] | None, writers: Sequence[ReportWriter], make: Callable[[], Document]) -> None:
+    """Draw and write the reports that a command was asked for, once what it found is said: a figure may fail."""
+    if not writers:
+        return
+    with on_terminal() as tell:
+        tell("drawing the figures")
+        document = make()
+        for write in writers:
+            write(document)
+    say(f"report: {path}" for path in paths or [])
 
 
 def _writer(path: Path) -> ReportWriter:

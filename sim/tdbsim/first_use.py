@@ -9,11 +9,10 @@ kernel compiled, and the others wait for it.
 from __future__ import annotations
 
 import pickle
-import sqlite3
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -83,17 +82,14 @@ def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
 @contextmanager
 def _one_at_a_time() -> Iterator[None]:
     """Hold off other processes that share the cache, by the lock of a database: it ends with the process that holds it."""
-    database = None
-    try:
-        try:
-            database = sqlite3.connect(kernel_folder() / "compiling.sqlite", timeout=_PATIENCE_S, isolation_level=None)
-            database.execute("BEGIN EXCLUSIVE")
-        except sqlite3.Error:  # a folder that knows no locks: at worst both compile
-            pass
+    import sqlite3
+
+    with ExitStack() as held:
+        with suppress(sqlite3.Error):  # a folder that knows no locks: at worst both compile
+            lock = sqlite3.connect(kernel_folder() / "compiling.sqlite", timeout=_PATIENCE_S, isolation_level=None)
+            held.callback(lock.close)
+            lock.execute("BEGIN EXCLUSIVE")
         yield
-    finally:
-        if database is not None:
-            database.close()
 
 
 def _in_cache(kernel: str) -> bool:

@@ -16,10 +16,11 @@ from tdbmon.machine_file import calibration_head, check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
-from tdbmon.report_file import report_writers
+from tdbmon.report_file import draw_reports, report_writers
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
+    from tdbmon.report.document import Document
 
 
 def analyse(
@@ -64,15 +65,13 @@ def analyse(
         written += write_json(json_file, _content(result, fitted))
     # before the figures: what was found is not lost with one that can't be drawn
     say([*lines, *written])
-    if writers:
-        from tdbmon.report.drop_report import build_report
+    draw_reports(report, writers, lambda: _document(result, fitted))
 
-        with on_terminal() as tell:
-            tell("drawing the figures")
-            document = build_report(result, fitted=fitted)
-            for write in writers:
-                write(document)
-        say(f"report: {path}" for path in report or [])
+
+def _document(result: Analysis, fitted: FittedDrop | None) -> Document:
+    from tdbmon.report.drop_report import build_report
+
+    return build_report(result, fitted=fitted)
 
 
 def _content(result: Analysis, fitted: FittedDrop | None) -> dict[str, Any]:

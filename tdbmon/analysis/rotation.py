@@ -56,9 +56,8 @@ class Rotation:
             hz = channel.to_numpy()
             finite = np.isfinite(hz)
             time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
-        if key is not None and len(key.times) >= max(
-            _FEWEST, len(time) + 1
-        ):  # a speed logged once a second, say, tells less
+        fewest = max(_FEWEST, len(time) + 1)  # a speed logged once a second, say, tells less
+        if key is not None and len(key.times) >= fewest:
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
         return cls(time, hz, key, held=held)

@@ -18,9 +18,8 @@ _CREEP = 3.0  # level over its fall within half the tail, of a creep with a deca
 # times as long as the speed takes to go from what surely turns to what is lost, that the signal must stay at rest after it:
 # a creep that fades for ever is lost near the end of every record, wherever that is
 _QUIET = 2.0
-_FASTER = (
-    4.0  # times the speed, twice: a rotor that stops takes less time for the second of these falls than for the first
-)
+# times the speed, twice: a rotor that stops takes less time for the second of these falls than for the first
+_FASTER = 4.0
 _STOPS = 0.5  # times it; an exponential creep takes as long for both, and dry friction a quarter
 _DRAWS = 2000
 FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate

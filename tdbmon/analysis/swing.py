@@ -123,16 +123,20 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
 
 def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
     """Return both swing frequencies of the drawing, Hz."""
-    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
-    frequencies, _ = _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
-    return float(frequencies[0]), float(frequencies[1])
+    (lower, higher), _ = _predicted(machine, rotor)
+    return float(lower), float(higher)
 
 
 def predicted_ways(machine: Machine, rotor: RotorModel) -> tuple[str, ...]:
     """Return how the shaft swings in both modes of the drawing (`Swing.ways`)."""
-    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
-    _, shapes = _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
+    _, shapes = _predicted(machine, rotor)
     return tuple(_way(*shape) for shape in shapes.T)
+
+
+def _predicted(machine: Machine, rotor: RotorModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `_modes` does, of the drawing."""
+    loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
+    return _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
 
 
 def _way(first: float, second: float) -> str:

@@ -21,7 +21,7 @@ from tdbmon.machine_file import check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
-from tdbmon.report_file import report_writers
+from tdbmon.report_file import draw_reports, report_writers
 
 if TYPE_CHECKING:
     from tdbmon.report.document import Document
@@ -56,13 +56,7 @@ def diagnose(
         written.append(_write_extended(result, extended))
     # before the figures: what took minutes to find is not lost with one that can't be drawn
     say([*lines, *written])
-    if writers:
-        with on_terminal() as tell:
-            tell("drawing the figures")
-            document = _document(result, since, channels)
-            for write in writers:
-                write(document)
-        say(f"report: {path}" for path in report or [])
+    draw_reports(report, writers, lambda: _document(result, since, channels))
 
 
 def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.Dataset]) -> Document:

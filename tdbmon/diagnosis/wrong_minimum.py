@@ -20,9 +20,8 @@ from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.own_paths import best_paths
 
-LITTLE_EXPLAINED = (
-    1.8  # times the noise that the best model leaves: what is missing is hardly another size or order of the same
-)
+# times the noise that the best model leaves: what is missing is hardly another size or order of the same
+LITTLE_EXPLAINED = 1.8
 _NEAR_NOISE = 1.5  # times the floor: who leaves less may be in a wrong hollow rather than wrong
 
 

@@ -155,17 +155,11 @@ def scalars(whole: CoastDown) -> list[tuple[str, Estimate, Estimate]]:
         ):
             rows.append((name, getattr(a.rundown, field), getattr(b.rundown, field)))
     for k in range(2):
-        rows.append((f"Swing {k + 1}, small", _swing(a, k), _swing(b, k)))
+        rows.append((f"Swing {k + 1}, small", a.swings[k], b.swings[k]))
     for end in a.ends:
         if end in b.ends:
             rows.append((f"{end}: radius at rest", _radius(a, end), _radius(b, end)))
     return rows
-
-
-def _swing(analysis: Analysis, k: int) -> Estimate:
-    if analysis.swing is None:
-        return Estimate.missing("Hz", "no such swing stands out")
-    return analysis.swing.frequencies[k]
 
 
 def _radius(analysis: Analysis, end: str) -> Estimate:

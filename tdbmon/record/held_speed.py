@@ -6,10 +6,11 @@ Each value is that at its update or before, by up to the time that it stands: sa
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 
 from tdbmon.record.finding import Check
+from tdbmon.record.held_values import changes, picked
 from tdbmon.record.one_time import Series
+from tdbmon.record.timebase import usual_interval
 
 HELD = "held_s"  # attribute of a speed: how long each of its values stands, s
 _LEAST = 3  # samples: a converter's steps in noise come one by one
@@ -46,16 +47,16 @@ def speed_at_updates(data: Series, times: Series) -> tuple[Series, Series, list[
     dim = str(array.dims[0])
     own = f"{dim} of the speed's updates"
     time = times[dim]
-    seconds = length * float(np.median(np.diff(time.to_numpy())))
-    updated = xr.DataArray(array.to_numpy()[at], dims=(own,), attrs={**array.attrs, HELD: seconds})
-    updated.encoding = dict(array.encoding)
+    seconds = length * usual_interval(time.to_numpy())
+    updated = picked(array, own, at)
+    updated.attrs[HELD] = seconds
     said = (
         f"every value stands {seconds:.3g} s: taken once each, at its update. It is the speed there or up to {seconds:.3g} s"
         " before, which intervals contain"
     )
     return (
         {**data, "speed": updated},
-        {**times, own: xr.DataArray(time.to_numpy()[at], dims=(own,), attrs=time.attrs)},
+        {**times, own: picked(time, own, at)},
         [Check("held values", "speed", True, said)],
     )
 
@@ -77,10 +78,10 @@ def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
     values = values[np.maximum.accumulate(np.where(known, np.arange(values.size), 0))]
     if _shortest(values[:_EARLY]) < _LEAST:
         return None
-    changes = _changes(values)
-    if not changes.size or _shortest(values) < _LEAST:
+    found = changes(values)
+    if not found.size or _shortest(values) < _LEAST:
         return None
-    first = np.concatenate([[0], changes])
+    first = np.concatenate([[0], found])
     lengths = np.diff(np.append(first, values.size))
     inner = lengths[1:-1] if lengths.size > 2 else np.array([lengths.max()])
     short = np.quantile(inner, _SHORT)
@@ -90,20 +91,15 @@ def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
     steps = steps[np.isfinite(steps)]
     if not steps.size or steps.max() < _SAME * steps.min():
         return None
-    before = np.arange(changes[0] - usual, -0.5, -usual)[::-1]
+    before = np.arange(found[0] - usual, -0.5, -usual)[::-1]
     before = before if before.size else np.zeros(1)
     inside = [a + np.arange(n) * (length / n) for a, n, length in zip(first[1:-1], count, inner, strict=False)]
-    after = np.arange(changes[-1], values.size, usual)
+    after = np.arange(found[-1], values.size, usual)
     at = np.rint(np.concatenate([before, *inside, after])).astype(int)
     return np.unique(at[at < values.size]), usual
 
 
-def _changes(values: np.ndarray) -> np.ndarray:
-    """Return the samples whose value is another than the one before."""
-    return np.flatnonzero((np.diff(values) != 0) & np.isfinite(values[1:])) + 1
-
-
 def _shortest(values: np.ndarray) -> int:
     """Return the shortest stretch of one value that begins and ends within a signal, in samples; all of it without one."""
-    changes = _changes(values)
-    return int(np.diff(changes).min()) if changes.size > 1 else values.size
+    found = changes(values)
+    return int(np.diff(found).min()) if found.size > 1 else values.size

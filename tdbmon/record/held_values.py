@@ -48,8 +48,8 @@ def at_own_rates(data: Series, times: Series, probes: Sequence[str]) -> tuple[Se
             continue
         own, once = f"{dim} from {first} by {times_held}", slice(first, None, times_held)
         if own not in times:
-            times[own] = _picked(times[dim], own, once)
-        data[name] = _picked(array, own, once)
+            times[own] = picked(times[dim], own, once)
+        data[name] = picked(array, own, once)
         hz = usual_rate(times[own].to_numpy())
         remarks.append(
             Check("held values", name, True, f"every value stands {times_held} times: taken once each, at {hz:.5g} Hz")
@@ -57,27 +57,28 @@ def at_own_rates(data: Series, times: Series, probes: Sequence[str]) -> tuple[Se
     return data, times, remarks
 
 
-def _picked(array: xr.DataArray, own: str, once: slice) -> xr.DataArray:
-    picked = xr.DataArray(array.to_numpy()[once], dims=(own,), attrs=array.attrs)
-    picked.encoding = dict(array.encoding)
-    return picked
+def picked(array: xr.DataArray, own: str, once: slice | np.ndarray) -> xr.DataArray:
+    """Return some samples of a channel (n,), on a dimension of their own."""
+    taken = xr.DataArray(array.to_numpy()[once], dims=(own,), attrs=array.attrs)
+    taken.encoding = dict(array.encoding)
+    return taken
 
 
 def held(values: np.ndarray) -> tuple[int, int]:
     """Return where the first whole step of a signal (n,) begins, and how many samples each step lasts; 1 where none is held."""
-    early = _changes(values[:_EARLY])
+    early = changes(values[:_EARLY])
     if early.size > 2 and np.gcd.reduce(np.diff(early)) == 1:
         return 0, 1
-    changes = _changes(values)
-    if changes.size < _FEWEST:
+    found = changes(values)
+    if found.size < _FEWEST:
         return 0, 1
-    length = int(np.gcd.reduce(np.diff(changes)))
-    if length == 1 or changes.size < _MOST_STEPS * (changes[-1] - changes[0]) / length:
+    length = int(np.gcd.reduce(np.diff(found)))
+    if length == 1 or found.size < _MOST_STEPS * (found[-1] - found[0]) / length:
         return 0, 1
-    return int(changes[0] % length), length
+    return int(found[0] % length), length
 
 
-def _changes(values: np.ndarray) -> np.ndarray:
+def changes(values: np.ndarray) -> np.ndarray:
     """Return the samples whose value is another than the one before, both known."""
     known = np.isfinite(values)
     return np.flatnonzero((np.diff(values) != 0) & known[1:] & known[:-1]) + 1

@@ -339,7 +339,7 @@ def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
         detail = f"{marks.quality}; without pulses there is no shaft angle: check {doubt}the sensor's gap"
         return Check("keyphasor", "keyphasor", False, detail)
     unseen = missed_in_holes(marks, ds[ds["keyphasor"].dims[0]].values)
-    if marks.missed == unseen > 0 == marks.extra:
+    if marks.missed > 0 and marks.missed == unseen and marks.extra == 0:
         return Check("keyphasor", "keyphasor", True, f"{marks.quality}, all where the time axis has gaps")
     wanted = sampling_for_pulses(ds, machine)
     faulty = marks.missed + marks.extra > 0

@@ -69,7 +69,7 @@ def signals_of(analysis: Analysis) -> Signals | None:
                 )
     if len(analysis.speed_time) > 1:
         time, hz = analysis.speed_time, analysis.speed_hz
-        if not _evenly(time):  # one value a turn, say
+        if not _is_sampled(analysis):  # one value a turn
             even = np.linspace(time[0], time[-1], _SAMPLES)
             time, hz = even, np.interp(even, time, hz)
         channels.append(Signal("speed", "speed", "Hz", time, hz))
@@ -82,9 +82,10 @@ def signals_of(analysis: Analysis) -> Signals | None:
     return Signals(tuple(channels), spans, marks)
 
 
-def _evenly(time: np.ndarray) -> bool:
-    apart = np.diff(time)
-    return bool(apart.max() < 1.5 * apart.min())
+def _is_sampled(analysis: Analysis) -> bool:
+    """True where the speed is that of the record's channel, hole by hole, and not of the keyphasor's turns."""
+    record = analysis.record
+    return "speed" in record and len(analysis.speed_time) == int(np.isfinite(record["speed"].to_numpy()).sum())
 
 
 def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str, Any]:

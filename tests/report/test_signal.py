@@ -121,6 +121,18 @@ def test_the_speed_of_each_turn_is_drawn_at_its_time(coastdown: Analysis) -> Non
     np.testing.assert_allclose(hz, 100 * np.exp(-_times(level, np.arange(len(hz))) / decay), atol=0.1)
 
 
+def test_a_sampled_speed_with_a_hole_is_drawn_sample_by_sample(coastdown: Analysis) -> None:
+    """It is no speed of turns: nothing is drawn through the hole."""
+    time, hz = coastdown.speed_time, coastdown.speed_hz
+    there = (time < 3.0) | (time > 3.5)
+    speed = coastdown.record["speed"].copy(deep=True)
+    speed[~there] = np.nan
+    holed = replace(coastdown, record=coastdown.record.assign(speed=speed), speed_time=time[there], speed_hz=hz[there])
+    channel = signals_of(holed).channels[-1]
+    assert channel.name == "speed"
+    np.testing.assert_array_equal(channel.time, time[there])
+
+
 def test_missing_samples_and_a_constant_signal_can_be_packed() -> None:
     values = np.full(2000, np.nan)
     assert set(_decode(_packed(values, 1000.0, ())["levels"][0]["low"])) == {-32768.0}
