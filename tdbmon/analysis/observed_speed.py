@@ -8,7 +8,7 @@ import numpy as np
 
 from tdbmon.analysis.drag_law import Coast
 from tdbmon.analysis.pulse_train import compare_with_pulses
-from tdbmon.analysis.speed_at_release import LEAD_S
+from tdbmon.analysis.speed_at_release import lead_of
 from tdbmon.analysis.standstill import Rest, find_rest
 from tdbmon.analysis.unbroken import longest_stretch, without_holes
 from tdbmon.estimate import Estimate
@@ -55,7 +55,9 @@ def tick_of(pulses: Pulses | None, time: np.ndarray) -> float:
 
 def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> Observed:
     last = float(time[-1])
-    lead, after = turns.between(release - LEAD_S, release), turns.between(release, last)
+    known = (turns.end - turns.begin)[turns.end <= release]
+    begin = release - lead_of(float(np.median(known)) if known.size else 0.0)
+    lead, after = turns.between(begin, release), turns.between(release, last)
     return Observed(lead, after, Rest(False, last, last), "keyphasor pulses", NO_PULSES, tick=tick)
 
 
@@ -65,7 +67,7 @@ def from_signal(
     """Return the means of a speed signal; its values may be older than their times by up to `held`, s: half is taken off."""
     last = float(time[-1])
     step = usual_interval(time)
-    lead = without_holes(_blocks(time, signal, release - LEAD_S, release, 200), time)
+    lead = without_holes(_blocks(time, signal, release - lead_of(step), release, 200), time)
     after = without_holes(_blocks(time, signal, release + held, last + step, _BLOCKS), time)
     delay = 0.5 * held
     lead, after = (replace(each, begin=each.begin - delay, end=each.end - delay) for each in (lead, after))

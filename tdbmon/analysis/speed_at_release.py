@@ -16,11 +16,16 @@ from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
 
-LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found
+LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found; more where it is told seldom
 AGE = "how old a held speed may be"
 _FEWEST = 6  # means of the speed in it
 _LEAST_S = 0.005  # of levitation, without which nothing tells the speed there
 _MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
+
+
+def lead_of(interval: float) -> float:
+    """Return how long before the release the speed is looked at, s, that is told every `interval`, s."""
+    return max(LEAD_S, (_FEWEST + 2) * interval)
 
 
 def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
@@ -68,8 +73,8 @@ def speed_at_release(
     signal; `bound` is the relative half-width of what is not noise; by `delay`, s, the law's times may be off either way.
     """
     if before is None and 0 < len(lead) < _FEWEST:
-        told = f"the speed is told {counted(len(lead), 'time')} in the last {LEAD_S:g} s before the release"
-        return Estimate.missing("Hz", f"{told}; {_FEWEST} are needed")
+        told = f"the speed is told {counted(len(lead), 'time')} before the release; {_FEWEST} are needed"
+        return Estimate.missing("Hz", told)
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
     if quantile is None:

@@ -38,6 +38,8 @@ class Pulses:
         Standard deviation of a pulse's time, s.
     missed, extra : int
         Pulses that should have come and did not; pulses that came too many and were dropped.
+    in_holes : int
+        Of those missed, how many would have come where the time axis skips samples.
     quality : str
         The same in words.
     """
@@ -47,6 +49,7 @@ class Pulses:
     sigma: float
     missed: int
     extra: int
+    in_holes: int
     quality: str
 
 
@@ -101,6 +104,7 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     kept = _without_extra(_without_bounces(edges))
     extra = int(edges.size - kept.size)
     turns, missed = _turns(kept)
+    in_holes = _missed_in_holes(kept, turns, ds[array.dims[0]].values)
     seen = kept.size
     count = machine.keyphasor.pulses_per_revolution
     first_of_turn = turns % count == 0
@@ -112,20 +116,12 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
         words = f"{seen} pulses at {count} a revolution are too few for a speed"
     elif count > 1:
         words += f"; one of {count} a revolution, so that shaft angles count from any of them"
-    return Pulses(kept, turns, sigma, missed, extra, words)
+    return Pulses(kept, turns, sigma, missed, extra, in_holes, words)
 
 
 def pulses_if_any(ds: xr.Dataset, machine: Machine) -> Pulses | None:
     """Return the keyphasor's pulses (see `pulses`), None where the record or the machine has no keyphasor."""
     return pulses(ds, machine) if machine.keyphasor is not None and "keyphasor" in ds else None
-
-
-def missed_in_holes(pulses: Pulses, time: np.ndarray) -> int:
-    """Return how many revolutions' pulses are missing where the time axis (n,), s, of their channel skips samples."""
-    steps = np.diff(time)
-    holes = time[:-1][steps > LONG * np.median(steps)]
-    within = np.diff(np.searchsorted(holes, pulses.times)) > 0
-    return int((np.diff(pulses.turns) - 1)[within].sum())
 
 
 def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
@@ -240,7 +236,7 @@ def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
 
 
 def _none(why: str) -> Pulses:
-    return Pulses(np.empty(0), np.empty(0, dtype=int), np.nan, 0, 0, f"no pulses: {why}")
+    return Pulses(np.empty(0), np.empty(0, dtype=int), np.nan, 0, 0, 0, f"no pulses: {why}")
 
 
 def _levels(values: np.ndarray) -> tuple[float, float] | None:
@@ -361,6 +357,14 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
     if intervals[-1] > _LONG * (slowest := _next(intervals[:-1] / steps[:-1])):
         steps[-1] = round(intervals[-1] / slowest)
     return np.concatenate(([0], np.cumsum(steps))), int((steps - 1).sum())
+
+
+def _missed_in_holes(edges: np.ndarray, turns: np.ndarray, time: np.ndarray) -> int:
+    """Return how many pulses are missing where the times (n,), s, of the channel's samples skip some."""
+    steps = np.diff(time)
+    holes = time[:-1][steps > LONG * np.median(steps)]
+    within = np.diff(np.searchsorted(holes, edges)) > 0
+    return int((np.diff(turns) - 1)[within].sum())
 
 
 def _next(intervals: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from tdbmon.record.date import unread_date
 from tdbmon.record.direction_checks import fall_directions, motions_of, whirl_directions
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import falls_at, held_ends, turns_throughout
-from tdbmon.record.keyphasor import Pulses, missed_in_holes, pulses_if_any, sampling_for_pulses
+from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
@@ -338,8 +338,7 @@ def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
         doubt = f"pulses_per_revolution = {count} in [keyphasor] and " if count > 1 else ""
         detail = f"{marks.quality}; without pulses there is no shaft angle: check {doubt}the sensor's gap"
         return Check("keyphasor", "keyphasor", False, detail)
-    unseen = missed_in_holes(marks, ds[ds["keyphasor"].dims[0]].values)
-    if marks.missed > 0 and marks.missed == unseen and marks.extra == 0:
+    if marks.missed > 0 and marks.missed == marks.in_holes and marks.extra == 0:
         return Check("keyphasor", "keyphasor", True, f"{marks.quality}, all where the time axis has gaps")
     wanted = sampling_for_pulses(ds, machine)
     faulty = marks.missed + marks.extra > 0

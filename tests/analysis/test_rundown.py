@@ -110,7 +110,7 @@ def test_known_noise_is_used() -> None:
 
 
 def one_a_turn(times: np.ndarray, sigma: float = np.nan) -> Pulses:
-    return Pulses(times, np.arange(times.size), sigma, 0, 0, "")
+    return Pulses(times, np.arange(times.size), sigma, 0, 0, 0, "")
 
 
 def whole_drop(seed: int, offset: float = 0.0, gain: float = 1.0) -> tuple[np.ndarray, np.ndarray, Pulses, DragLaw]:
@@ -144,6 +144,23 @@ def test_offset_at_standstill_is_no_drag() -> None:
     run = fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3)
     assert run.decay_time.value == pytest.approx(4.0, rel=2e-3)
     assert run.drag_torque.value == pytest.approx(2 * np.pi * 0.3 * 0.6, rel=0.01)
+
+
+@pytest.mark.parametrize("rate", [4.0, 20.0, 60.0])
+@pytest.mark.parametrize("pulsed", [False, True])
+def test_the_speed_at_release_is_found_however_seldom_it_is_told(rate: float, pulsed: bool) -> None:
+    """Sought in the last 0.2 s only, a speed told less often than 30 times a second was not estimated."""
+    release, seconds = 2.5, 20.0
+    law = DragLaw(release, rate if pulsed else 50.0, 1 / 5.0, 0.0)
+    t = np.arange(0, seconds, 1e-4 if pulsed else 1 / rate)
+    speed = np.where(t < release, law.speed, law.speed_at(t))
+    marks = None
+    if pulsed:
+        angle = np.where(t < release, law.speed * t, law.speed * (release + 5 * (1 - np.exp((release - t) / 5))))
+        marks = one_a_turn(t[np.flatnonzero(np.diff(np.floor(angle)) > 0) + 1])
+    run = fit_rundown(t, None if pulsed else speed, release_time=release, polar_inertia=0.3, pulses=marks)
+    assert run.initial.low <= law.speed <= run.initial.high
+    assert run.initial.high - run.initial.low < 0.02 * law.speed
 
 
 def test_pulses_alone_serve() -> None:

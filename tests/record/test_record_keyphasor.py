@@ -118,6 +118,21 @@ def test_missed_pulses_are_counted_and_bridged(lost: set[int]) -> None:
     np.testing.assert_array_equal(np.isin(whole.times, found.times), ~np.isin(whole.turns, list(lost)))
 
 
+@pytest.mark.parametrize("wheel", [1, 4])
+def test_marks_missed_in_a_gap_of_time_are_told_apart(wheel: int) -> None:
+    """Of a toothed wheel only one mark a revolution is kept: counted among those, a gap's marks were a faulty sensor's."""
+    there = machine()
+    there = there.model_copy(update={"keyphasor": there.keyphasor.model_copy(update={"pulses_per_revolution": wheel})})
+    time = np.arange(int(RATE)) / RATE
+    signal = ((wheel * _turns(time, 100.0)) % 1.0 < 0.2).astype(float)
+    there_are = pulses(_record(signal, time), there)
+    kept = (time < 0.4) | (time > 0.427)
+    found = pulses(_record(signal[kept], time[kept]), there)
+    assert found.in_holes == found.missed
+    assert abs(found.missed - 2.65 * wheel) <= 1
+    assert found.turns[-1] == there_are.turns[-1]
+
+
 @settings(deadline=None, max_examples=25)
 @given(
     st.lists(
