@@ -168,7 +168,6 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
     missing = Estimate.missing(um, end.unsettled)
     first: FirstContact | None = end.contacts.first if end.contacts else None
     untouched = end.no_contact
-    swings = analysis.swing.frequencies if analysis.swing else ()
     return {
         "plane": end.plane,
         "static_load_n": end.load,
@@ -181,7 +180,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
         "gap_from_swing_um": end.gap_from_swing.to_json(),
         "air_gap_um": end.air_gap.to_json(),
         "gap_oval_um": (gap.oval if gap else missing).to_json(),
-        "swing_hz": (swings[0] if swings else Estimate.missing("Hz", end.gap_from_swing.why or "no swing")).to_json(),
+        "swing_hz": analysis.swings[0].to_json(),
         "first_contact_s": (first.touch if first else Estimate.missing("s", untouched)).to_json(),
         "first_contact_duration_s": (first.duration if first else Estimate.missing("s", untouched)).to_json(),
         "rebound_um": (first.rebound if first else Estimate.missing(um, untouched)).to_json(),
