@@ -157,6 +157,13 @@ def test_a_nominal_value_next_to_nothing_takes_no_share_of_it():
     assert read_back(turned).rotor.unbalance[1].phase == phase
 
 
+def test_a_share_of_nought_is_refused():
+    data = tomllib.loads(shipped("short/machine.toml").read_text())
+    data["touchdown_bearing"][0]["balls"]["diametral_clearance"] = {"nominal": "0 um", "tolerance": "30 %"}
+    with pytest.raises(InputError, match="share of nought; write its half-width with a unit"):
+        parse_machine(data)
+
+
 @settings(max_examples=200)
 @given(
     nominal=st.floats(1e-5, 3e-3),

@@ -63,7 +63,10 @@ def _tolerant(si: str) -> BeforeValidator:
         nominal = _si(value["nominal"], si)
         tolerance = value.get("tolerance", 0)
         if isinstance(tolerance, str) and tolerance.strip().endswith(("%", "percent")):
-            width = abs(nominal) * to_si(tolerance, "1")
+            share = to_si(tolerance, "1")
+            if nominal == 0 and share != 0:
+                raise InputError(f"tolerance {tolerance!r} is a share of nought; write its half-width with a unit")
+            width = abs(nominal) * share
         elif si != "1" and is_bare(tolerance) and not is_bare(value["nominal"]) and to_si(tolerance, si) != 0:
             raise InputError(
                 f"tolerance {tolerance!r} has no unit where the value has one ({value['nominal']!r}); write it with its unit, or"

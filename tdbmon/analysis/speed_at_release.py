@@ -16,7 +16,9 @@ from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
 
-LEAD_S = 0.2  # of levitation before the release, from which the speed at the release is found; more where it is told seldom
+LEAD_S = (
+    0.2  # of levitation before the release, from which the speed at the release is found; more where it is told seldom
+)
 AGE = "how old a held speed may be"
 _FEWEST = 6  # means of the speed in it
 _LEAST_S = 0.005  # of levitation, without which nothing tells the speed there

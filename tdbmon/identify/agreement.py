@@ -21,6 +21,7 @@ from tdbmon.analysis.contact_events import Contact, contact_events
 from tdbmon.identify.calibration import Calibration, Residual
 from tdbmon.identify.drop import MeasuredDrop, bridged
 from tdbmon.identify.prediction import centre
+from tdbmon.record.sensor_effects import of_sound_sensors
 from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
@@ -130,6 +131,8 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
     readings = measured.reading[:, found.span]
     whole = np.array([bridged(row) for row in readings])  # a contact is one, though its peak be cut off
     planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings, whole)]
+    shown = np.isfinite(planes[1].displacement.to_numpy()).any(axis=(0, 1))  # the last ones are not where a sensor lags
+    time, planes = time[shown], [each.isel(time=shown) for each in planes]
     forces = observed(motion).forces[:, FORCES.index("normal_force")]
     ends = {}
     for i, bearing in enumerate(machine.touchdown_bearings):
@@ -150,7 +153,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
             noise=np.sqrt(weights**2 @ np.array([noise.sigma**2 for noise in measured.noise])),
             gap=bearing.radial_gap.nominal,
             touching=touching,
-            contacts=_contacts(time, [unbroken, simulated], touching, forces[i]),
+            contacts=_contacts(time, [unbroken, simulated], touching, forces[i][shown]),
         )
     return Agreement(
         name=measured.name,
@@ -162,10 +165,14 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
 
 
 def at_planes(readings: Array, time: Array, drop: MeasuredDrop, machine: Machine) -> xr.Dataset:
-    """Return readings (probes, k) carried to the bearing planes, as `tdbmon.analysis.axes.to_planes` does."""
+    """Return readings (probes, k) carried to the bearing planes, as `tdbmon.analysis.axes.to_planes` does.
+
+    Freed first of what the machine file's effects say of the sensors; where one lags, the last samples are missing then.
+    """
     names = [probe.name for probe in drop.probes]
     channels = {name: ("time", row) for name, row in zip(names, readings, strict=True)}
-    return to_planes(xr.Dataset(channels, coords={"time": time}), machine, names)
+    seen, upright = of_sound_sensors(xr.Dataset(channels, coords={"time": time}), machine)
+    return to_planes(seen, upright, names)
 
 
 def _probe_plane(drop: MeasuredDrop, end: str) -> float:

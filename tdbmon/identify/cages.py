@@ -127,4 +127,10 @@ def _phases(problem: Problem) -> list[str]:
 def _numbered(problem: Problem, end: int) -> bool:
     """True where an effect makes the balls of an end differ."""
     name = problem.model.machine.ends[end]
-    return any(each.each_held and each.where in (name, "both") for each in problem.free)
+    if any(each.each_held and each.where in (name, "both") for each in problem.free):
+        return True
+    # of those that the machine file carries, one that gives a ball its number
+    return any(
+        each.where in (name, "both") and any(p.whole and p.per_drop for p in each.parameters())
+        for each in problem.standing
+    )

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim.machine import Machine
 
 from tdbmon.estimate import Z95
 from tdbmon.identify.clearances import beside
@@ -19,7 +20,7 @@ from tdbmon.identify.follow import Passed
 from tdbmon.identify.least_squares import information
 from tdbmon.identify.own_paths import BEYOND
 from tdbmon.identify.parameters import stated_parameters
-from tdbmon.identify.prediction import noise_alone, touched_rows
+from tdbmon.identify.prediction import Values, noise_alone, touched_rows
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import huber, squares
 from tdbmon.identify.stated_values import with_stated_values
@@ -81,13 +82,21 @@ def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
     beforehand stays as sure as it is, and so does what was measured before anything touched.
     """
     point, machine = passed.fit.point, problem.model.machine
-    fall = math.sqrt(2 * min(each.radial_gap.low for each in machine.touchdown_bearings) / machine.gravity)
     weights = []
     for drop, r in enumerate(passed.fit.residuals):
         measured, (_, own) = problem.drops[drop], problem.values(point, drop)
-        touched = touched_rows(measured, passed.horizon, measured.release + own["release"] + fall, len(r))
+        touch = measured.release + own["release"] + _least_fall(machine, own)
+        touched = touched_rows(measured, passed.horizon, touch, len(r))
         weights.append(huber(r, 1.0) / np.where(touched, 1 + beyond / Z95**2, 1.0))
     return np.asarray(np.linalg.inv(information(problem, passed.fit, weights)))
+
+
+def _least_fall(machine: Machine, own: Values) -> float:
+    """Return the time, s, in which the shaft may fall to a ring from where a drop's own values hold it, at either end."""
+    deep = [
+        bearing.radial_gap.low + own[f"set_point_y_{end}"] for end, bearing in enumerate(machine.touchdown_bearings)
+    ]
+    return math.sqrt(2 * max(min(deep), 0.0) / machine.gravity)
 
 
 def _valley(problem: Problem, passed: Passed, beyond: float) -> Array:

@@ -29,7 +29,7 @@ from tdbmon.identify.calibration import PARTED, Calibration
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.draws import draws
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.model_share import BAND, FORCE, of_members
+from tdbmon.identify.model_share import FORCE, MEMBERS, band, of_members
 from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, first, stress_box
@@ -40,7 +40,6 @@ from tdbmon.runs import runs_of
 Array = NDArray[np.float64]
 
 SECONDS = 0.2  # after the release
-_MEMBERS = 32
 _FINER = 0.5  # times the usual step, between which up to 1.6 % of a sharp blow may lie; 0.4 % with half of it
 _FARTHER = 0.15  # of the gap: a shaft that goes so much farther out presses harder
 # of the greatest outward speed before: a blow may be as hard.  Of synthetic drops from 5 to 700 Hz the true force after 0.2 s
@@ -167,7 +166,7 @@ class _Member:
     fatigue: tuple[DropFatigue, ...]
 
 
-def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int = _MEMBERS) -> tuple[DropForces, ...]:
+def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int = MEMBERS) -> tuple[DropForces, ...]:
     """Simulate the calibrated drops on from their fitted states, and say what the bearings took.
 
     Where the calibration tells none of a drop (`Calibration.no_forces`) they are missing, with that reason.
@@ -334,7 +333,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, s
     beyond = np.flatnonzero(apart > PARTED * machine.bearing(name).radial_gap.nominal)
     parted = float(time[beyond[0]]) if beyond.size else float(time[-1])
     together = time < parted if beyond.size else np.ones(len(time), dtype=bool)
-    low, middle, high = np.quantile(normal[:, together], (BAND[0], 0.5, BAND[1]), axis=0)
+    low, middle, high = band(normal[:, together], axis=0)
     history = ForceHistory(
         time=time[together],
         force=middle,
@@ -389,7 +388,7 @@ def _impulse(normal: Array, time: Array) -> tuple[float, float, float]:
     """
     impulses = np.asarray(np.trapezoid(normal, time, axis=1))
     fitted = float(impulses[0])
-    low, high = (float(q) for q in np.quantile(impulses, BAND))
+    low, _, high = band(impulses).tolist()
     return fitted, min(low, fitted), max(high, fitted)
 
 
@@ -439,10 +438,10 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     if math.isinf(times[len(times) // 2]):
         return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
     rule = f"slip below {percent(_AT_SPEED)} in simulations drawn from the calibration"
-    if math.isinf(times[math.ceil(BAND[1] * (len(times) - 1))]):
+    low, middle, high = band(times).tolist()
+    if math.isinf(high) or math.isnan(high):
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(
             float(np.median(times)), unit="s", method=rule, why=f"{why}: it may take longer than can be said"
         )
-    low, middle, high = (float(q) for q in np.quantile(times, (BAND[0], 0.5, BAND[1])))
     return Estimate(middle, low, high, "s", rule)

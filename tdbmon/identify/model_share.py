@@ -15,7 +15,17 @@ FORCE = 0.01
 STRESS = FORCE / 3  # Hertz: a ball's pressure grows with the cube root of its load
 FATIGUE = EXPONENT * STRESS
 
-BAND = (0.025, 0.975)
+MEMBERS = 39  # of an ensemble: a further draw lies within the least and the greatest of them with 95 %
+_BAND = (0.025, 0.5, 0.975)
+
+
+def band(values: NDArray[np.float64], axis: int | None = None) -> NDArray[np.float64]:
+    """Return where a further draw lies with 95 %, and the median: low, median, high along a first axis.
+
+    Of few draws the quantile that interpolates between the ranks (k - 1)/(n - 1) lies too near the median; these are k/(n + 1)
+    (W. Weibull 1939), which a further draw passes that often.
+    """
+    return np.asarray(np.quantile(values, _BAND, axis=axis, method="weibull"))
 
 
 def of_members(values: NDArray[np.float64], share: float, unit: str, rule: str) -> Estimate:
@@ -30,7 +40,7 @@ def of_members(values: NDArray[np.float64], share: float, unit: str, rule: str) 
     unit, rule : str
         As in `Estimate`.
     """
-    low, middle, high = (float(q) for q in np.quantile(values, (BAND[0], 0.5, BAND[1])))
+    low, middle, high = band(values).tolist()
     model = Z95 * share * middle
     least, most = max(middle - math.hypot(middle - low, model), 0.0), middle + math.hypot(high - middle, model)
     return Estimate(middle, least, most, unit, rule, "", "0-pk")

@@ -7,6 +7,7 @@ meets the machine's own frequencies.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -14,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.machine import Machine
 from tdbsim.modes import Modes
-from tdbsim.rotor import build_rotor
+from tdbsim.rotor import RotorModel, build_rotor
 
 from tdbmon.analysis.resting_modes import RestingEnd, RestingModes, resting_basis, resting_ends, resting_modes
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
-from tdbmon.identify.model_share import BAND
+from tdbmon.identify.model_share import band
 from tdbmon.identify.parameters import calibrated_machine
 
 Array = NDArray[np.float64]
@@ -96,7 +97,7 @@ def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
     machine = calibration.calibrated
     rotor = build_rotor(machine)
     basis, ends = resting_basis(machine, rotor), resting_ends(machine, rotor)
-    drawn = [resting_modes(basis, resting_ends(each, rotor), n=2 * _MODES) for each in _machines(calibration)]
+    drawn = [_of_drawn(each, rotor, basis, machine) for each in _machines(calibration)]
     speed = max(fit.speed for fit in calibration.drops)
     speeds = np.linspace(0.0, _BEYOND * speed, _SPEEDS)
     against_speed = resting_modes(basis, ends, speeds, _MODES)
@@ -116,6 +117,13 @@ def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
         speeds=speeds,
         against_speed=against_speed,
     )
+
+
+def _of_drawn(drawn: Machine, rotor: RotorModel, basis: Modes, fitted: Machine) -> RestingModes:
+    """Return the modes of a drawn machine, of the fitted one's shaft but for its modulus: shapes stay, frequencies follow it."""
+    stiffer = math.sqrt(drawn.rotor.elastic_modulus / fitted.rotor.elastic_modulus)
+    shaft = replace(basis, frequencies=basis.frequencies * stiffer)
+    return resting_modes(shaft, resting_ends(drawn, rotor), n=2 * _MODES)
 
 
 def _machines(calibration: Calibration) -> Iterator[Machine]:
@@ -157,7 +165,7 @@ def _named(
     for k, (frequency, share) in enumerate(zip(still, sideways, strict=True)):
         rank = int(np.sum((sideways[:k] > 0.5) == (share > 0.5)))
         of_draws = [same[rank] for each in drawn if len(same := _of_direction(each, share > 0.5)) > rank]
-        low, high = (float(q) for q in np.quantile(of_draws, BAND))
+        low, _, high = band(np.array(of_draws)).tolist()
         massless = _of_direction(bare, share > 0.5)
         modes.append(
             RestingMode(

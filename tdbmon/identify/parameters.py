@@ -376,15 +376,33 @@ def _within(name: str, unit: str, value: Tolerant) -> Parameter:
 
 def _unbalance(plane: Unbalance) -> list[Parameter]:
     amount, turn = plane.amount, (plane.phase.high - plane.phase.low) / 2
-    if amount.is_exact and turn == 0:
+    if amount.high == 0 or (amount.is_exact and turn == 0):
         return []
-    width = min(turn, math.pi / 2)
+    if turn > math.pi / 2:
+        return _any_way(plane, min(turn, math.pi))
+    width = turn
     lowest = min(amount.low * math.cos(width), amount.low)
     across = max(amount.high * math.sin(width), 1e-3 * amount.high)
     spread = max((amount.high - amount.low) / 4, amount.nominal * (1 - math.cos(width / 2)), 1e-6 * amount.high)
     return [
         Parameter(f"{plane.name}.along", "g mm", nominal=amount.nominal, low=lowest, high=amount.high, sigma=spread),
         Parameter(f"{plane.name}.across", "g mm", nominal=0.0, low=-across, high=across, sigma=across / 2),
+    ]
+
+
+def _any_way(plane: Unbalance, turn: float) -> list[Parameter]:
+    """Return the parts of an unbalance whose phase is known to more than a right angle only, or not at all.
+
+    Mean and scatter of both parts are those of a phase that is as likely anywhere in the tolerance.
+    """
+    amount = plane.amount
+    along, double = math.sin(turn) / turn, math.sin(2 * turn) / (4 * turn)
+    size = math.hypot(amount.nominal, (amount.high - amount.low) / 4)
+    most, sigma = amount.high, (size * math.sqrt(0.5 + double - along**2), size * math.sqrt(0.5 - double))
+    name, mean = plane.name, amount.nominal * along
+    return [
+        Parameter(f"{name}.along", "g mm", nominal=mean, low=most * math.cos(turn), high=most, sigma=sigma[0]),
+        Parameter(f"{name}.across", "g mm", nominal=0.0, low=-most, high=most, sigma=sigma[1]),
     ]
 
 

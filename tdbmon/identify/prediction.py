@@ -199,10 +199,24 @@ def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
 
 def readings(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
     """Return what the probes read of a path, (..., probes, k), m."""
+    before = math.ceil(max(sensors.chain.of(probe.name).lag for probe in drop.probes))
+    x, y, angle = _with_levitated(path, before) if before > 0 else (path.x, path.y, path.angle)
     offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])[..., None]
-    usual = runout_at(runout_phasors(drop.probes, machine, sensors.chain, sensors.own), path.angle)
-    seen = clean_readings(path.x + offset.real, path.y + offset.imag, path.angle, drop.probes, sensors.chain, usual)
-    return seen + _zeros(drop, sensors)[..., None]
+    usual = runout_at(runout_phasors(drop.probes, machine, sensors.chain, sensors.own), angle)
+    seen = clean_readings(x + offset.real, y + offset.imag, angle, drop.probes, sensors.chain, usual)
+    return seen[..., max(before, 0) :] + _zeros(drop, sensors)[..., None]
+
+
+def _with_levitated(path: Path, count: int) -> tuple[Array, Array, Array]:
+    """Return x, y and angle of a path with so many samples of its levitation before: a channel that lags still shows them."""
+    step = path.angle[..., 1:2] - path.angle[..., :1]
+    angle = path.angle[..., :1] + step * np.arange(-count, 0)
+    place = path.mean[..., None] + path.whirl[..., None] * np.exp(1j * angle)[..., None, :]
+    return (
+        np.concatenate([place.real, path.x], axis=-1),
+        np.concatenate([place.imag, path.y], axis=-1),
+        np.concatenate([angle, path.angle], axis=-1),
+    )
 
 
 def _zeros(drop: MeasuredDrop, sensors: Sensors) -> Array:
@@ -315,6 +329,9 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     for row, noise in enumerate(drop.noise):
         colour[: len(noise.colour), row, 0] = noise.colour
     time = drop.time[first : first + count]
+    there = np.isfinite(whitened(drop.reading[:, first : first + count], colour))
+    for row, noise in enumerate(drop.noise):  # what the first samples' noise follows was not looked at
+        there[row, : len(noise.colour)] = False
     pulses = (drop.pulse_times > drop.release) & (drop.pulse_times < time[-1])
     after = np.searchsorted(time, drop.pulse_times[pulses])
     before = np.maximum(after - 1, 0)
@@ -322,7 +339,7 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     return _Scale(
         colour=colour,
         reading_sigma=np.array([np.hypot(noise.innovation, model) for noise in drop.noise]),
-        there=np.isfinite(whitened(drop.reading[:, first : first + count], colour)),
+        there=there,
         mean=np.array([noise.mean for noise in drop.noise]),
         orders=np.array([noise.orders[:2] for noise in drop.noise]),
         mean_sigma=np.array([np.hypot(noise.mean_sigma, _LEVITATED_FLOOR) for noise in drop.noise]),

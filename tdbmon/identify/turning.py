@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.autoregression import noise_of
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import pulses
 
@@ -124,7 +125,8 @@ def _by_speed(laid: xr.Dataset, release: float) -> list[tuple[Array, Array]]:
         return []
     at = at - held / 2  # a value that is held was read up to so long before, half of it on average
     slope = np.polyfit(at, hz, 1)
-    spread = max(float(np.std(hz - np.polyval(slope, at), ddof=2)), _LEAST_SPREAD * float(np.mean(hz)))
+    # a signal that is smoothed errs alike for many samples: at low frequency it is noisier than they scatter
+    spread = max(noise_of(hz - np.polyval(slope, at), 2).slow, _LEAST_SPREAD * float(np.mean(hz)))
     # by how old they are all are wrong alike: no mean helps
     spread = math.hypot(spread, math.sqrt(len(hz)) * held / 2 * abs(float(slope[0])))
     return [(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread, hz / spread)]

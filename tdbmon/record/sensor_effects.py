@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from tdbsim.machine import Machine
+from tdbsim.machine import EffectSetting, Machine
 from tdbsim.sensors import SensorChain, delayed
 from tdbsim.stated_effects import from_setting
 
@@ -49,7 +49,11 @@ def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
     Dataset, Machine
         A probe whose neighbour leaks into it and is missing keeps what leaked.
     """
-    record = without_slow_roll(record, machine)
+    return of_sound_sensors(without_slow_roll(record, machine), machine)
+
+
+def of_sound_sensors(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
+    """Return the same of a record whose slow roll is off already."""
     if not machine.effects or not machine.probes:
         return record, machine
     present = [probe.name for probe in machine.probes if probe.name in record]
@@ -115,4 +119,14 @@ def check_effects(machine: Machine) -> list[Check]:
         said.append(
             f"{', '.join(others)}: the simulation has it (--forces); what is told from readings alone does not know it"
         )
+    if turning := [f"{e.name} at {e.where}" for e in machine.effects if _of_one_drop(e)]:
+        said.append(
+            f"{', '.join(turning)}: the machine file has the angle of one drop; in another it may lie otherwise, which the"
+            " simulation does not know"
+        )
     return [Check("effects", "machine file", True, "; ".join(said))]
+
+
+def _of_one_drop(setting: EffectSetting) -> bool:
+    """True where an effect of a machine file has an angle, or a ball's number, that differs from drop to drop."""
+    return any(each.per_drop for each in from_setting(setting).parameters())

@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tdbsim.machine import Tolerant
+from tdbsim.stated_effects import parse
 
 from tdbmon.analysis.contact_events import Contact
-from tdbmon.identify.agreement import _contacts, agreement
+from tdbmon.identify.agreement import _contacts, agreement, at_planes
 from tdbmon.identify.contract import agreement_json
 from tdbmon.identify.friction_choice import GRID, choose_friction
+from tdbmon.machine_file import with_effects
 from tdbmon.report.sections.agreement import _friction, _residuals
 from tests.identify import drops
 
@@ -54,6 +56,23 @@ def test_contacts_are_when_the_force_was(found, same_model):
         assert pair.measured.start == pytest.approx(pressed[0], abs=3e-4)
         assert pair.simulated.start == pytest.approx(pair.measured.start, abs=5e-5)
         assert pair.simulated.end == pytest.approx(pair.measured.end, abs=5e-5)
+
+
+def test_the_orbit_is_that_of_the_shaft_whatever_the_machine_file_says_of_its_probes(calibration):
+    """A gain of 1.25 that the file knows made the shaft go 100 um farther out on paper, and all contacts one."""
+    machine, measured = calibration.calibrated, calibration.problem.drops[0]
+    stated = [parse(f"probe_gain:where={name},gain=1.25") for name in ("NDE_A", "NDE_B")]
+    other = with_effects(machine, [*stated, parse("channel_lag:where=DE_A,delay=0.4 ms")])
+    off = measured.reading.copy()
+    names = [probe.name for probe in measured.probes]
+    for name in ("NDE_A", "NDE_B"):
+        off[names.index(name)] *= 1.25
+    row = off[names.index("DE_A")]
+    row[8:] = row[:-8].copy()  # 20 kHz
+    sound = at_planes(measured.reading, measured.time, measured, machine).displacement.to_numpy()
+    found = at_planes(off, measured.time, measured, other).displacement.to_numpy()
+    assert np.isnan(found[..., -8:]).any() and np.isfinite(found[..., 8:-8]).all()
+    np.testing.assert_allclose(found[..., 8:-8], sound[..., 8:-8], atol=1e-9)
 
 
 def test_contacts_that_only_one_of_both_has_stand_alone():

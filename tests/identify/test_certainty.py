@@ -36,7 +36,7 @@ def problem(monkeypatch):
         stages=Stages(),
         shared=named("first", "second"),
         columns=lambda drop: np.arange(2),
-        values=lambda point, drop: ({}, {"release": 0.0}),
+        values=lambda point, drop: ({}, {"release": 0.0, "set_point_y_0": 0.0, "set_point_y_1": 0.0}),
         model=SimpleNamespace(machine=SimpleNamespace(touchdown_bearings=(bearing, bearing), gravity=9.81)),
     )
 
@@ -113,3 +113,11 @@ def test_a_stated_value_that_does_the_same_leaves_only_their_sum_known(problem, 
     monkeypatch.setattr(certainty, "stated_parameters", lambda machine: named("held"))
     monkeypatch.setattr(certainty, "with_stated_values", with_stated_values)
     np.testing.assert_allclose(reach(problem, [passed(1.0)]), np.diag([26 / 51, 1.0]))
+
+
+def test_a_shaft_that_hung_low_touches_sooner(problem):
+    """Free fall from where it hung: with a centred one taken for granted, contacts counted as what was before them."""
+    machine = problem.model.machine
+    centred, low = ({"set_point_y_0": 20e-6, "set_point_y_1": y} for y in (0.0, -150e-6))
+    assert certainty._least_fall(machine, centred) == pytest.approx((2 * 200e-6 / 9.81) ** 0.5)
+    assert certainty._least_fall(machine, low) == pytest.approx((2 * 50e-6 / 9.81) ** 0.5)

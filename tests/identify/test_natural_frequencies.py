@@ -33,6 +33,20 @@ def test_frequencies_are_those_of_the_true_machine(found):
         assert mode.frequency.value == pytest.approx(value, rel=2e-3)
 
 
+def test_an_elastic_modulus_that_is_not_known_is_in_the_intervals(calibration):
+    """Drawn machines had the fitted shaft, whose frequencies did not move."""
+    machine = calibration.calibrated
+    rotor = build_rotor(machine)
+    basis = resting_basis(machine, rotor)
+    softer = calibrated_machine(machine, {"rotor.elastic_modulus": 0.98 * machine.rotor.elastic_modulus})
+    anew = build_rotor(softer)
+    expected = resting_modes(resting_basis(softer, anew), resting_ends(softer, anew)).frequencies
+    found = module._of_drawn(softer, rotor, basis, machine).frequencies[:, : expected.shape[1]]
+    same = resting_modes(basis, resting_ends(softer, rotor)).frequencies
+    assert np.abs(same / expected - 1).max() > 1e-3  # it does matter
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
 def test_the_map_passes_through_the_fitted_stiffness(found):
     at = int(np.argmin(np.abs(found.factors - 1)))
     assert found.factors[at] == pytest.approx(1)

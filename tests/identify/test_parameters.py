@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tdbsim.drop_model import build_model, with_effects
 from tdbsim.errors import InputError
-from tdbsim.machine import load_machine
+from tdbsim.machine import Tolerant, load_machine
 from tdbsim.stated_effects import parse
 
 from tdbmon.identify.parameters import (
@@ -44,6 +44,33 @@ def test_every_tolerant_value_is_there_with_its_bounds(full):
     along, across = found["generator.along"], found["generator.across"]
     assert along.nominal == pytest.approx(40e-6)
     assert across.high == pytest.approx(60e-6 * math.sin(math.radians(20)))
+
+
+@pytest.mark.parametrize("phase", range(-180, 180, 30))
+def test_an_unbalance_of_unknown_phase_may_lie_anywhere(full, phase):
+    """Cut to the half-plane about the nominal phase, 120 g mm at 150 deg came out as 24 at 90 deg."""
+    amount = Tolerant(nominal=40e-6, low=20e-6, high=60e-6)
+    plane = full.rotor.unbalance[0].model_copy(
+        update={"amount": amount, "phase": Tolerant(nominal=0.0, low=-math.pi, high=math.pi)}
+    )
+    rotor = full.rotor.model_copy(update={"unbalance": (plane,)})
+    found = {p.name: p for p in machine_parameters(full.model_copy(update={"rotor": rotor}))}
+    along, across = found[f"{plane.name}.along"], found[f"{plane.name}.across"]
+    where = 55e-6 * complex(math.cos(math.radians(phase)), math.sin(math.radians(phase)))
+    away = []
+    for each, value in ((along, where.real), (across, where.imag)):
+        assert each.low <= value <= each.high
+        away.append((value - each.nominal) / each.sigma)
+    assert math.hypot(*away) < 2  # known to be no more than an amount that has its tolerance
+
+
+def test_no_unbalance_has_no_phase_to_fit(full):
+    nothing = Tolerant(nominal=0.0, low=0.0, high=0.0)
+    turned = Tolerant(nominal=0.0, low=-math.pi, high=math.pi)
+    plane = full.rotor.unbalance[0].model_copy(update={"amount": nothing, "phase": turned})
+    rotor = full.rotor.model_copy(update={"unbalance": (plane,)})
+    names = {p.name for p in machine_parameters(full.model_copy(update={"rotor": rotor}))}
+    assert not any(name.startswith(plane.name) for name in names)
 
 
 def test_exact_values_do_not_move():

@@ -12,7 +12,7 @@ from tdbsim.stated_effects import from_setting
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.axes import to_planes
 from tdbmon.record.read import read
-from tdbmon.record.sensor_effects import freed
+from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.shipped import shipped
 from tests.shipped_drops import analysed
 
@@ -106,6 +106,13 @@ def test_an_analysis_with_the_gain_in_the_machine_file_finds_the_gap_of_a_sound_
     assert right.ends["NDE"].gap.radius.value == pytest.approx(true, abs=1e-8)
     (row,) = [each for each in right.checks if each.check == "effects"]
     assert "probe_gain at NDE_A: readings are freed" in row.detail
+
+
+def test_an_angle_that_differs_from_drop_to_drop_is_said_to_be_that_of_one(machine: Machine) -> None:
+    ring = EffectSetting(name="ring_out_of_round", where="NDE", amplitude=8e-6)
+    (row,) = check_effects(_carrying(machine, ring, EffectSetting(name="ring_drag", where="DE")))
+    assert "ring_out_of_round at NDE: the machine file has the angle of one drop" in row.detail
+    assert "ring_drag at DE: the machine" not in row.detail
 
 
 def test_a_lone_probe_of_an_end_keeps_what_leaked(machine: Machine) -> None:

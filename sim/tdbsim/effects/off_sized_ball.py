@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -36,7 +37,9 @@ class OffSizedBall(Effect):
             count = int(draft.arrays.end[end, BALL_COUNT])
             if self.ball > count:
                 raise InputError(f"off_sized_ball: ball {self.ball:g} given; '{self.where}' has {count} balls")
-            draft.arrays.ball_oversize[end, int(self.ball) - 1] += self.deviation
+            # a larger diameter presses along the contact, and the shaft moves across the axis
+            angle = draft.machine.touchdown_bearings[end].balls.contact_angle
+            draft.arrays.ball_oversize[end, int(self.ball) - 1] += self.deviation / math.cos(angle)
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:

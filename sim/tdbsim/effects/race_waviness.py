@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RaceWaviness(Effect):
-    """Interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)), or order beta, - phase.
+    """Radial interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)) / cos(contact angle).
+
+    Of an outer race it is order beta; the phase is taken off either.
 
     Give it several times for waves of several orders, in one race or in both.
     """
@@ -47,7 +49,8 @@ class RaceWaviness(Effect):
         return abs(self.amplitude)
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        return self.amplitude, self.order, self.phase, 1.0 if self.race == "inner" else 0.0
+        angle = draft.machine.touchdown_bearings[end].balls.contact_angle
+        return self.amplitude / math.cos(angle), self.order, self.phase, 1.0 if self.race == "inner" else 0.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
