@@ -15,7 +15,8 @@ from tdbmon.identify.agreement import Agreement, agreement
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.coast_down import CoastDown, coast_down
-from tdbmon.identify.forces import DropForces, forces_of, later_remarks
+from tdbmon.identify.excursions import astray_remarks, later_remarks
+from tdbmon.identify.forces import DropForces, forces_of
 from tdbmon.identify.friction_choice import FrictionChoice, choose_friction
 from tdbmon.identify.natural_frequencies import NaturalFrequencies, natural_frequencies
 from tdbmon.progress import Progress
@@ -102,11 +103,14 @@ def fit_drop(
     calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
     measured = calibration.problem.drops
     faults = [fault for drop in measured[1:] for fault in drop.faults]  # the analysis tells those of the first
-    later = [later_remarks(drop, machine) for drop in measured]
-    calibration = replace(calibration, remarks=(*faults, *calibration.remarks, *chain.from_iterable(later)))
     progress("simulating the forces")
-    first, *others = forces_of(calibration)
-    return FittedDrop(calibration, first, others=tuple(others), notes=later[0])
+    told = forces_of(calibration)
+    notes = [
+        (*astray_remarks(calibration, k, each), *later_remarks(drop, machine))
+        for k, (drop, each) in enumerate(zip(measured, told, strict=True))
+    ]
+    calibration = replace(calibration, remarks=(*faults, *calibration.remarks, *chain.from_iterable(notes)))
+    return FittedDrop(calibration, told[0], others=told[1:], notes=notes[0])
 
 
 def gap_contradictions(calibration: Calibration, measured: Analysis) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is
 a curve with a band.  Trajectories with impacts part exponentially: from where the members have parted, a curve would say
 nothing, and the history ends.  A peak force is the greatest of all that is simulated of a member, so that its
-interval holds what comes after within that time; of a shaft that goes farther out still later `later_remarks` tells.
+interval holds what comes after within that time; of a shaft that goes farther out still later `tdbmon.identify.excursions` tells.
 """
 
 from __future__ import annotations
@@ -34,18 +34,12 @@ from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, first, stress_box
 from tdbmon.quantity import percent
-from tdbmon.record.finding import um
 from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
 SECONDS = 0.2  # after the release
 _FINER = 0.5  # times the usual step, between which up to 1.6 % of a sharp blow may lie; 0.4 % with half of it
-_FARTHER = 0.15  # of the gap: a shaft that goes so much farther out presses harder
-# of the greatest outward speed before: a blow may be as hard.  Of synthetic drops from 5 to 700 Hz the true force after 0.2 s
-# came to 0.72 to 1.4 of that before where this tells of them, else to 0.63 at most
-_AS_HARD = 0.65
-_FLIGHT = 3e-4  # s
 _AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 
@@ -111,6 +105,8 @@ class EndForces:
         When the inner ring turns with the journal, s after the release.
     fatigue : tuple of DropFatigue
         Of the balls, in each of the members.
+    peaks, farthest : (members,) arrays
+        Greatest normal force, N, and distance of the shaft from the bearing's centre, m, of each of them.
     """
 
     end: str
@@ -123,6 +119,8 @@ class EndForces:
     stress: Stress
     ring_at_speed: Estimate
     fatigue: tuple[DropFatigue, ...]
+    peaks: Array
+    farthest: Array
 
 
 @dataclass(frozen=True)
@@ -217,58 +215,6 @@ def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int =
     return tuple(found)
 
 
-def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
-    """Say at which ends the shaft goes farther out, or strikes as hard, after the time that forces are told of.
-
-    Whirl may set in late, and a fast rotor may bounce for seconds.
-
-    Parameters
-    ----------
-    measured : MeasuredDrop
-    machine : Machine
-    """
-    since = measured.time - measured.release
-    remarks = []
-    for end in machine.ends:
-        rows = [row for row, probe in enumerate(measured.probes) if probe.end == end]
-        axes = np.array([measured.probes[row].angle for row in rows])
-        if len(rows) < 2:
-            continue
-        x, y = np.linalg.lstsq(np.column_stack([np.cos(axes), np.sin(axes)]), measured.reading[rows], rcond=None)[0]
-        out = np.hypot(x, y)
-        within, later = out[(since > 0) & (since <= SECONDS)], out[since > SECONDS]
-        if not np.isfinite(within).any() or not np.isfinite(later).any():
-            continue
-        farthest, before = float(np.nanmax(later)), float(np.nanmax(within))
-        if farthest > before + _FARTHER * machine.bearing(end).radial_gap.nominal:
-            at = float(since[since > SECONDS][np.nanargmax(later)])
-            remarks.append(
-                f"{measured.name}: {end}: {at:.3g} s after the release the shaft is {um(farthest)} from the probes' zero,"
-                f" within the {SECONDS:g} s that are simulated {um(before)} at most: forces and stresses are those of these"
-                f" {SECONDS:g} s, and may be far greater later (see whirl)"
-            )
-            continue
-        speed = _outward(since, out)
-        within, later = speed[(since > 0) & (since <= SECONDS)], speed[since > SECONDS]
-        if np.nanmax(later, initial=0.0) > _AS_HARD * np.nanmax(within, initial=0.0):
-            at, fastest = float(since[since > SECONDS][np.nanargmax(later)]), float(np.nanmax(later))
-            remarks.append(
-                f"{measured.name}: {end}: the shaft has not settled {SECONDS:g} s after the release: after {at:.3g} s it still"
-                f" flies outwards with {fastest * 1e3:.0f} mm/s, within the {SECONDS:g} s that are simulated with"
-                f" {float(np.nanmax(within)) * 1e3:.0f} mm/s at most: forces and stresses are those of these {SECONDS:g} s, and"
-                " later blows may be harder"
-            )
-    return tuple(remarks)
-
-
-def _outward(since: Array, out: Array) -> Array:
-    """Return the speed (k,) with which a distance grows, m/s: over a time that is short beside a flight and quiets noise."""
-    step = max(1, round(_FLIGHT / (since[1] - since[0])))
-    speed = np.full(len(out), np.nan)
-    speed[step:] = (out[step:] - out[:-step]) / (since[step:] - since[:-step])
-    return speed
-
-
 def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:
     """Simulate a drop from fitted values on to so long after the release, as finely as forces and stresses need it.
 
@@ -342,10 +288,11 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, s
         parted=parted,
     )
     impulse, impulse_low, impulse_high = _impulse(normal, time)
+    peaks = np.array([m.peak[end] for m in members])
     return EndForces(
         end=name,
         history=history,
-        peak=_peak(np.array([m.peak[end] for m in members]), seconds),
+        peak=_peak(peaks, seconds),
         contacts=_contacts(time, normal, parted, seconds),
         impulse=impulse,
         impulse_low=impulse_low,
@@ -353,6 +300,8 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, s
         stress=stress_box([m.stress[end][m.time >= 0] for m in members], machine.bearing(name), seconds),
         ring_at_speed=_at_speed(members, end),
         fatigue=tuple(m.fatigue[end] for m in members),
+        peaks=peaks,
+        farthest=np.abs(place).max(axis=1),
     )
 
 
@@ -370,6 +319,8 @@ def _withheld(bearing: TouchdownBearing, why: str) -> EndForces:
         stress=Stress.missing(bearing, why),
         ring_at_speed=Estimate.missing("s", why),
         fatigue=(),
+        peaks=nothing,
+        farthest=nothing,
     )
 
 

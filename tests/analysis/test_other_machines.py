@@ -19,7 +19,7 @@ from tdbmon.analysis.release import springing_back
 from tdbmon.analysis.summary import summary_lines, weight
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.forces import later_remarks
+from tdbmon.identify.excursions import later_remarks
 from tdbmon.quantity import printed
 from tdbmon.record.assign import assign
 from tdbmon.record.direction_checks import fall_directions

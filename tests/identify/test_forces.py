@@ -14,7 +14,8 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.fatigue import fatigue_of
 from tdbmon.identify.contract import calibration_json, end_json
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.forces import _at_speed, _contacts, _Member, _peak, forces_of, later_remarks
+from tdbmon.identify.excursions import astray_remarks, later_remarks
+from tdbmon.identify.forces import _at_speed, _contacts, _Member, _peak, forces_of
 from tdbmon.identify.model_share import FORCE
 from tdbmon.identify.stress import ball_stress, stress_box
 from tests.identify import drops
@@ -212,6 +213,22 @@ def test_a_shaft_that_strikes_as_hard_after_the_time_simulated_is_told(speed, se
     assert (later > before) == told
     remarks = later_remarks(measured_drop(record, drops.machine()), drops.machine())
     assert any("NDE: the shaft has not settled 0.2 s after the release" in remark for remark in remarks) == told
+
+
+def test_a_shaft_that_goes_otherwise_than_most_simulations_is_told_with_what_the_like_press(calibration, forces):
+    """A spindle whirled to 275 um in its record and in a third of the simulations; told were 0.8 kN, of 6.0."""
+    found = forces[0].ends["DE"]
+    assert astray_remarks(calibration, 0, forces[0]) == ()
+
+    def told(farthest):
+        return replace(forces[0], ends=forces[0].ends | {"DE": replace(found, farthest=farthest)})
+
+    (none,) = astray_remarks(calibration, 0, told(0.6 * found.farthest))
+    assert ": DE: within 0.05 s of the release the shaft goes out to" in none and "none goes as far" in none
+    mixed = np.where(np.arange(len(found.farthest)) < 3, found.farthest, 0.6 * found.farthest)
+    (some,) = astray_remarks(calibration, 0, told(mixed))
+    low, high = found.peaks[:3].min() / 1e3, found.peaks[:3].max() / 1e3
+    assert f"the 3 of {len(mixed)} that go as far press with {low:.2g} to {high:.2g} kN at most" in some
 
 
 def test_bad_requests(calibration):
