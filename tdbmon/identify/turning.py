@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
-from tdbmon.analysis.autoregression import noise_of
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import pulses
 
@@ -20,6 +19,7 @@ Array = NDArray[np.float64]
 _FEWEST_PULSES = 3  # before the release, which tell angle, speed and acceleration
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
 _FEWEST_HELD = 3  # the same of values that each stand for many samples
+_BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
 _LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
 
 
@@ -125,8 +125,19 @@ def _by_speed(laid: xr.Dataset, release: float) -> list[tuple[Array, Array]]:
         return []
     at = at - held / 2  # a value that is held was read up to so long before, half of it on average
     slope = np.polyfit(at, hz, 1)
-    # a signal that is smoothed errs alike for many samples: at low frequency it is noisier than they scatter
-    spread = max(noise_of(hz - np.polyval(slope, at), 2).slow, _LEAST_SPREAD * float(np.mean(hz)))
+    spread = max(_spread(hz - np.polyval(slope, at)), _LEAST_SPREAD * float(np.mean(hz)))
     # by how old they are all are wrong alike: no mean helps
     spread = math.hypot(spread, math.sqrt(len(hz)) * held / 2 * abs(float(slope[0])))
     return [(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread, hz / spread)]
+
+
+def _spread(left: Array) -> float:
+    """Return the standard deviation of what a line leaves of samples (n,); of those that err alike, as if they did not.
+
+    A signal that is smoothed errs alike for many samples, and means of blocks scatter more than samples let expect.
+    """
+    alone, size = float(np.std(left, ddof=2)), len(left) // _BLOCKS
+    if size < 2:
+        return alone
+    means = left[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
+    return max(alone, math.sqrt(size) * float(np.std(means, ddof=2)))

@@ -20,6 +20,11 @@ from tests.diagnosis.simulated import problem_of
 from tests.identify import drops
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018)
+LOBES_AND_BALLS = ("ring_out_of_round@DE", "off_sized_ball@DE")
+
+
+def lobes_and_balls(suspects):
+    return [each for each in suspects if each.name in LOBES_AND_BALLS]
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +116,7 @@ def test_lobes_of_a_wrong_order_are_found_anew(crew):
     lobes = next(s for s in everyone if s.name == "ring_out_of_round@DE" and s.held["order"] == 5)
     drops = len(problem.drops)
     wrong = settled(with_cause(fallen, lobes, Start({"amplitude": 9e-6}, ({"phase": 0.0},) * drops)), 0.018, 3)
-    found = of_any_kind(fallen, wrong, wrong.causes[-1], everyone, (0.006, 0.01, 0.014, 0.018))
+    found = of_any_kind(fallen, wrong, wrong.causes[-1], lobes_and_balls(everyone), HORIZONS)
     assert found.causes[-1].held["order"] == 2
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["amplitude"] == pytest.approx(19e-6, rel=0.2)
@@ -203,7 +208,8 @@ def test_a_ball_is_found_in_the_place_of_waves(crew):
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
     waves = next(s for s in everyone if s.name == "race_waviness@DE" and s.standing_waves and s.held["order"] == 5)
     wrong = settled(with_cause(fallen, waves, Start({"amplitude": 8e-6, "phase": -2.6})), 0.014, 3)
-    found = of_any_kind(fallen, replace(wrong, horizon=0.014), wrong.causes[-1], everyone, (0.006, 0.01, 0.014))
+    asked = lobes_and_balls(everyone)
+    found = of_any_kind(fallen, replace(wrong, horizon=0.014), wrong.causes[-1], asked, HORIZONS[:3])
     assert found.causes[-1].name == "off_sized_ball@DE"
     assert found.bic < wrong.bic
     assert found.starts()[-1].shared["deviation"] == pytest.approx(25e-6, rel=0.2)

@@ -25,10 +25,10 @@ def other_way_round(text):
     return text + "\n[channels]\n" + "".join(f'{name} = "{channel}"\n' for name, channel in names.items())
 
 
-@pytest.fixture(scope="module", params=["short", "loose"])
-def cabled(request, tmp_path_factory):
-    """(machine as it is, machine with the cables exchanged, two records) with nothing hidden and with a loose support."""
-    folder = shipped(request.param)
+@pytest.fixture(scope="module")
+def cabled(tmp_path_factory):
+    """(machine as it is, machine with the cables exchanged, two records) with nothing hidden."""
+    folder = shipped("short")
     path = tmp_path_factory.mktemp("cables") / "machine.toml"
     path.write_text(other_way_round((folder / "machine.toml").read_text()))
     return load_machine(folder / "machine.toml"), load_machine(path), sorted(folder.glob("drop_*.nc"))[:2]

@@ -24,6 +24,7 @@ from tdbmon.identify.agreement import agreement
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.calibration import AtBound
 from tdbmon.identify.contract import fitted_json, force_lines
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
@@ -364,13 +365,16 @@ def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) ->
     assert greatest not in AnalysisView(analysed)._repr_html_()
 
 
-def test_faults_of_other_records_are_told(same_model, monkeypatch) -> None:
+def test_faults_of_other_records_are_told(same_model, fitted, monkeypatch) -> None:
     """The analysis is of the first record alone: what is wrong with another one, nothing else tells."""
     machine, (first, second) = same_model
     turned = second.copy()
     turned["NDE_A"], turned["NDE_B"] = second["NDE_B"], second["NDE_A"]
-    monkeypatch.setattr(module, "fit_drops", partial(fit_drops, horizons=(0.006,)))
-    monkeypatch.setattr(module, "forces_of", partial(forces_of, seconds=0.02, members=8))
+    problem = fitted.calibration.problem
+    drops = (problem.drops[0], measured_drop(turned, machine))
+    calibration = replace(fitted.calibration, problem=replace(problem, drops=drops))
+    monkeypatch.setattr(module, "fit_drops", lambda machine, records, **_: calibration)
+    monkeypatch.setattr(module, "forces_of", lambda calibration: (fitted.forces, *fitted.others))
     found = module.fit_drop(machine, first, lambda _: None, [turned])
     assert any(each.startswith("drop_148.nc: NDE: ") for each in found.calibration.remarks)
     assert not any(each.startswith("drop_97.nc: NDE: ") for each in found.calibration.remarks)

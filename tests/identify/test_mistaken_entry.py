@@ -25,22 +25,22 @@ from tests.blind.truth import LEVITATED, RATE
 ANSWER = json.loads(shipped("short/answer.json").read_text())["true"]
 
 
-def written(folder, old, new, source="short"):
+def written(folder, old, new):
     """The file of a shipped machine with an entry of both ends that is another."""
-    text = shipped(f"{source}/machine.toml").read_text()
+    text = shipped("short/machine.toml").read_text()
     assert text.count(old) == 2
     path = folder / "machine.toml"
     path.write_text(text.replace(old, new))
     return path
 
 
-def records(source="short"):
-    return sorted(shipped(source).glob("drop_*.nc"))
+def records():
+    return sorted(shipped("short").glob("drop_*.nc"))
 
 
-def said(machine_file, source="short"):
+def said(machine_file):
     machine = load_machine(machine_file)
-    drops = measured_drops([read(path) for path in records(source)], machine)
+    drops = measured_drops([read(path) for path in records()], machine)
     with Crew() as crew:
         return told_by(build_problem(machine, drops, crew))
 
@@ -51,14 +51,6 @@ def told_by(problem):
 
 def values(text, name):
     return {end: float(value) for end, value in re.findall(rf"(\w+)\.{name} (\S+)", text)}
-
-
-def test_a_gap_given_as_a_diameter_is_told_with_the_gap_that_was(tmp_path):
-    told = said(written(tmp_path, 'nominal = "250 um"', 'nominal = "500 um"'))
-    found = values(told, "radial_gap")
-    for end, true in ANSWER["ends"].items():
-        assert found[end] == pytest.approx(true["radial_gap_m"] * 1e6, rel=0.05)
-    assert "instead of 400 to 600" in told
 
 
 def test_an_end_may_have_a_name_of_several_words():
@@ -86,16 +78,8 @@ def test_a_friction_stated_without_tolerance_is_told(tmp_path):
     assert "instead of 0.35" in told
 
 
-def test_a_contact_stiffness_off_by_a_power_of_ten_is_told(tmp_path):
-    told = said(written(tmp_path, "contact_stiffness = 1.3e9", "contact_stiffness = 1.3e10"))
-    assert set(values(told, "contact_stiffness")) == {"NDE", "DE"}
-    assert "instead of 1.3e+10" in told
-
-
-@pytest.mark.parametrize("source", ["short", "loose"])
-def test_a_right_machine_file_is_not_blamed(source):
-    """With nothing hidden, and with a loose support, which no entry explains."""
-    assert said(shipped(f"{source}/machine.toml"), source) is None
+def test_a_right_machine_file_is_not_blamed():
+    assert said(shipped("short/machine.toml")) is None
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +110,8 @@ def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
     assert CliRunner().invoke(app, command, catch_exceptions=False).exit_code == 0
     content = json.loads(out.read_text())
     assert (content["verdict"], content["causes"]) == ("unknown", [])
-    assert "contact_stiffness" in content["why"]
+    assert set(values(content["why"], "contact_stiffness")) == {"NDE", "DE"}
+    assert "instead of 1.3e+10" in content["why"]
     assert "put that right" in content["next_test"]
     text = report.read_text()
     assert "contact_stiffness" in text
@@ -135,6 +120,7 @@ def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
 
 
 def test_forces_say_which_entry_is_not_to_be_trusted(tmp_path):
+    """A gap given as a diameter, with the gap that it was."""
     machine = written(tmp_path, 'nominal = "250 um"', 'nominal = "500 um"')
     out = tmp_path / "a.json"
     command = ["analyse", str(machine), str(records()[1]), "--forces", "--json", str(out)]
@@ -145,4 +131,7 @@ def test_forces_say_which_entry_is_not_to_be_trusted(tmp_path):
         assert end["peak_force_n"]["value"] is None and "contradict the machine file" in end["peak_force_n"]["why"]
     assert "peak force" not in told and "forces and stresses: not estimated" in told
     assert "not to be trusted" in told
-    assert "radial_gap" in told.split("not to be trusted")[1]
+    found = values(told.split("not to be trusted")[1], "radial_gap")
+    for end, true in ANSWER["ends"].items():
+        assert found[end] == pytest.approx(true["radial_gap_m"] * 1e6, rel=0.05)
+    assert "instead of 400 to 600" in told
