@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from itertools import chain
+from multiprocessing import get_context
 from pathlib import Path
 
 from tdbsim.errors import InputError
@@ -20,10 +24,10 @@ from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.study import Order
 from tdbmon.identify.contract import force_lines, with_fitted
-from tdbmon.identify.crew import all_cores
+from tdbmon.identify.crew import attend_parent
 from tdbmon.identify.fitted import fit_drop
 from tdbmon.machine_file import write_machine
-from tdbmon.progress import Progress
+from tdbmon.progress import Progress, silent
 from tdbmon.record.read import read
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.compare_report import build_compare_report
@@ -41,24 +45,25 @@ _WORKERS = 2
 def run_demo(out: Path, progress: Progress) -> list[str]:
     """Analyse the shipped records and write JSON, HTML and PDF; return the lines to show."""
     out.mkdir(parents=True, exist_ok=True)
-    lines = [line for name in _COASTDOWNS for line in _coastdown(name, out, progress)]
-    lines += _hidden_fault(out, progress)
-    lines += _years(out, progress)
+    parts = [partial(_hidden_fault, out), *(partial(_coastdown, name, out) for name in _COASTDOWNS)]
+    # the longest first, each on a core of its own: much of each is done by one
+    with ProcessPoolExecutor(_WORKERS, get_context("spawn"), attend_parent) as pool:
+        begun = [pool.submit(part) for part in parts]
+        for done, _ in enumerate(chain([None], as_completed(begun))):
+            progress(
+                f"a hidden fault and {len(_COASTDOWNS)} coast-downs, on {_WORKERS} processes: {done} of {len(begun)} done"
+            )
+        diagnosis, *coastdowns = (each.result() for each in begun)
+    lines = [*chain.from_iterable(coastdowns), *diagnosis, *_years(out, progress)]
     return [synthetic_note(len(_COASTDOWNS)), *lines, f"open {out / 'drop_100.html'} in a browser"]
 
 
-def _coastdown(name: str, out: Path, progress: Progress) -> list[str]:
+def _coastdown(name: str, out: Path) -> list[str]:
     """Analyse a whole coast-down and fit the simulation to its first contacts; write JSON and reports."""
-
-    def tell(step: str) -> None:
-        progress(f"{name}: {step}")
-
     machine, record = load_machine(shipped("coastdown/machine.toml")), read(shipped(f"coastdown/{name}.nc"))
-    result = analyse(record, machine, tell)
-    fitted = fit_drop(machine, record, tell, workers=all_cores()).beside(result)
-    tell("simulating on to the end of the record")
+    result = analyse(record, machine)
+    fitted = fit_drop(machine, record, silent).beside(result)
     fitted = fitted.with_coast_down(result)
-    tell("drawing the figures and writing the reports")
     document = build_report(result, fitted=fitted)
     write_html(document, out / f"{name}.html")
     write_pdf(document, out / f"{name}.pdf")
@@ -71,14 +76,11 @@ def _coastdown(name: str, out: Path, progress: Progress) -> list[str]:
     ]
 
 
-def _hidden_fault(out: Path, progress: Progress) -> list[str]:
+def _hidden_fault(out: Path) -> list[str]:
     """Find what the model of a machine lacks from four of its drops; write JSON, reports and the extended machine file."""
     folder = shipped("loose")
     records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
-    found = diagnose(
-        load_machine(folder / "machine.toml"), records, lambda step: progress(f"diagnosis: {step}"), all_cores()
-    )
-    progress("diagnosis: drawing the figures and writing the reports")
+    found = diagnose(load_machine(folder / "machine.toml"), records)
     document = build_diagnosis_report(found, note=synthetic_note(len(records)))
     write_html(document, out / "diagnosis.html")
     write_pdf(document, out / "diagnosis.pdf")

@@ -389,10 +389,10 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     if math.isinf(times[len(times) // 2]):
         return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
     rule = f"slip below {percent(_AT_SPEED)} in simulations drawn from the calibration"
-    low, middle, high = band(times).tolist()
-    if math.isinf(high) or math.isnan(high):
+    if late:
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(
             float(np.median(times)), unit="s", method=rule, why=f"{why}: it may take longer than can be said"
         )
+    low, middle, high = band(times).tolist()
     return Estimate(middle, low, high, "s", rule)
