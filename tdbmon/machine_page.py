@@ -391,7 +391,7 @@ _TAIL = """
 
 Where the file's names differ: `name in the machine file = "name in the record"`, for probes, `speed` and `keyphasor`, as
 `tdbmon inspect` shows it. The group of a channel (TDMS, MDF4, HDF5, MAT) may stand before its name, and must where the name
-occurs in several.
+occurs in several. A channel with a label beside it in the file goes by that, and by what it is stored under (shown in brackets).
 
     [channels]
     NDE_A = "Ai0/Vib_X"

@@ -13,6 +13,7 @@ import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 
 import numpy as np
 import xarray as xr
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 
 _CODES = np.iinfo(np.int16)
 _PULSE = 0.03  # of the way from pulse to pulse, the width of a usual mark
+_PLAY = 1e-3  # of the same way: a shaft that turns back by less, as one that stands and trembles, leaves the mark where it was
 _PULSE_SAMPLES = 3  # or so many where they follow fast: a narrower one falls between samples
 _FEWEST_SAMPLES = 4  # from pulse to pulse: two in each level; fewer lose pulses
 _GOOD_SAMPLES = 8  # with four the intervals round to 3 and 5, which looks like missed pulses
@@ -308,10 +310,13 @@ def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Arra
 
     The edge that the machine file names comes where the shaft, turning in its sense, passes the keyphasor's `angle`; of several
     pulses a revolution the others come at even parts of it.  `width` is the part of the way from edge to edge that a pulse takes.
+    As the trigger has some play, a shaft that stands at its mark gives no pulses, however it trembles.
     """
     mark = machine.keyphasor
     since = since_mark(shaft_angle, machine) / (2 * math.pi)
     since = since * (mark.pulses_per_revolution if mark else 1)
+    if np.any(np.diff(since) < 0):
+        since = np.array(list(accumulate(since.tolist(), lambda held, now: min(max(held, now), now + _PLAY))))
     pulse = np.where(since - np.floor(since) < width, 1.0, 0.0)
     return 1.0 - pulse if mark is not None and mark.edge == "falling" else pulse
 

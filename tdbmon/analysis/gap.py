@@ -40,6 +40,8 @@ _SOLVED = 3  # bins of angle; with fewer the circle is not determined
 _RATE_HZ = 2500.0
 _ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
 _BIN_DEG = 3.0
+_UNSEEN = 2  # blocks of time, in so few of which a bin of angle is not used; its weight grows from there
+_USUAL = 10  # blocks: what the bins' usual scatter counts for beside one's own, which few blocks tell badly
 _PARTS = 12
 _BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
 _DRAWN = 4000  # settled positions kept, some more than can be seen
@@ -317,16 +319,20 @@ class _Cells:
         return left if all(len(arc.angle) >= _SOLVED for arc in left) else []
 
     def arc(self) -> _Arc:
-        """Average over the blocks; a bin seen in fewer than three says nothing about its own error."""
-        columns = []
-        for b in np.unique(self.bin):
-            means = self.means[self.bin == b]
-            if len(means) < 3:
-                continue
-            off = np.abs(means[:, 1] - np.median(means[:, 1]))
-            spread = 1.4826 * float(np.median(off)) + 1e-8
-            columns.append([*means[off < 3 * spread].mean(axis=0), spread / np.sqrt(len(means))])
-        return _Arc(*np.array(columns).reshape(-1, 4).T)
+        """Average over the blocks; a bin seen in fewer than three says nothing about its own error.
+
+        Three that happen to agree make no sure bin either: at the ends of the arc, where bins come and go with a few samples,
+        it would turn the circle.  The variance of each is drawn towards the usual one, and no bin comes in at full weight.
+        """
+        bins = [self.means[self.bin == b] for b in np.unique(self.bin)]
+        bins = [means for means in bins if len(means) > _UNSEEN]
+        if not bins:
+            return _Arc(*np.empty((4, 0)))
+        off = [np.abs(means[:, 1] - np.median(means[:, 1])) for means in bins]
+        own, count = 1.4826 * np.array([np.median(each) for each in off]), np.array([len(means) for means in bins])
+        spread = np.sqrt((count * own**2 + _USUAL * np.median(own) ** 2) / (count + _USUAL)) + 1e-8
+        kept = [means[each < 3 * limit].mean(axis=0) for means, each, limit in zip(bins, off, spread, strict=True)]
+        return _Arc(*np.column_stack([kept, spread / np.sqrt(count - _UNSEEN)]).T)
 
 
 def _circle(

@@ -89,7 +89,7 @@ def levitation(
     seconds = float(t[-1] - t[0]) if len(t) > 1 else 0.0
     if speed_hz is None or seconds * speed_hz < _LEAST_TURNS:
         why = (
-            "the speed of the levitated shaft is not known"
+            "the levitated shaft does not turn, or its speed is not known"
             if speed_hz is None
             else "the levitated stretch is too short"
         )

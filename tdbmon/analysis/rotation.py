@@ -16,7 +16,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
-from tdbmon.record.speed_checks import starting_speed
+from tdbmon.record.speed_checks import STANDSTILL_HZ, starting_speed
 
 _FEWEST = 4  # values of a speed
 _HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
@@ -80,7 +80,7 @@ class Rotation:
             first, stop = np.searchsorted(self.time, [release - _LEAD_S, release]).tolist()
             stop = max(stop, 1)
             value = float(np.median(self.hz[min(first, stop - 1) : stop]))
-        return value if value is not None and value > 1.0 else None
+        return value if value is not None and value > STANDSTILL_HZ else None
 
     def angle(self, time: np.ndarray, machine: Machine) -> np.ndarray | None:
         """Shaft angle at times (k,), s, rad; None without pulses."""

@@ -15,6 +15,7 @@ from tdbmon.analysis.drag_law import Coast, LawFit, fit_law
 from tdbmon.analysis.law_choice import find_last_stretch
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
+from tdbmon.record.speed_checks import STANDSTILL_HZ
 
 LEAD_S = (
     0.2  # of levitation before the release, from which the speed at the release is found; more where it is told seldom
@@ -47,7 +48,7 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     LawFit or None
         None where too little levitates, or nothing turns.
     """
-    if len(lead) < _FEWEST or lead.begin[0] > release - _LEAST_S or lead.mean.min() <= 0:
+    if not _levitates(lead, release) or lead.mean.min() <= 0:
         return None
     lead = find_last_stretch(lead, noise)
     rough = fit_law(lead, ("linear",), noise or WHITE)
@@ -58,6 +59,10 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
         return rough
     # the stretch is too short to show where its law changes: then the misfit is its error
     return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
+
+
+def _levitates(lead: Coast, release: float) -> bool:
+    return len(lead) >= _FEWEST and bool(lead.begin[0] <= release - _LEAST_S)
 
 
 def speed_at_release(
@@ -71,12 +76,18 @@ def speed_at_release(
 ) -> Estimate:
     """Return the speed at the release (s) by the levitated law, Hz, which was sought in `lead`.
 
+    A shaft that stands has no law: its speed is the signal's mean, of either sign, unless it holds one value as a dead one does.
     Without a `quantile` Student's is taken, since the noise was estimated from the same few spans; `source` tells of what
     signal; `bound` is the relative half-width of what is not noise; by `delay`, s, the law's times may be off either way.
     """
     if before is None and 0 < len(lead) < _FEWEST:
         told = f"the speed is told {counted(len(lead), 'time')} before the release; {_FEWEST} are needed"
         return Estimate.missing("Hz", told)
+    if before is None and _levitates(lead, release) and np.ptp(lead.mean) > 0:
+        mean = float(lead.mean.mean())
+        if abs(mean) < STANDSTILL_HZ:
+            sigma = noise_of(lead.mean - mean, 1).slow / float(np.sqrt(len(lead)))
+            return Estimate.from_sigma(mean, sigma, "Hz", f"{source}, mean up to the release: the shaft stands")
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
     if quantile is None:

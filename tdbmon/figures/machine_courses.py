@@ -27,6 +27,7 @@ from tdbmon.figures.style import (
 )
 from tdbmon.figures.trends import scale_of
 from tdbmon.history.feature import KINDS
+from tdbmon.history.speed_class import stood
 
 if TYPE_CHECKING:
     from tdbmon.history.machine_history import Course, MachineHistory
@@ -89,7 +90,11 @@ def _class_names(history: MachineHistory) -> dict[int, str]:
     speeds: dict[int, list[float]] = {number: [] for number in sorted(set(history.classes))}
     for entry, number in zip(history.entries, history.classes, strict=True):
         speeds[number] += [] if entry.speed is None else [entry.speed]
-    return {number: f"{np.median(own):.4g} Hz" if own else "speed unknown" for number, own in speeds.items()}
+    return {number: _class_name(float(np.median(own))) if own else "speed unknown" for number, own in speeds.items()}
+
+
+def _class_name(speed: float) -> str:
+    return "standstill" if stood(speed) else f"{speed:.4g} Hz"
 
 
 def _rank(course: Course, flagged: dict[tuple[str, str], tuple[str, ...]]) -> tuple[int, int]:

@@ -22,6 +22,7 @@ from tdbsim.errors import InputError
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing, StressBox
+from tdbmon.history.speed_class import stood
 from tdbmon.quantity import moment
 
 SCHEMA = 3  # PRAGMA user_version; 2: a drop keeps the time of its first filing, 3: one without a time is the earliest
@@ -107,6 +108,8 @@ class Entry:
     @property
     def speed_words(self) -> str:
         """Its speed at the release, as text."""
+        if stood(self.speed):
+            return "standstill"
         return "speed unknown" if self.speed is None else f"{f'{self.speed:#.4g}'.rstrip('.')} Hz"
 
     @property

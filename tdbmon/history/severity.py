@@ -27,7 +27,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Z95, Estimate
-from tdbmon.history.speed_class import STANDSTILL_HZ
+from tdbmon.record.speed_checks import STANDSTILL_HZ
 
 WINDOW_S = 0.2  # after the release: what any record of a drop holds, and where the blows are
 _LOWPASS_HZ = 1000.0  # above it noise outweighs motion in a derivative

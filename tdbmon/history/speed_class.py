@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-STANDSTILL_HZ = 1.0  # a drop below it is one from standstill: what its speed signal tells is noise
+from tdbmon.record.speed_checks import STANDSTILL_HZ
+
+STANDSTILL = f"standstill (below {STANDSTILL_HZ:g} Hz)"
+
+
+def stood(speed: float | None) -> bool:
+    """Return whether a drop of this speed at the release, Hz, was one from standstill."""
+    return speed is not None and speed < STANDSTILL_HZ
 
 
 def same_speed(one: float | None, other: float | None, tolerance: float) -> bool:

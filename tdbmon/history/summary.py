@@ -10,6 +10,7 @@ from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.fleet import REASONS, Member
 from tdbmon.history.not_compared import not_compared_sentences
+from tdbmon.history.speed_class import STANDSTILL, stood
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import counted, plain, printed, short, stated_percent, subtracted
@@ -19,6 +20,7 @@ def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequenc
     """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {stated_percent(wanted.tolerance)}"
+    speed = STANDSTILL if stood(wanted.speed) else speed
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ""
     n = len(comparison.matched)
     lines = [

@@ -108,11 +108,21 @@ def _all_lacking(source: str, lacking: list[_Lacks]) -> str:
 
 
 def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
-    """Return a record's variable of a channel, which may be given with its group (``Ai0/Vib_X``) where its name alone will do."""
+    """Return a record's variable of a channel, which may be given with its group (``Ai0/Vib_X``) where its name alone will do.
+
+    One that a label names goes by what the file stores it under too, with or without the group, where that is one channel.
+    """
     if channel in ds.data_vars:
         return channel
     group, _, bare = channel.rpartition("/")
-    return bare if group and bare in ds.data_vars and ds[bare].attrs.get("group") == group else None
+    if group and bare in ds.data_vars and ds[bare].attrs.get("group") == group:
+        return bare
+    stored = [str(name) for name, array in ds.data_vars.items() if _is_end(channel, array.attrs.get("stored", ""))]
+    return stored[0] if len(stored) == 1 else None
+
+
+def _is_end(channel: str, path: str) -> bool:
+    return f"/{path}".endswith(f"/{channel}")
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:

@@ -47,6 +47,8 @@ class Channel:
         Smallest and largest value that the instrument can tell, in `unit`; from packed integers without being given.
     group : str
         The group of the file that it is in; "" where the file has none.
+    stored : str
+        What the file stores it under (``DAQ/AI0``) where `name` is a label beside it; "" else.
     fault : str
         Why nobody can say when the samples were taken, in words; such a channel is told of and not read.
     """
@@ -62,6 +64,7 @@ class Channel:
     long_name: str = ""
     full_scale: tuple[float, float] | None = None
     group: str = ""
+    stored: str = ""
     fault: str = ""
 
 
@@ -173,6 +176,8 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     array.attrs = {"units": units, "source_units": channel.unit, "long_name": channel.long_name}
     if channel.group:
         array.attrs["group"] = channel.group
+    if channel.stored:
+        array.attrs["stored"] = channel.stored
     if channel.full_scale is not None:
         array.attrs["full_scale"] = [float(limit) * factor for limit in channel.full_scale]
     elif packed:

@@ -25,6 +25,7 @@ class ChannelInfo:
     """One channel in numbers; `minimum`, `mean` and `maximum` are in `unit` and None where no sample has a value."""
 
     name: str
+    stored: str  # what the file stores it under, where its name is a label
     kind: str  # displacement, speed, keyphasor, voltage or other: a guess from unit, name and values
     unit: str
     source_unit: str
@@ -116,7 +117,8 @@ def _row(info: ChannelInfo) -> tuple[str, ...]:
     rate = "-" if info.rate_hz is None else f"{info.rate_hz:.6g} Hz"
     values = ("-" if x is None else f"{x * factor:.5g} {unit}".strip() for x in (info.minimum, info.mean, info.maximum))
     when = (rate, str(info.samples), f"{info.start_s:.4g} s", f"{info.duration_s:.4g} s", str(info.gaps))
-    return (info.name, info.kind, info.source_unit or "-", *when, *values, str(info.nan))
+    name = f"{info.name} ({info.stored})" if info.stored else info.name
+    return (name, info.kind, info.source_unit or "-", *when, *values, str(info.nan))
 
 
 def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
@@ -128,6 +130,7 @@ def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
     has = finite.size > 0
     return ChannelInfo(
         name=name,
+        stored=str(array.attrs.get("stored", "")),
         kind=_kind(name, str(array.attrs.get("units", "")), finite),
         unit=str(array.attrs.get("units", "")),
         source_unit=str(array.attrs.get("source_units", "")),

@@ -25,6 +25,7 @@ from tdbmon.record.speed_checks import (
     keyphasor_speed_check,
     shorter_than_a_sample,
     speed_check,
+    stands,
 )
 from tdbmon.record.speed_spikes import check_speed_spikes, without_speed_spikes
 from tdbmon.record.timebase import LONG, usual_interval
@@ -328,12 +329,16 @@ def _key_signal(ds: xr.Dataset) -> list[Check]:
     signal = faults.prepare(array.values)
     still = signal.quantum == 0.0
     what = "holds one value only: check its cable and the logger's channel" if still else "changes"
+    if still and stands(ds):
+        still, what = False, "holds one value only, as the shaft stands"
     return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
 
 
 def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
     """Check the pulses; those that were missed while nothing was sampled are no fault of theirs."""
     count = machine.keyphasor.pulses_per_revolution if machine.keyphasor is not None else 1
+    if marks.times.size < 2 and stands(ds):
+        return Check("keyphasor", "keyphasor", True, f"{marks.quality}; the shaft stands by its speed signal")
     if marks.times.size < 2:
         doubt = f"pulses_per_revolution = {count} in [keyphasor] and " if count > 1 else ""
         detail = f"{marks.quality}; without pulses there is no shaft angle: check {doubt}the sensor's gap"

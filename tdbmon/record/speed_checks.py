@@ -14,11 +14,12 @@ from tdbmon.record import faults
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses, speed, stated_over_counted
 from tdbmon.record.lagging_speed import lag
-from tdbmon.record.levitated_lines import WIDTH, LevitatedLines, levitated_lines
+from tdbmon.record.levitated_lines import STRONG, WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
 from tdbmon.record.misscaled_speed import true_speed
 from tdbmon.record.speed_spikes import without_speed_spikes
 
+STANDSTILL_HZ = 1.0  # below it a shaft stands: what a speed signal then tells is noise
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
 _SAME = 0.03  # relative: of speeds that are one
 _FEWEST_TURNS = 4  # with a stated speed and pulses, by which the two are compared
@@ -134,8 +135,9 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     _, hz, sigma = speed(marks)
     few = max(min(hz.size // 4, 10), 1)
     first, last = float(np.median(hz[:few])), float(np.median(hz[-few:]))
-    if np.median(np.abs(values)) < _NOTHING * max(first, last):
-        kept = f"reads {np.median(values):.3g} Hz while the keyphasor counts {first:.4g} Hz"
+    read = _while_counted(ds["speed"], marks)
+    if abs(read) < _NOTHING * max(first, last):
+        kept = f"reads {read:.3g} Hz while the keyphasor counts {first:.4g} Hz"
     elif np.ptp(values) == 0 and abs(first - last) > max(_SLOWED * first, 5 * float(np.median(sigma))):
         kept = (
             f"stands at {values[0]:.4g} Hz while the keyphasor counts {first:.4g} Hz at first and {last:.4g} Hz at last"
@@ -143,6 +145,22 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     else:
         return ""
     return f"{kept}: check its cable and the logger's channel{_KEYED}"
+
+
+def _while_counted(channel: xr.DataArray, marks: Pulses) -> float:
+    """Median of a speed signal from the first pulse to the last, Hz: without what follows at rest; NaN without any."""
+    time, values = channel[channel.dims[0]].values, channel.values
+    there = (time >= marks.times[0]) & (time <= marks.times[-1]) & np.isfinite(values)
+    return float(np.median(values[there])) if there.any() else float("nan")
+
+
+def stands(ds: xr.Dataset) -> bool:
+    """Whether a speed signal that measures shows that the shaft stands: at the start and for most of the record."""
+    start = _signal_at_start(ds)
+    if start is None:
+        return False
+    values = ds["speed"].values[np.isfinite(ds["speed"].values)]
+    return max(abs(start), abs(float(np.median(values)))) < STANDSTILL_HZ and bool(np.ptp(values) > 0)
 
 
 def _counted_at_start(marks: Pulses | None) -> float | None:
@@ -160,7 +178,7 @@ def _sound(marks: Pulses | None) -> bool:
 def _backward(ds: xr.Dataset) -> bool:
     values = ds["speed"].values
     good = np.isfinite(values)
-    return bool(good.any()) and float(np.median(values[good])) < 0
+    return bool(good.any()) and float(np.median(values[good])) <= -STANDSTILL_HZ
 
 
 def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
@@ -209,7 +227,7 @@ def _differ(ratio: float, wrong: str, misscaled: bool) -> str:
 def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     """A speed signal alone must stand among the levitated shaft's lines; None where that cannot be told."""
     lines, stated = levitated_lines(ds, machine), _signal_at_start(ds)
-    if lines is None or stated is None or stated <= 0:
+    if lines is None or stated is None or stated <= -STANDSTILL_HZ:
         return None
     factor = _unit_factor(lines, stated, machine.mains)
     if factor is not None:
@@ -231,7 +249,13 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
 
 
 def _elsewhere(ds: xr.Dataset, lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
-    """Return the frequency of the levitated shaft's strong line where none stands at the stated speed; else None."""
+    """Return the frequency of the levitated shaft's strong line where none stands at the stated speed; else None.
+
+    A shaft that stands draws none: a signal that reads nothing is dead where one does, unless a keyphasor is silent too.
+    """
+    if stands(ds) and "keyphasor" not in ds:
+        other = lines.strongest(mains_hz)
+        return other if lines.contrast(other) > STRONG else None
     if not lines.resolves(stated):
         return None
     near = true_speed(ds, lines, stated)
@@ -273,7 +297,7 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
     marks = pulses_if_any(ds, machine)
     lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
     stated = _counted_at_start(marks) if signal is None else signal
-    if stated is None or stated <= 0:
+    if stated is None or stated <= -STANDSTILL_HZ:
         return ()
     compared = _over_pulses(ds, marks)
     if compared is not None and not compared.agree:

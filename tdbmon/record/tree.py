@@ -124,7 +124,7 @@ def _collect(
     data = [(i, leaf) for i, leaf in enumerate(leaves) if i not in own]
     longest = max((leaf.values.size for _, leaf in data), default=0)
     for i, leaf in data:
-        name, unit = _label(leaf, branch, alone=len(data) == 1)
+        name, stored, unit = _label(leaf, branch, place, alone=len(data) == 1)
         channel = Channel(
             name,
             leaf.values,
@@ -132,6 +132,7 @@ def _collect(
             scale=_number(leaf, "scale_factor", 1.0),
             offset=_number(leaf, "add_offset", 0.0),
             long_name=first_text(leaf.attributes, ("long_name", "description")) or "",
+            stored=stored,
         )
         time = _time_for(i, leaf, own, times)
         interval = interval_of(leaf.attributes)
@@ -241,16 +242,19 @@ def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: 
     return next((time for time in reversed(inherited) if time.size == leaf.values.size), None)
 
 
-def _label(leaf: Leaf, branch: Branch, alone: bool) -> tuple[str, str]:
+def _label(leaf: Leaf, branch: Branch, place: str, alone: bool) -> tuple[str, str, str]:
+    """Return what a channel is called, where it is stored if by another name, and its unit."""
     bare, bracket = split_unit(leaf.name)
     unit = first_text(leaf.attributes, _UNIT_KEYS)
     name = first_text(leaf.attributes, _NAME_KEYS)
-    if alone and bare.lower() in _PLAIN_VALUES and branch.name:
+    is_folder = alone and bare.lower() in _PLAIN_VALUES and branch.name != ""
+    if is_folder:
         name = name or first_text(branch.entries, _NAME_KEYS) or branch.name
         unit = unit if unit is not None else first_text(branch.entries, _UNIT_KEYS)
     if bracket is None or (unit is not None and si_unit_of(unit) != si_unit_of(bracket)):
         bare = leaf.name  # its brackets hold something else than its unit
-    return name or bare, unit if unit is not None else (bracket or "")
+    own, path = (branch.name, place) if is_folder else (bare, f"{place}/{bare}" if place else bare)
+    return name or own, path if name not in (None, own) else "", unit if unit is not None else (bracket or "")
 
 
 def _without_padding(channel: Channel, time: np.ndarray) -> Channel:

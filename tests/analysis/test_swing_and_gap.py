@@ -16,7 +16,7 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.expected_lines import expected_lines
-from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
+from tdbmon.analysis.gap import NoCircle, _Cells, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel, path_radius, total_travel
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.analysis.swing import _peak, _track, carried_shares, find_swing, predicted_swing, predicted_ways
@@ -184,6 +184,20 @@ def test_the_last_digit_of_a_clock_changes_no_interval(stiff):
         assert (each.value, each.low, each.high) == pytest.approx(
             (found[0].value, found[0].low, found[0].high), abs=1e-9
         )
+
+
+def test_three_blocks_that_happen_to_agree_make_no_sure_bin():
+    """Its own scatter, taken for its error, gave a bin at the end of an arc the weight of a thousand others."""
+    rng = np.random.default_rng(0)
+    seen = np.array([20] * 12 + [3, 2])  # blocks of each bin
+    bins = np.repeat(np.arange(len(seen)), seen)
+    radius = 300e-6 + 0.5e-6 * rng.standard_normal(len(bins))
+    radius[bins == 12] = 299e-6
+    means = np.column_stack([np.deg2rad(3.0 * bins), radius, np.ones(len(bins))])
+    arc = _Cells(np.zeros(2), 0.5, bins, np.arange(len(bins)), means).arc()
+    assert len(arc.angle) == 13
+    assert np.median(arc.sigma[:12]) == pytest.approx(0.5e-6 / np.sqrt(20), rel=0.3)
+    assert arc.sigma[12] > 2.5 * np.median(arc.sigma[:12])
 
 
 @pytest.mark.parametrize(("end", "radius"), [("NDE", 300e-6), ("DE", 290e-6)])

@@ -269,6 +269,29 @@ def test_a_channel_that_starts_at_nought_does_not_start_where_others_do(tmp_path
     assert first == {"NDE_A": 0.0, "NDE_B": 0.25}
 
 
+def _labelled(path: Path) -> Path:
+    """Two groups of arrays, of which labels name the first two; the third bears the name of the second in another group."""
+    with h5py.File(path, "w") as file:
+        file.attrs["dt"] = 1e-4
+        for number, (name, label) in enumerate((("A/AI0", "NDE_A"), ("A/AI1", "NDE_B"), ("B/AI1", "DE_A"))):
+            file[name] = np.arange(5.0) + number
+            file[name].attrs.update({"label": label, "unit": "um"})
+    return path
+
+
+@pytest.mark.parametrize("asked", ["NDE_A", "AI0", "A/AI0", "A/NDE_A"])
+def test_a_channel_goes_by_its_label_and_by_its_own_name(asked: str, tmp_path: Path) -> None:
+    machine = load_machine(shipped("short/machine.toml"))
+    record = read(_labelled(tmp_path / "a.h5"))
+    found = assign(record, machine.model_copy(update={"channels": {"NDE_B": "A/AI1", "NDE_A": asked, "DE_A": "AI1"}}))
+    assert float(found["NDE_A"][0]) == 0.0
+    assert float(found["NDE_B"][0]) == pytest.approx(1e-6)
+    assert "DE_A" in found.attrs["missing"]  # two are called AI1
+    shown = inspect(tmp_path / "a.h5")
+    assert [each.stored for each in shown.channels] == ["A/AI0", "A/AI1", "B/AI1"]
+    assert "NDE_A (A/AI0)" in "\n".join(shown.lines())
+
+
 def test_hdf5_matrix_with_names_and_foreign_things(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["data"] = np.arange(30.0).reshape(10, 3)

@@ -42,6 +42,10 @@ def _record(path: Path, factor: float, keyphasor: bool) -> xr.Dataset:
     return raw if keyphasor else raw.drop_vars("keyphasor")
 
 
+def _failed(ds: xr.Dataset, name: str) -> str:
+    return next(found.detail for found in check(ds, machine()) if found.check == name and not found.passed)
+
+
 def _speed_check(ds: xr.Dataset) -> Check:
     return next(found for found in check(ds, machine()) if found.check == "speed")
 
@@ -79,6 +83,48 @@ def test_a_wrong_unit_does_not_become_the_speed_at_the_release(keyphasor: bool) 
     else:
         assert found.rundown is None
         assert found.speed_hz.size == 0
+
+
+def _standing(keyphasor: bool) -> xr.Dataset:
+    """A record whose speed signal reads noise about nought, and whose keyphasor is silent."""
+    raw = _record(SHORT[1], 0.0, keyphasor)
+    raw["speed"] = raw["speed"] - 0.001 + 0.05 * np.random.default_rng(1).standard_normal(raw["speed"].size)
+    return raw.assign(keyphasor=0 * raw["keyphasor"]) if keyphasor else raw
+
+
+def test_a_shaft_that_stands_gives_no_pulses_and_that_is_no_fault() -> None:
+    raw = _standing(True)
+    found = analyse(raw, machine())
+    assert not [each for each in found.checks if each.channel in ("speed", "keyphasor") and not each.passed]
+    assert found.rundown is not None
+    initial = found.rundown.initial
+    assert initial.low is not None and initial.high is not None
+    assert initial.low < -0.001 < initial.high < initial.low + 0.05
+    turns = raw.assign(speed=raw["speed"] + 100)
+    failed = {each.check for each in check(assign(turns, machine()), machine()) if not each.passed}
+    assert {"dead", "keyphasor"} <= failed
+
+
+def test_noise_of_a_dead_tachometer_is_no_standstill_where_the_shaft_turns() -> None:
+    raw = _standing(False)
+    ds = assign(raw, machine())
+    assert "a strong one at" in _speed_check(ds).detail
+    assert refuted(ds, machine()) == ("speed",)
+    assert analyse(raw, machine()).rundown is None
+    counted = assign(raw.assign(keyphasor=read(SHORT[1])["keyphasor"]), machine())
+    assert "while the keyphasor counts" in _failed(counted, "dead")
+    assert "speed" not in without_refuted(counted, machine())
+
+
+def test_a_speed_signal_at_standstill_is_not_said_to_count_backwards() -> None:
+    raw = _standing(False)
+    rng = np.random.default_rng(2)
+    for name in ("NDE_A", "NDE_B", "DE_A", "DE_B"):  # the levitated shaft draws no line
+        level = raw[name].values
+        level[: level.size // 4] = level[0] + 1e-7 * rng.standard_normal(level.size // 4)
+    assert _speed_check(assign(raw, machine())).passed
+    raw["speed"] -= 100
+    assert "turn the sign" in _speed_check(assign(raw, machine())).detail
 
 
 @cache

@@ -237,6 +237,22 @@ def test_keyphasor_of_angle_zero():
     assert keyphasor_pulses(np.array([0.0, 0.01, -0.01, 1.0]), MACHINE, 0.05).tolist() == [1, 1, 0, 0]
 
 
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+@pytest.mark.parametrize("trembles", [1e-24, 1e-4])
+def test_a_shaft_that_stands_at_its_mark_gives_no_pulses(rotation, trembles):
+    machine = MACHINE.model_copy(update={"rotation": rotation})
+    turned = trembles * np.random.default_rng(0).standard_normal(4000)
+    turned[0] = 0.0
+    assert np.ptp(keyphasor_pulses(turned, machine, 0.03)) == 0
+
+
+@pytest.mark.parametrize("turns", [2.25, -2.25])
+def test_a_shaft_that_creeps_gives_a_pulse_a_turn_to_either_side_however_it_trembles(turns):
+    turned = 2 * np.pi * (0.5 + turns * np.linspace(0, 1, 40_001))
+    turned += 1e-5 * np.random.default_rng(0).standard_normal(40_001)
+    assert np.count_nonzero(np.diff(keyphasor_pulses(turned, MACHINE, 0.03))) == 4
+
+
 def test_record_has_the_form_of_a_measured_one():
     chain = SensorChain(ProbeChain(noise=1e-7, full_scale=1e-3), speed_noise_hz=0.02)
     mapped = MACHINE.model_copy(update={"channels": {"NDE_A": "Ch 1"}})

@@ -11,6 +11,7 @@ from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.sight import Sight, sights
+from tdbmon.history.speed_class import STANDSTILL, stood
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import percent, short, stated_percent
@@ -52,6 +53,7 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
     speed = (
         "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {stated_percent(wanted.tolerance)} off"
     )
+    speed = STANDSTILL if stood(wanted.speed) else speed
     blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
     blocks += map(sentence, not_compared_sentences(comparison))
     blocks += standing_blocks(standing)
