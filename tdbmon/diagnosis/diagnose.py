@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -64,6 +64,10 @@ class Diagnosis:
     remarks : tuple of str
         What the records lack, and what that costs.
     seconds : float
+    wanted : mapping of float
+        Values (SI, by name) that the drops want of entries of the machine file which they contradict.
+    changed : str or None
+        Which of them have changed since earlier drops that fit the file, and are all that is missing.
     """
 
     machine: Machine
@@ -78,6 +82,8 @@ class Diagnosis:
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
+    wanted: Mapping[str, float] = field(default_factory=dict)
+    changed: str | None = None
 
     @property
     def extended(self) -> Contender | None:
@@ -162,6 +168,7 @@ def diagnose(
             *remarked,
         ),
         seconds=time.monotonic() - began,
+        wanted=mistaken.wanted if mistaken is not None else {},
     )
 
 
@@ -180,6 +187,7 @@ class _Obstacle:
 
     why: str
     next_test: str
+    wanted: Mapping[str, float] = field(default_factory=dict)
 
 
 def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | None:
@@ -187,7 +195,7 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
     doubt = machine_doubt(problem)
-    return _Obstacle(doubt, PUT_RIGHT) if doubt is not None else None
+    return _Obstacle(doubt.why, PUT_RIGHT, doubt.wanted) if doubt is not None else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ DRIFT = (
     "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
     " at, or of the machine"
 )
+CHANGED = "none needed to tell it: look at what has changed, or state it in the machine file if it was meant"
 DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
 _ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 

@@ -3,24 +3,28 @@
 The earlier drops, the reference, are diagnosed first.  What they show already is no news: the causes that were named there,
 or the likeliest of those that could not be told apart, stand in the model with which the diagnosis of the later drops
 begins.  Beside what is then named, values of the machine that moved from the one fit to the other are listed: a clearance
-that wore, a friction that rose, within what the machine file allows.
+that wore, a friction that rose, within what the machine file allows.  A value that went far beyond that is first taken for a
+wrong entry of the file; but where the earlier drops fit the file, it is the machine that has changed, and the later drops are
+diagnosed once more with that value as they want it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import xarray as xr
 from tdbsim.effect import Effect
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.diagnosis.contender import EXPLAINED
 from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
-from tdbmon.diagnosis.verdict import Kind
+from tdbmon.diagnosis.next_test import CHANGED
+from tdbmon.diagnosis.verdict import Kind, outside
 from tdbmon.estimate import Estimate
-from tdbmon.identify.parameters import Parameter, machine_parameters
+from tdbmon.identify.parameters import Parameter, entries, machine_parameters, restated_machine
 from tdbmon.machine_file import with_effects
 from tdbmon.progress import Progress
 from tdbmon.quantity import short, words
@@ -62,14 +66,20 @@ class Reference:
     before : Diagnosis
         Of the earlier drops alone.
     changes : tuple of Change
-        The greatest, in units of its intervals, first.
+        Those far beyond their tolerance first, then the greatest in units of its intervals.
     remarks : tuple of str
         What the earlier drops could not settle, and which values differ by less than is told for a change.
+    not_compared : str
+        Which values could not be compared, and why; empty where all were.
+    compares : bool
+        False where a fit does not follow its drops, so that none of its values could be.
     """
 
     before: Diagnosis
     changes: tuple[Change, ...]
     remarks: tuple[str, ...]
+    not_compared: str = ""
+    compares: bool = True
 
 
 def diagnose_since(
@@ -111,9 +121,60 @@ def diagnose_since(
                 f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
             )
     before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"), workers)
-    since = diagnose(with_effects(machine, standing(before)), records, progress, workers)
+    later = with_effects(machine, standing(before))
+    since = diagnose(later, records, progress, workers)
+    wanted = since.wanted if follows(before) else {}
+    if wanted:
+        since = beside(wanted, diagnose(restated_machine(later, wanted), records, progress, workers))
+    return since, compared(machine, before, since, wanted)
+
+
+def follows(diagnosis: Diagnosis) -> bool:
+    """True where the fit whose values are told follows its drops: else they say nothing of the machine."""
+    return diagnosis.verdict.kind is not Kind.UNKNOWN or diagnosis.plain.ratio <= EXPLAINED
+
+
+def beside(wanted: Collection[str], since: Diagnosis) -> Diagnosis:
+    """Return what later drops show beside values that have changed, in whose model these stand as the drops want them.
+
+    Where nothing else is missing the verdict is unknown still: more is than tolerances allow, and no effect stands for it.
+    """
+    names, verdict = " and ".join(wanted), since.verdict
+    if verdict.kind is not Kind.NONE:
+        return replace(
+            since, verdict=replace(verdict, why=f"{verdict.why}, with {names} as changed since the reference drops")
+        )
+    why = (
+        f"since the reference drops, which fit the machine file, {names} changed beyond what it allows; with that change"
+        f" {verdict.why}"
+    )
+    return replace(since, verdict=outside(verdict, why), changed=names, next_test=CHANGED)
+
+
+def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapping[str, float]) -> Reference:
+    """Return what differs between two diagnoses of a machine.
+
+    Parameters
+    ----------
+    machine : Machine
+        As its file has it.
+    before, since : Diagnosis
+    wanted : mapping of float
+        Values (SI, by name) that have changed beyond their tolerances, as the first contacts since tell them.
+    """
+    jumps, remarks = tuple(_jumps(machine, before, since, wanted)), _remarks(before)
+    lost = {"reference": before, "later": since}
+    lost = {which: each for which, each in lost.items() if not follows(each)}
+    if lost:
+        left = " and ".join(
+            f"{each.plain.times_noise} times what noise would in the {which} drops" for which, each in lost.items()
+        )
+        other = "other values" if jumps else "values of the machine"
+        why = f"{other}: the model leaves {left}, and a fit that does not follow drops tells nothing of its values"
+        return Reference(before, jumps, remarks, why, compares=False)
     fits = machine, before.values, since.values
-    return since, Reference(before, changes(*fits), (*_remarks(before), *_edges(*fits), *smaller(*fits)))
+    told = (*jumps, *changes(*fits))
+    return Reference(before, told, (*remarks, *smaller(*fits)), _edges(*fits, wanted))
 
 
 def standing(before: Diagnosis) -> list[Effect]:
@@ -191,18 +252,28 @@ def _made_up_for(name: str, before: Values, since: Values) -> bool:
     return abs(sum(parts)) < _MADE_UP_FOR * max(map(abs, parts))
 
 
-def _edges(machine: Machine, before: Values, since: Values) -> tuple[str, ...]:
-    """Say which values went as far as their tolerance lets them, in either fit."""
+def _jumps(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapping[str, float]) -> Iterator[Change]:
+    for own in (each for each in entries(machine) if each.name in wanted):
+        stated = Estimate(own.nominal, unit=own.unit, why="as stated without tolerance, which the reference drops fit")
+        found = Estimate(wanted[own.name], unit=own.unit, why="no interval: as the first contacts tell it")
+        fitted = since.values if follows(since) else {}
+        yield Change(own.name, before.values.get(own.name, stated), fitted.get(own.name, found))
+
+
+def _edges(machine: Machine, before: Values, since: Values, changed: Collection[str] = ()) -> str:
+    """Say which values went as far as their tolerance lets them, in either fit, beside those that are known to have changed."""
     found = []
-    for own in machine_parameters(machine):
+    for own in (each for each in machine_parameters(machine) if each.name not in changed):
         fits = {"reference": before[own.name], "later": since[own.name]}
         at = [which for which, each in fits.items() if each.value is not None and _at_edge(own, each.value)]
         if at:
-            found.append(
-                f"{own.name} ran to the edge of its tolerance in the {' and the '.join(at)} drops, so it is not compared; a"
-                " wider tolerance in the machine file would tell whether it has changed"
-            )
-    return tuple(found)
+            found.append(f"{own.name} ({' and '.join(at)} drops)")
+    if not found:
+        return ""
+    return (
+        f"{', '.join(found)}: there the fit ran to the edge of the tolerance in the machine file; a wider one would tell whether"
+        " it has changed"
+    )
 
 
 def _at_edge(own: Parameter, value: float) -> bool:

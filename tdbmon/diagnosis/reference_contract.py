@@ -20,6 +20,7 @@ def reference_json(reference: Reference) -> dict[str, Any]:
             {"name": each.name, "before": each.before.to_json(), "since": each.since.to_json()}
             for each in reference.changes
         ],
+        "not_compared": reference.not_compared,
         "remarks": list(reference.remarks),
     }
 
@@ -35,9 +36,11 @@ def reference_lines(reference: Reference) -> list[str]:
         out.append(
             f"  changed since: {each.name} {value_and_interval(each.before)} before, {value_and_interval(each.since)} since"
         )
-    if not reference.changes:
+    if reference.not_compared:
+        out.append(f"  not compared: {reference.not_compared}")
+    if reference.compares and not reference.changes:
         out.append(
-            f"  no value of the machine has changed by more than {APART:g} times the half widths of both intervals and by half of"
-            " its tolerance (a ball clearance: by all of it)"
+            f"  no {'other ' if reference.not_compared else ''}value of the machine has changed by more than {APART:g} times the"
+            " half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
         )
     return [plain(line) for line in (*out, *(f"remark: {each}" for each in reference.remarks))]

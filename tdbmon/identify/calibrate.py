@@ -117,7 +117,7 @@ def fit_drops(
         remarks = _scales_right(drops, remarks, misfit)
     remarks += [*unlike_drops(problem, early[0]), *stated_remarks(problem, point)]
     if mistaken is not None:
-        remarks.append(f"values, forces and stresses are not to be trusted: {mistaken}")
+        remarks.append(f"values, forces and stresses are not to be trusted: {mistaken.why}")
     elif misfit > LACKS:
         checks = "see first to what the records' checks found; " if any(drop.faults for drop in drops) else ""
         remarks.append(
@@ -140,7 +140,7 @@ def fit_drops(
         problem=problem,
         point=point,
         covariance=covariance,
-        mistaken=mistaken or "",
+        mistaken=mistaken.why if mistaken is not None else "",
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,14 @@ _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
 _FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
+
+
+@dataclass(frozen=True)
+class Mistaken:
+    """What a machine file has wrong, in words, and the values (SI, by name) that the drops want of its entries."""
+
+    why: str
+    wanted: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +69,7 @@ class _Try:
         return replace(self, point=found.point, misfit=found.ratio)
 
 
-def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
+def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | None:
     """Say which entry of the machine file, freed of its tolerance, lets the plain model follow the drops; None where none does.
 
     Two drops are looked at until one entry stands out.
@@ -86,7 +94,7 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
     return None
 
 
-def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
+def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
     values, _ = found.problem.values(found.point, 0)
     wanted = values[found.entries[0].name] / found.entries[0].nominal
@@ -100,9 +108,10 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> str | None:
     off = [each.instead(values[each.name], *sorted({each.low, each.high})) for each in wrong]
     if not off:
         return None
-    return (
+    return Mistaken(
         f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g} ms, but"
-        f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file"
+        f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
+        {each.name: values[each.name] for each in wrong},
     )
 
 

@@ -12,7 +12,7 @@ states without tolerance though nobody knows them exactly: stiffnesses and masse
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import lru_cache
 from typing import Any
@@ -78,6 +78,7 @@ _EXPONENT_SIGMA = 0.04  # line contact has 10/9, ends and misalignment raise it
 _LOAD_SIGMA = 0.04  # of the exponent with which friction falls with the load: 0 to 0.1 between most metals
 _MODULUS_SHARE = 0.004
 _WIDTH = 3.0  # standard deviations that stated values may go
+_RESTATED = 0.5  # share by which a value may go that drops beyond its tolerance told roughly: so wide hardly counts
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
 
 
@@ -265,18 +266,30 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
     return tuple(found)
 
 
-def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
+def restated_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
+    """Return the machine with values (SI) of `entries` in the place of what its file states, and wide tolerances about them.
+
+    What a file can state without tolerance only, such as the stiffness of a contact, has none then either.
+    """
+    return calibrated_machine(machine, values, _restated)
+
+
+def calibrated_machine(
+    machine: Machine, values: Mapping[str, float], moved: Callable[[Tolerant, float], Tolerant] | None = None
+) -> Machine:
     """Return the machine with values (SI) of `machine_parameters` as its nominal ones; the tolerances stay.
 
-    Values that are not the machine's (sensors, drops) are passed over.
+    Values that are not the machine's (sensors, drops) are passed over.  Where tolerances shall not stay, `moved` makes a value
+    of the old one and its new nominal.
     """
+    moved = moved or _moved
     bearings = []
     for bearing in machine.touchdown_bearings:
         new = {f: values[f"{bearing.name}.{f}"] for f in _END if f"{bearing.name}.{f}" in values}
         clearance = new.pop("diametral_clearance", None)
-        update: dict[str, Any] = {f: _moved(getattr(bearing, f), value) for f, value in new.items()}
+        update: dict[str, Any] = {f: moved(getattr(bearing, f), value) for f, value in new.items()}
         if clearance is not None:
-            wider = _moved(bearing.balls.diametral_clearance, clearance)
+            wider = moved(bearing.balls.diametral_clearance, clearance)
             update["balls"] = bearing.balls.model_copy(update={"diametral_clearance": wider})
         stated = {f: values[f"{bearing.name}.{f}"] for f in _AS_STATED if f"{bearing.name}.{f}" in values}
         if (stiffness := stated.pop("ball_stiffness", None)) is not None:
@@ -286,10 +299,10 @@ def calibrated_machine(machine: Machine, values: Mapping[str, float]) -> Machine
     magnets = []
     for magnet in machine.magnetic_bearings:
         held = {f: values[f"magnet {magnet.name}.{f}"] for f in _MAGNET if f"magnet {magnet.name}.{f}" in values}
-        magnets.append(magnet.model_copy(update={f: _moved(getattr(magnet, f), v) for f, v in held.items()}))
+        magnets.append(magnet.model_copy(update={f: moved(getattr(magnet, f), v) for f, v in held.items()}))
     rotor: dict[str, Any] = {"unbalance": tuple(_with_vector(plane, values) for plane in machine.rotor.unbalance)}
     if machine.rotor.speed_decay_time is not None and "rotor.speed_decay_time" in values:
-        rotor["speed_decay_time"] = _moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
+        rotor["speed_decay_time"] = moved(machine.rotor.speed_decay_time, values["rotor.speed_decay_time"])
     if "rotor.elastic_modulus" in values:
         rotor["elastic_modulus"] = values["rotor.elastic_modulus"]
     return machine.model_copy(
@@ -347,6 +360,10 @@ def polar(plane: Unbalance, along: float, across: float) -> tuple[float, float]:
 def _moved(value: Tolerant, nominal: float) -> Tolerant:
     """Return a value with its tolerance at another nominal, which may lie at their edge."""
     return Tolerant(nominal=nominal, low=min(value.low, nominal), high=max(value.high, nominal))
+
+
+def _restated(_: Tolerant, nominal: float) -> Tolerant:
+    return Tolerant(nominal=nominal, low=(1 - _RESTATED) * nominal, high=(1 + _RESTATED) * nominal)
 
 
 def _end_value(bearing: TouchdownBearing, field: str) -> Tolerant:

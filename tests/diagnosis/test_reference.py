@@ -1,6 +1,7 @@
 """What has changed since earlier drops: drops of the simulator itself (synthetic), so no test of its physics."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -9,15 +10,18 @@ from tdbsim.machine import load_machine
 
 from tdbmon.arguments import one_by_one
 from tdbmon.cli import main
+from tdbmon.diagnosis import reference
 from tdbmon.diagnosis.contender import Contender, with_cause
-from tdbmon.diagnosis.reference import _edges, changes, diagnose_since, smaller, standing
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.reference import _edges, changes, compared, diagnose_since, smaller, standing
+from tdbmon.diagnosis.reference_contract import reference_lines
 from tdbmon.diagnosis.sizes import sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.estimate import Estimate
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.least_squares import fit
-from tdbmon.identify.parameters import machine_parameters
+from tdbmon.identify.parameters import machine_parameters, restated_machine
 from tdbmon.identify.problem import build_problem
 from tdbmon.shipped import shipped
 from tests.diagnosis.simulated import problem_of
@@ -86,8 +90,95 @@ def test_a_gap_that_the_ball_clearance_makes_up_for_has_not_changed():
 def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before):
     beyond = fitted(crew, {**drops.TRUTH, "NDE.friction": 0.18}, (3, 4))
     assert changes(drops.machine(), before, beyond) == ()
-    (remark,) = _edges(drops.machine(), before, beyond)
-    assert remark.startswith("NDE.friction ran to the edge of its tolerance in the later drops")
+    assert _edges(drops.machine(), before, before) == ""
+    assert _edges(drops.machine(), before, beyond).startswith(
+        "NDE.friction (later drops): there the fit ran to the edge"
+    )
+
+
+def diagnosed(machine, kind=Kind.NONE, ratio=1.0, **wanted):
+    """A diagnosis of nobody knows which drops, with values of the machine that are known to a tenth of their tolerances."""
+    values = {p.name: Estimate.from_sigma(p.nominal, p.scale / 20, p.unit, "test") for p in machine_parameters(machine)}
+    problem = SimpleNamespace(drops=(SimpleNamespace(name="a.nc"),))
+    plain = SimpleNamespace(causes=(), ratio=ratio, times_noise=f"{ratio:g}", problem=problem)
+    why = f"the plain model leaves {ratio:g} times what noise would"
+    verdict = Verdict(kind, (), (0.96,), why)
+    return Diagnosis(machine, verdict, (plain,), None, {}, values, None, None, None, "another drop", (), 1.0, wanted)
+
+
+SOFT = {"NDE.support_stiffness": 5e7}
+
+
+def test_a_value_far_beyond_its_tolerance_has_changed_where_the_reference_fits_the_file(monkeypatch):
+    machine, asked = load_machine(shipped("short/machine.toml")), []
+
+    def diagnose_of(first):
+        def diagnose(machine, *_):
+            asked.append(machine)
+            lost = diagnosed(machine, Kind.UNKNOWN, 61.0, **SOFT)
+            return (first, lost, diagnosed(machine, ratio=1.02))[len(asked) - 1]
+
+        return diagnose
+
+    monkeypatch.setattr(reference, "diagnose", diagnose_of(diagnosed(machine)))
+    since, told = diagnose_since(machine, [], [], lambda _: None)
+    assert asked[2] == restated_machine(machine, SOFT)
+    (change,) = told.changes
+    assert (change.name, change.before.value) == ("NDE.support_stiffness", 1.31e8)
+    assert change.since.value == 5e7 and change.since.low < 5e7 < change.since.high
+    assert since.verdict.kind is Kind.UNKNOWN  # more is missing than tolerances allow, and it is no effect
+    assert (
+        "NDE.support_stiffness changed beyond what it allows; with that change the plain model leaves 1.02"
+        in since.verdict.why
+    )
+    assert "what has changed" in since.next_test
+    said = "\n".join(reference_lines(told))
+    assert "changed since: NDE.support_stiffness" in said
+    assert not any(words in said for words in ("not compared", "no value", "wider"))
+
+    # reference drops that the file does not follow either tell nothing of the file: it may be wrong
+    asked.clear()
+    monkeypatch.setattr(reference, "diagnose", diagnose_of(diagnosed(machine, Kind.UNKNOWN, 40.0)))
+    since, told = diagnose_since(machine, [], [], lambda _: None)
+    assert (len(asked), told.changes, since.changed) == (2, (), None)
+    assert (
+        "40 times what noise would in the reference drops and 61 times what noise would in the later"
+        in told.not_compared
+    )
+
+
+def test_what_is_named_beside_a_changed_value_stays_named():
+    machine = load_machine(shipped("short/machine.toml"))
+    since = reference.beside(SOFT, diagnosed(machine, Kind.NAMED))
+    assert (since.verdict.kind, since.changed, since.next_test) == (Kind.NAMED, None, "another drop")
+    assert since.verdict.why.endswith("with NDE.support_stiffness as changed since the reference drops")
+
+
+def test_a_fit_that_does_not_follow_its_drops_tells_nothing_of_their_values():
+    machine = load_machine(shipped("short/machine.toml"))
+    before, lost = diagnosed(machine), diagnosed(machine, Kind.UNKNOWN, 61.0)
+    edge = {p.name: replace(lost.values[p.name], value=p.high) for p in machine_parameters(machine)}
+    told = compared(machine, before, replace(lost, values=edge), {})
+    assert (told.changes, told.remarks) == ((), ())
+    _, line = reference_lines(told)  # no list of innocent values, and no word that nothing has changed
+    assert line.startswith(
+        "  not compared: values of the machine: the model leaves 61 times what noise would in the later drops"
+    )
+    # a change that explains the first contacts stands, without an interval
+    (change,) = compared(machine, before, lost, SOFT).changes
+    assert (change.since.value, change.since.low) == (5e7, None)
+    # what acts late only leaves the values as they are
+    late = diagnosed(machine, Kind.UNKNOWN, 1.1)
+    assert compared(machine, before, late, {}).not_compared == ""
+
+
+def test_a_changed_value_that_the_file_states_without_tolerance_is_told_from_what_it_states():
+    machine = load_machine(shipped("short/machine.toml"))
+    stiff = {"DE.contact_stiffness": 4e8}
+    since = diagnosed(restated_machine(machine, stiff))
+    (change,) = compared(machine, diagnosed(machine), since, stiff).changes
+    assert (change.before.value, change.since.value) == (1.3e9, 4e8)
+    assert change.before.low is None and change.since.low is None
 
 
 def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):
@@ -141,6 +232,7 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
     assert content["verdict"] == "none"
     assert content["reference"]["verdict"] == "none"
     assert content["reference"]["changed"] == []
+    assert content["reference"]["not_compared"] == ""
     assert len(content["reference"]["drops"]) == 2
     assert "no value of the machine has changed" in said.out
     assert "Changed since the reference drops" in page.read_text(encoding="utf-8")

@@ -23,7 +23,7 @@ from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.late_record import LateRecord, acts_later
 from tdbmon.diagnosis.left_over import left_over
 from tdbmon.diagnosis.reference import Change, Reference
-from tdbmon.diagnosis.reference_contract import reference_lines
+from tdbmon.diagnosis.reference_contract import reference_json, reference_lines
 from tdbmon.diagnosis.residual_force import residual_force
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict
@@ -42,6 +42,7 @@ from tdbmon.report.sections import (
     diagnosis_late_record,
     diagnosis_remains,
     diagnosis_sizes,
+    diagnosis_verdict,
 )
 from tests.figure_checks import assert_readable, figures_of, texts
 from tests.identify import drops
@@ -163,10 +164,20 @@ def test_the_terminal_has_the_sizes_of_the_report(named: Diagnosis) -> None:
     assert "  changed since: DE.gap 280 um (270 to 290) before, 300.0 um (at its edge) since" in lines
 
 
+def test_the_report_names_a_value_that_changed_and_no_mistake(named: Diagnosis, evidence: Evidence) -> None:
+    changed = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.04), "it changed"), changed="DE.gap")
+    said = _words(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=changed)),)))
+    assert "Unknown: DE.gap changed beyond what the machine file allows (2 drops)." in said
+    assert "in no catalogue" not in said and "Something acts" not in said
+
+
 def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosis) -> None:
-    since = Reference(named, (), ("a value ran to its edge",))
+    since = Reference(named, (), ("a value differs too",), "DE.gap (later drops): at its edge")
     said = _words(build_diagnosis_report(named, since=since))
-    assert "\nA value ran to its edge." in said  # a sentence, as remarks are elsewhere in the report
+    assert "\nA value differs too." in said  # a sentence, as remarks are elsewhere in the report
+    assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine moved" in said
+    assert "  not compared: DE.gap (later drops): at its edge" in reference_lines(since)
+    assert reference_json(since)["not_compared"] == "DE.gap (later drops): at its edge"
     rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
     assert rule in said and any(rule in line for line in reference_lines(since))
 

@@ -46,7 +46,11 @@ def said(machine_file):
 
 
 def told_by(problem):
-    return mistaken_entry(problem, first_fits(few_drops(problem)))
+    found = mistaken_entry(problem, first_fits(few_drops(problem)))
+    if found is None:
+        return None
+    assert found.wanted and all(name in found.why for name in found.wanted)
+    return found.why
 
 
 def values(text, name):

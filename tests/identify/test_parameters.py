@@ -16,6 +16,7 @@ from tdbmon.identify.parameters import (
     calibrated_machine,
     drop_parameters,
     machine_parameters,
+    restated_machine,
     stated_parameters,
     with_values,
 )
@@ -44,6 +45,16 @@ def test_every_tolerant_value_is_there_with_its_bounds(full):
     along, across = found["generator.along"], found["generator.across"]
     assert along.nominal == pytest.approx(40e-6)
     assert across.high == pytest.approx(60e-6 * math.sin(math.radians(20)))
+
+
+def test_a_restated_value_may_go_to_both_sides_of_it(full):
+    wanted = {"NDE.support_stiffness": 3e7, "DE.contact_stiffness": 4e8}
+    found = restated_machine(full, wanted)
+    soft = next(p for p in machine_parameters(found) if p.name == "NDE.support_stiffness")
+    assert (soft.nominal, soft.low, soft.high) == pytest.approx((3e7, 1.5e7, 4.5e7))
+    assert next(each for each in found.touchdown_bearings if each.name == "DE").contact_stiffness == 4e8
+    others = [p for p in machine_parameters(full) if p.name not in wanted]
+    assert [p for p in machine_parameters(found) if p.name not in wanted] == others
 
 
 @pytest.mark.parametrize("phase", range(-180, 180, 30))

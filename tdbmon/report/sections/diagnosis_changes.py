@@ -22,11 +22,13 @@ def section(since: Reference) -> Section:
     if since.changes:
         rows = tuple(Row((each.name, words(each.before), words(each.since))) for each in since.changes)
         blocks.append(Table("Values of the machine that moved", ("Value", "Reference", "Since"), rows))
-    else:
+    if since.not_compared:
+        blocks.append(Paragraph(f"Not compared: {since.not_compared}."))
+    if since.compares and not since.changes:
         blocks.append(
             Paragraph(
-                f"No value of the machine moved by more than {APART:g} times the half widths of both intervals and by half of"
-                " its tolerance (a ball clearance: by all of it)."
+                f"No {'other ' if since.not_compared else ''}value of the machine moved by more than {APART:g} times the half"
+                " widths of both intervals and by half of its tolerance (a ball clearance: by all of it)."
             )
         )
     blocks += [Paragraph(remark) for remark in grouped(since.remarks, names)]

@@ -47,6 +47,13 @@ def section(evidence: Evidence) -> Section:
                 " file has it, against the drops."
             )
         )
+    elif diagnosis.changed is not None:
+        blocks.append(
+            Paragraph(
+                "No effect of the catalogue stands for this change, and none is missing beside it. What follows shows the plain"
+                " model with the value as it is now."
+            )
+        )
     elif diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
         blocks.append(
             Paragraph(
@@ -85,6 +92,8 @@ def _sentence(diagnosis: Diagnosis) -> str:
         return f"Ambiguous: {either}. These {drops} cannot decide between them."
     if diagnosis.mistaken is not None:
         return f"Unknown: the set-up is not what the machine file says ({drops})."
+    if diagnosis.changed is not None:
+        return f"Unknown: {diagnosis.changed} changed beyond what the machine file allows ({drops})."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     return f"None: the plain model lacks nothing that these {drops} show."
