@@ -17,9 +17,8 @@ from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
 from tdbmon.record.speed_checks import STANDSTILL_HZ
 
-LEAD_S = (
-    0.2  # of levitation before the release, from which the speed at the release is found; more where it is told seldom
-)
+# of levitation before the release, from which the speed at the release is found; more where it is told seldom
+_LEAD_S = 0.2
 AGE = "how old a held speed may be"
 _FEWEST = 6  # means of the speed in it
 _LEAST_S = 0.005  # of levitation, without which nothing tells the speed there
@@ -28,7 +27,7 @@ _MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no 
 
 def lead_of(interval: float) -> float:
     """Return how long before the release the speed is looked at, s, that is told every `interval`, s."""
-    return max(LEAD_S, (_FEWEST + 2) * interval)
+    return max(_LEAD_S, (_FEWEST + 2) * interval)
 
 
 def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
