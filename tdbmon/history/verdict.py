@@ -308,6 +308,11 @@ def _causes(change: Change, comparison: Comparison, way: float) -> str:
     """
     meaning = change.kind.causes(way)
     others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))
+    if change.kind.carried and others:
+        return (
+            f"{meaning}; or a probe of the other end, {others}, where the line through the probes of both ends carries the centre"
+            " to the bearing"
+        )
     if not change.kind.both_ends or not others:
         return meaning
     restitution = next(
