@@ -85,10 +85,10 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
 
 
 def _limit(ax: Axes, change: Change, growth: float) -> None:
-    """Draw at which radius the growth since the drops before reaches the limit."""
+    """Draw at which radius the growth since the drops before, or since their slope begins, reaches the limit."""
     before = [e.value for drop, e in change.earlier if e.value is not None and drop not in change.left_out]
-    centre = float(np.median(before)) if change.difference is None else change.difference.before.centre
-    level = centre * (1 + growth) * scale_of(change.kind.unit)[0]
+    usual = float(np.median(before)) if change.level is None else change.level
+    level = usual * (1 + growth) * scale_of(change.kind.unit)[0]
     ax.axhline(level, color=VERMILION, linewidth=0.8)
     ax.annotate(
         f"limit: growth by {stated_percent(growth)}", (0.02, level), (0, -2), xycoords=ax.get_yaxis_transform(),

@@ -49,10 +49,10 @@ def add(
     outcomes = []
     for outcome in add_all(archive, orders, workers, scheduler, tell, again):
         outcomes.append(outcome)
-        if outcome.failed:
-            _warn(" ".join(outcome.why.split()))
-        else:
+        if not outcome.failed:
             typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
+    for line in _failures(outcomes):
+        _warn(line)
     of_machine = cache(archive.entries)
     rows = []
     for outcome in outcomes:
@@ -120,6 +120,19 @@ def _remarks(
         found += clock_remarks(entry, of_machine(entry.machine))
         found += [] if assembly else assembly_remarks(entry, of_machine(entry.machine))
     return found + _strangers(archive, outcome.drop, filing)
+
+
+def _failures(outcomes: list[Outcome]) -> list[str]:
+    """Return a line for each reason why records failed: all drops with the stamp of a clock that stood still have the same."""
+    of: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        if outcome.failed:
+            of.setdefault(outcome.why.removeprefix(f"{outcome.record}: "), []).append(outcome)
+    lines = [
+        own[0].why if len(own) == 1 else f"each of {', '.join(o.record.name for o in own)}: {why}"
+        for why, own in of.items()
+    ]
+    return [" ".join(line.split()) for line in lines]
 
 
 def _passed_over(outcomes: list[Outcome]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -110,14 +111,23 @@ class Change:
         return trend_of(self.series, numbers[-len(self.series) :])
 
     @property
+    def level(self) -> float | None:
+        """What its growth is counted from: the centre of the drops before, or where their slope begins; None without them."""
+        if self.difference is None:
+            return None
+        trend = None if self.difference.before.slope is None else self.trend
+        return self.difference.before.centre if trend is None else trend.first
+
+    @property
     def grown(self) -> float | None:
         """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts.
 
         None where it has not, or where what it is held against is not above zero.
         """
         grown = []
-        if self.differs and self.difference is not None and self.difference.before.centre > 0:
-            grown.append(self.difference.value / self.difference.before.centre)
+        level = self.level
+        if self.differs and self.estimate.value is not None and level is not None and level > 0:
+            grown.append(self.estimate.value / level - 1)
         if self.drifts and self.trend is not None and self.trend.grown is not None:
             grown.append(self.trend.grown)
         return max(grown, default=None)
@@ -142,19 +152,24 @@ def changes_of(
     keys = in_order(keys, drop.ends)
     judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
+    each = level / max(1, judged)
     place = {entry.id: number for number, entry in enumerate(matched)}
     found = []
     for key in keys:
         earlier = theirs.get(key, [])
         numbers = (*(place[drop] for drop, _ in earlier), len(matched))
-        found.append(_compared(key, mine.get(key), earlier, numbers, level / max(1, judged)))
+        found.append(_compared(key, mine.get(key), earlier, numbers, each))
+    drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
+    found = [
+        _compared(_key(c), c.estimate, c.earlier, c.numbers, each, level) if drift_of.get(_key(c), 1.0) <= level else c
+        for c in found
+    ]
     # what counts towards the verdict and what does not are each corrected for their own number
     p_of = {
         key: p
         for counts in (True, False)
         for key, p in _together({_key(c): c.p for c in found if c.kind.judged == counts}, settings).items()
     }
-    drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
     changes = []
     for change in found:
         p, drift = p_of.get(_key(change)), drift_of.get(_key(change))
@@ -200,11 +215,16 @@ def untold_of(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Cha
 def _compared(
     key: tuple[str, str],
     estimate: Estimate | None,
-    earlier: list[tuple[str, Estimate]],
+    earlier: Sequence[tuple[str, Estimate]],
     numbers: tuple[int, ...],
     level: float,
+    slow: float = 0.0,
 ) -> Change:
-    """Return one feature against the drops before, not yet corrected for the others."""
+    """Return one feature against the drops before, not yet corrected for the others.
+
+    Where it drifts, `slow` is the probability of their order below which those that are a measure for it are taken along their
+    slope.  Of a step these are the drops before it, which lie on none.
+    """
     kind, end = KINDS[key[0]], key[1]
     if estimate is None:
         estimate = Estimate.missing(kind.unit, NO_SUCH)
@@ -222,8 +242,12 @@ def _compared(
         least = kind.least * (usual if kind.relative else 1.0)
         kept = baseline(values, least, level)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
+        back = None
+        if slow and kept[-_TREND:].sum() > LEAST_JUDGED and order_p(np.append(values[kept], estimate.value)) < slow:
+            kept[:-_TREND] = False
+            back = (numbers[-1] - np.array(numbers[:-1], float))[kept]
         difference = compare_value(
-            estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative
+            estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative, back=back
         )
     return Change(
         kind, end, estimate, tuple(earlier), numbers, left_out, difference,

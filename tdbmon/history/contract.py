@@ -115,7 +115,14 @@ def _box(drop: str, box: StressBox) -> dict[str, Any]:
 def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
     kind, found = change.kind, change.difference
     factor = OUTSIDE[kind.unit]
-    before: dict[str, Any] = {"n": len(change.earlier), "centre": None, "median": None, "low": None, "high": None}
+    before: dict[str, Any] = {
+        "n": len(change.earlier),
+        "centre": None,
+        "median": None,
+        "low": None,
+        "high": None,
+        "slope": None,
+    }
     difference = Estimate.missing(kind.unit, change.why or "not compared")
     detectable = None
     if found is not None:
@@ -123,6 +130,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         before["median"] = factor * found.before.median
         values = [e.value for each, e in change.earlier if e.value is not None and each not in change.left_out]
         before["n"] = found.before.n
+        before["slope"] = None if found.before.slope is None else factor * found.before.slope
         before["low"], before["high"] = factor * min(values), factor * max(values)
         why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
         difference = Estimate(

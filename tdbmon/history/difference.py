@@ -8,6 +8,10 @@ is too sure of itself: of normal values, 0.4 % fall below a stated 0.1 % at n = 
 counts them).  Where x itself is less certain than any of those before, what it is worse by is added.  An error that is a share
 of the value grows with it, and is no worse for that.  A scatter below `least` is never believed.
 
+Where the values rise or fall from drop to drop, their scatter about a mean is that change itself.  Each is then carried along
+their slope to the drop's place first: s is the scatter about the line, which has a degree of freedom less, and its slope adds
+to the error what it is uncertain by.
+
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
 leaves out those that were beyond chance when they came.  Without that, a change would hide the next drop with the same change.
 
@@ -18,7 +22,7 @@ so wide that only gross changes stand out: `detectable` says how large a change 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +50,8 @@ class Before:
         Standard deviation between drops; None for a single one.
     freedom : float
         Degrees of freedom of the scatter.
+    slope : float or None
+        A drop, along which they were carried to the place of this one; None where they are taken as they are.
     """
 
     n: int
@@ -53,6 +59,7 @@ class Before:
     centre: float
     scatter: float | None
     freedom: float
+    slope: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,8 +106,43 @@ def summarise(values: Array, least: float) -> Before:
     return Before(n, median, centre, max(scatter, least), 0.7 * (n - 1))
 
 
+def along_slope(values: Array, back: Array, least: float) -> tuple[Before, float]:
+    """Return centre and scatter of earlier values (n,), n >= 3, about their line, and the share of its slope in the variance.
+
+    Parameters
+    ----------
+    values : (n,) array
+    back : (n,) array
+        How many drops each lies before the one that they are carried to.
+    least : float
+        Smallest scatter that is believed.
+
+    Returns
+    -------
+    Before
+        At that drop.
+    float
+        What the slope's own error adds to the variance of the centre there, over that of the scatter (least squares).
+    """
+    from scipy.stats import theilslopes
+
+    slope = float(theilslopes(values, -back).slope)
+    level = summarise(values + slope * back, 0.0)
+    n, scatter = len(values), level.scatter or 0.0
+    freedom = level.freedom - 1
+    about = replace(level, scatter=max(scatter * math.sqrt((n - 1) / (n - 2)), least), freedom=freedom, slope=slope)
+    return about, float(back.mean() ** 2 / np.sum((back - back.mean()) ** 2))
+
+
 def compare_value(
-    value: float, sigma: float, values: Array, sigmas: Array, least: float, *, relative: bool = False
+    value: float,
+    sigma: float,
+    values: Array,
+    sigmas: Array,
+    least: float,
+    *,
+    relative: bool = False,
+    back: Array | None = None,
 ) -> Difference:
     """Return the difference of a value from those before.
 
@@ -114,10 +156,12 @@ def compare_value(
         Smallest scatter that is believed.
     relative : bool
         Errors are shares of the value, where those before are plainly not nought.
+    back : (n,) array, optional
+        How many drops each lies before this one; with it they are held against it along their slope.
     """
     from scipy.special import stdtrit
 
-    before = summarise(values, least)
+    before, tilt = (summarise(values, least), 0.0) if back is None else along_slope(values, back, least)
     difference = value - before.centre
     if before.scatter is None:
         return Difference(before, difference, None, None, None, None)
@@ -125,7 +169,7 @@ def compare_value(
     if relative and Z95 * usual < abs(before.centre):
         usual *= max(1.0, abs(value / before.centre))
     worse = max(0.0, sigma**2 - usual**2)
-    error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n) + worse))
+    error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n + tilt) + worse))
     p = _probability(difference, error, before.freedom)
     half = float(stdtrit(before.freedom, _TAIL)) * error
     return Difference(before, difference, difference - half, difference + half, p, error)

@@ -51,6 +51,8 @@ class FeatureKind:
         What a smaller value may come from, where that is something else; nothing that wears makes a clearance smaller.
     both_ends : bool
         The impact at the other end feeds it or takes from it, so that a change may come from there.
+    carried : bool
+        A position that the line through the probes of both ends carries to the bearing, so that one of the other end moves it.
     forces : bool
         It needs the fitted simulation (``--forces``).
     judged : bool
@@ -65,6 +67,7 @@ class FeatureKind:
     less: str = ""
     relative: bool = False
     both_ends: bool = False
+    carried: bool = False
     forces: bool = False
     judged: bool = True
 
@@ -102,14 +105,16 @@ _KINDS = (
         "Clearance centre x",
         "um",
         0.2e-6,
-        "bearing or probes moved sideways",
+        "bearing or probes moved sideways, sensitivity of a probe",
+        carried=True,
     ),
     FeatureKind(
         "gap_centre_y_um",
         "Clearance centre y",
         "um",
         2e-6,
-        "bearing or probes moved up or down",
+        "bearing or probes moved up or down, sensitivity of a probe",
+        carried=True,
     ),
     FeatureKind(
         "stiffness_n_per_m",
@@ -312,7 +317,7 @@ _KINDS = (
         "Free fall by one probe over the other's",
         "1",
         0.01,
-        "sensitivity or angle of a probe",
+        "sensitivity or angle of a probe, or a channel that is late",
         relative=True,
         judged=False,
     ),

@@ -69,9 +69,11 @@ class MachineHistory:
 
     @property
     def flagged(self) -> dict[tuple[str, str], tuple[str, ...]]:
-        """By feature and end, the identifiers of the drops in which it was flagged."""
+        """By feature and end, the identifiers of the drops in which it was flagged, of those whose records show the machine."""
         found: dict[tuple[str, str], tuple[str, ...]] = {}
         for judged in self.judged:
+            if doubts(judged.comparison.entry.failed_checks):
+                continue  # the courses are without it
             for change in judged.comparison.flagged:
                 key = (change.kind.name, change.end)
                 found[key] = (*found.get(key, ()), judged.comparison.entry.id)

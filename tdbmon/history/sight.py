@@ -29,6 +29,8 @@ class Sight:
         Drops before that one of `WEAR` was held against, of the one with most; 0 where the drop has none of them.
     growth : float or None
         Smallest growth of the radius at rest that would have been flagged, as a share of it; None where none would.
+    slope : bool
+        One of `WEAR` drifts: growth is over the slope of the drops before.
     least_drops : int
         As many drops as "as before" takes.
     limit : float
@@ -39,6 +41,7 @@ class Sight:
     told: tuple[Change, ...]
     drops: int
     growth: float | None
+    slope: bool
     least_drops: int
     limit: float
 
@@ -66,10 +69,10 @@ def sight(comparison: Comparison, end: str) -> Sight:
     told = tuple(change for change in changes.values() if len(change.earlier) >= LEAST_JUDGED)
     radius = _usual(changes.get("gap_um"))
     growths = [g for c in changes.values() if (g := _growth(c, comparison.level_of(c), radius)) is not None]
-    drops = max((c.difference.before.n for c in changes.values() if c.difference is not None), default=0)
-    return Sight(
-        end, told, drops, min(growths, default=None), settings.compare.least_drops, settings.inspect.gap_growth
-    )
+    before = [c.difference.before for c in changes.values() if c.difference is not None]
+    drops, slope = max((each.n for each in before), default=0), any(each.slope is not None for each in before)
+    growth, least, limit = min(growths, default=None), settings.compare.least_drops, settings.inspect.gap_growth
+    return Sight(end, told, drops, growth, slope, least, limit)
 
 
 def _usual(radius: Change | None) -> float | None:
@@ -82,12 +85,14 @@ def _growth(change: Change, level: float, radius: float | None) -> float | None:
     """Return by which share the radius must grow for a quantity of `WEAR` to be flagged; None where that is not known.
 
     The deepest excursion grows by what the radius grows by.  The fall goes about through the radius, so that its time grows
-    with the root of it.
+    with the root of it.  What these have grown by along their slope was not seen: the limit along a slope is the radius's.
     """
-    found = change.difference
+    found, usual = change.difference, change.level
     smallest = None if found is None else found.detectable(level)
-    if found is None or smallest is None or found.before.centre <= 0:
+    if found is None or usual is None or smallest is None or usual <= 0:
         return None
+    if change.kind.name != "gap_um":
+        smallest = max(smallest, found.before.centre - usual)
     if change.kind.name == "fall_time_ms":
-        return (1 + smallest / found.before.centre) ** 2 - 1
+        return (1 + smallest / usual) ** 2 - 1
     return smallest / radius if radius else None

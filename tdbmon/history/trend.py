@@ -27,6 +27,8 @@ class Trend:
         Probability of as many pairs in one order by chance (Kendall's test against the order of the drops).
     change : ChangePoint or None
         Where the level changed, if anywhere; None below six drops.
+    first : float
+        Level at the first drop, where the slope begins.
     grown : float or None
         From the first drop to the last along the slope, over the level where it begins; None where that is not above zero.
     """
@@ -34,6 +36,7 @@ class Trend:
     slope: Estimate
     p: float
     change: ChangePoint | None
+    first: float
     grown: float | None
 
 
@@ -60,7 +63,7 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
     unit = series[0].unit
     if np.ptp(values) == 0:
         flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
-        return Trend(flat, 1.0, None, 0.0)
+        return Trend(flat, 1.0, None, float(values[0]), 0.0)
     found = theilslopes(values, order, alpha=0.95)
     rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
     if len(values) >= _LEAST_INTERVAL:
@@ -69,7 +72,7 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
         slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
     first = float(found.intercept + found.slope * order[0])
     grown = float(found.slope * (order[-1] - order[0])) / first if first > 0 else None
-    return Trend(slope, order_p(values), change_point(values), grown)
+    return Trend(slope, order_p(values), change_point(values), first, grown)
 
 
 def order_p(values: NDArray[np.float64]) -> float:

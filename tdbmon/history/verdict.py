@@ -114,7 +114,8 @@ def _seen(sight: Sight) -> str:
     growth = (
         "" if sight.growth is None else f", growth of the radius from {percent(sight.growth)} on would have been seen"
     )
-    return f"{sight.end}: against {sight.drops} drops before{growth}"
+    slope = "the slope of " if sight.slope else ""
+    return f"{sight.end}: against {slope}{sight.drops} drops before{growth}"
 
 
 def _dim(sight: Sight) -> str:
@@ -128,7 +129,8 @@ def _dim(sight: Sight) -> str:
     growth = "" if sight.growth is None else f", only from {percent(sight.growth)} on"
     return (
         f"{sight.end}: growth of the radius by {stated_percent(sight.limit)} would not have been seen{growth}: {things} of"
-        f" {counted(sight.drops, 'drop')} before scatter too much, or those of this one are not certain enough"
+        f" {counted(sight.drops, 'drop')} before scatter too much (or drift, where no radius is told), or"
+        " those of this one are not certain enough"
     )
 
 
@@ -295,6 +297,7 @@ def _sentence(change: Change, comparison: Comparison) -> str:
     since = comparison.record(change.since)
     some = f"{n} of the {len(change.earlier)}" if change.left_out and not since else f"the {n}"
     began = f" {since}, where the change began" if since else ""
+    some = f"the slope of {some}" if difference.before.slope is not None else some
     return (
         f"{change.title}: {value} {way} {some} matching drops before{began}"
         f" (p = {change.p_adjusted:.2g}, corrected); may come from: {_causes(change, comparison, difference.value)}"
@@ -308,6 +311,11 @@ def _causes(change: Change, comparison: Comparison, way: float) -> str:
     """
     meaning = change.kind.causes(way)
     others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))
+    if change.kind.carried and others:
+        return (
+            f"{meaning}; or a probe of the other end, {others}, where the line through the probes of both ends carries the centre"
+            " to the bearing"
+        )
     if not change.kind.both_ends or not others:
         return meaning
     restitution = next(

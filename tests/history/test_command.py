@@ -323,6 +323,24 @@ def test_what_failed_is_told_line_by_line_and_the_code_is_two(capsys, tmp_path):
     assert "is empty" in err
 
 
+def test_drops_of_one_time_stamp_are_refused_in_one_line(capsys, tmp_path, monkeypatch):
+    """A clock that stood still; each had a long line of its own, all alike but for the name."""
+
+    def study(order, progress):
+        seed = int(order.record.stem[-1])
+        made = filing(order.record, order.machine, seed=seed, dropped="2020-01-01T09:30:05Z")
+        return replace(made, machine=load_machine(order.machine).name, filed=order.filed)
+
+    monkeypatch.setattr(batch, "study", study)
+    records = [files(tmp_path, i)[0] for i in range(4)]
+    code, out, err = run(capsys, "archive", "add", "--archive", tmp_path / "a", MACHINE, *records)
+    assert code == 2
+    assert "1 of 4 records" in out
+    (line,) = err.splitlines()
+    assert "each of drop_1.nc, drop_2.nc, drop_3.nc: states the same time" in line
+    assert "(drop_0.nc)" in line and "--dropped TIME" in line
+
+
 def test_verify_with_a_fault_is_code_two_and_rebuild_mends_the_catalogue(capsys, years, tmp_path):
     folder = tmp_path / "archive"
     shutil.copytree(years.folder, folder)

@@ -38,6 +38,17 @@ def test_from_fifteen_drops_on_it_is_no_surer_than_it_says(n):
         assert np.mean(p < level) < level + 3 * np.sqrt(level / len(p))
 
 
+@pytest.mark.parametrize("n", [4, 7, 14, 20])
+def test_along_a_slope_the_probability_is_no_surer_than_it_says(n):
+    rng, back = np.random.default_rng(n), np.arange(n, 0, -1.0)
+    sets = ((rng.standard_normal(), rng.standard_normal(n) - 3.0 * back) for _ in range(RUNS))
+    found = [compare_value(value, 0.0, before, np.zeros(n), 1e-9, back=back) for value, before in sets]
+    p = np.array([each.p for each in found])
+    for level in (0.5, 0.05, 0.01):
+        assert np.mean(p < level) == pytest.approx(level, abs=4 * np.sqrt(level * (1 - level) / RUNS))
+    assert np.mean([each.before.slope for each in found]) == pytest.approx(3.0, abs=0.05)
+
+
 def test_a_prediction_interval_covers_nineteen_of_twenty():
     # the interval is that of the difference: where nothing changed it holds zero
     rng = np.random.default_rng(6)

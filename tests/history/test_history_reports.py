@@ -310,6 +310,20 @@ def test_a_machine_report_draws_what_it_flags(history):
     assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
 
 
+def test_what_is_flagged_of_a_record_that_is_left_out_alone_is_not_drawn_before_the_rest(empty, tmp_path):
+    """Its panel stood first, without a mark or ring of the drops that it was there for."""
+    fill(empty, tmp_path, 8)
+    for i in (50, 51):
+        add(
+            empty, tmp_path, i, dropped=f"2021-01-{i - 40}", values={("gap_centre_x_um", "DE"): 1.3},
+            failed_checks=("probe scales NDE",),
+        )  # fmt: skip
+    history = machine_history(empty, empty.machines()[0])
+    assert any(c.kind.name == "gap_centre_x_um" for c in history.last.comparison.flagged)
+    assert history.flagged == {}
+    assert not any("Clearance" in ax.get_title(loc="left") for ax in machine_courses(history).axes)
+
+
 def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_no_drop_of_the_machine(empty, tmp_path):
     """A speed has one name in all panels, though quantities are missing here and there."""
     for i in range(12):

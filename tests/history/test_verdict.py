@@ -147,6 +147,17 @@ def test_a_change_of_the_rebound_may_come_from_the_other_end(years, empty, tmp_p
     assert "the other end" not in said
 
 
+def test_a_probe_is_among_the_causes_of_what_a_probe_moves(empty, tmp_path):
+    """A gain of NDE that was off moved the centre at DE too, by the line through all probes; a late channel reads as a gain."""
+    fill(empty, tmp_path, 8)
+    values = {("gap_centre_x_um", "DE"): 1.3, ("probe_ratio", "DE"): 1.3}
+    _, verdict = judged(empty, add(empty, tmp_path, 50, dropped="2021-01-01", values=values))
+    (said,) = [reason for reason in verdict.reasons if reason.startswith("Clearance centre x, DE")]
+    assert "moved sideways, sensitivity of a probe; or a probe of the other end, NDE, where the line" in said
+    (said,) = [reason for reason in verdict.reasons if "Free fall by one probe over the other's" in reason]
+    assert said.endswith("sensitivity or angle of a probe, or a channel that is late")
+
+
 def test_growth_of_the_gap_beyond_the_limit_asks_for_an_inspection(empty, tmp_path):
     fill(empty, tmp_path, 8)
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.25})

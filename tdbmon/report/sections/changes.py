@@ -37,9 +37,9 @@ def section(comparison: Comparison) -> Section | None:
     blocks.append(
         Paragraph(
             "“Before” is the mean of the n drops before that are a measure for this one, from fifteen on Tukey's biweight,"
-            " which odd ones among them do not move. “Seen from” is the smallest difference that is told from chance with so"
-            " many drops and so much scatter: a smaller change may be there and is not seen. An interval that leaves out"
-            " zero tells no change by itself: of"
+            " which odd ones among them do not move; what drifts is carried along its slope to this drop first. “Seen"
+            " from” is the smallest difference that is told from chance with so many drops and so much scatter: a smaller change"
+            " may be there and is not seen. An interval that leaves out zero tells no change by itself: of"
             f" {comparison.tested} quantities one in twenty does so by chance. p is the chance of so large a difference where"
             " nothing has changed, corrected for that number. Levitation, the ratios of the speeds and of the probes, the speed"
             " at the release and fatigue do not count towards the verdict; their p is corrected for their own number."

@@ -23,7 +23,8 @@ def section(comparison: Comparison) -> Section:
             Paragraph(
                 "Each value is held against a prediction from the drops before: their mean and standard deviation below 15"
                 " drops, Tukey's biweight location and scale from 15 on, and Student's t with the degrees of freedom that so"
-                " few drops leave. A drop that was off itself when it came is no measure for later ones and is left out of"
+                " few drops leave. Where a quantity drifts, centre and scatter are those about its slope."
+                " A drop that was off itself when it came is no measure for later ones and is left out of"
                 f" that quantity.{honest} Probabilities are corrected by {correction}"
                 f" {stated_percent(compare.significance)}. Leaving drops out has its price: for 5 % it was 7 to 8 % in a count of"
                 " quantities that scatter much."
