@@ -51,8 +51,9 @@ code with tdbmon or tdbsim; "true" is what that program used.
    had to move.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
-   beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. Where the recorded shaft goes farther
-   out than most of the members, or less far, as where some whirl, a remark says so, and what those press that go as it does.
+   beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. Where the recorded shaft goes
+   farther out than most of the members, or less far, as where some whirl, a remark says so, and what those press that go as
+   it does.
 3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by one rule in both, residuals to
    growing horizons. The friction that brings the simulated orbits nearest to the measured ones, all else as fitted (the
    dissertation's way), beside that of least squares.
