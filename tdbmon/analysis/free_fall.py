@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from tdbsim.machine import Machine
 
@@ -23,6 +24,7 @@ _ONE = 2.0  # times nearer to the other end's probes: then the other one is wron
 _UPRIGHT = 0.15  # of gravity: less is no fall
 _SCALE = 2.0  # times gravity, or a half of it, at every end: times or lengths are on a wrong scale
 _SAME = 0.1  # logarithm of the ratio of two stretches of time that are one
+_UNLIKE = 0.05  # of gravity, by which one end falls slower and the other faster where the shaft tips
 _HOLDS_S = 0.01  # of a magnetic force's decay: a longer one fits a wrong time base as well
 _LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
 
@@ -40,9 +42,14 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
         return []
     found = []
     held = _held(release)
+    scales = {end: release.states[end].scale if end in release.states else None for end in release.falls}
+    shares = {
+        end: -fall.acceleration[1] / machine.gravity if (scale := scales[end]) is None else scale
+        for end, fall in release.falls.items()
+    }
+    late = _later(shares)
     for end, fall in release.falls.items():
-        scale = release.states[end].scale if end in release.states else None
-        share = -fall.acceleration[1] / machine.gravity if scale is None else scale
+        scale, share = scales[end], shares[end]
         detail = f"falls with {share * machine.gravity:.3g} m/s2, {share:.2f} of gravity, before it touches"
         others = [each.whirl for other, each in release.falls.items() if other != end]
         turning = fall.whirl + _ACROSS * max(others, default=0.0)
@@ -54,10 +61,22 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
             what = "the wide orbit turns" if turning >= fall.turning else "once per revolution shows"
             detail += f", which tells little: {what} with {doubt * machine.gravity:.3g} m/s2"
         cure = (
-            "" if passed else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None, held=held)}"
+            ""
+            if passed
+            else f": {_suspects(share, machine, end, over_pulses, at_once=scale is not None, held=held)}{late}"
         )
         found.append(Check("free fall", end, passed, detail + cure))
     return found
+
+
+def _later(shares: Mapping[str, float]) -> str:
+    """Return the suspicion that one magnet let go later than the other, which tips the shaft about its end; "" without one."""
+    if len(shares) < 2:
+        return ""
+    slow, fast = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
+    if not 0 < shares[slow] < 1 - _UNLIKE or shares[fast] < 1 + _UNLIKE:
+        return ""
+    return f"; or the magnet of {slow} lets go later than that of {fast}, which tips the shaft"
 
 
 def _held(release: Release) -> float:

@@ -20,10 +20,12 @@ from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
 from tdbmon.analysis.returned import returned
 from tdbmon.analysis.rotation import Rotation
+from tdbmon.analysis.spring_back import sag_of
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
+from tdbmon.record.finding import Check
 from tdbmon.record.held_end import never_touches
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
@@ -179,10 +181,16 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     seen, upright = freed(laid, machine)
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
+    rotor = build_rotor(machine)
+    searched = (
+        seen,
+        upright,
+        to_planes(seen, upright, names),
+        Rotation.of(laid, machine).before(None),
+        springing_back(rotor),
+    )
     # a first guess, which need not know the sag: the fit finds the instant
-    bending = springing_back(build_rotor(machine))
-    found = release_of(seen, upright, to_planes(seen, upright, names), Rotation.of(laid, machine).before(None), bending)
-    found, release = _told(found, name)
+    found, release = _told(release_of(*searched), name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
     _check_unbroken(time, after_hole, release, stages.least, name)
@@ -194,8 +202,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     noise = _noise(raw, time, after_hole, release, turning, machine, [f"{name}: probe '{p.name}'" for p in probes])
-    free_fall = [each for each in check_free_fall(found, machine) if not each.passed]
-    scales = [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
+    free_fall, scales = _of_wrong_scales(found, machine)
+    if scales:  # what a shaft that springs back does in the fall may look so, without its sag
+        free_fall, scales = _of_wrong_scales(release_of(*searched, sag_of(machine, rotor)) or found, machine)
     remarks = [
         *_of_probes(machine, probes, unused, lost),
         *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
@@ -228,6 +237,12 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         compensated=compensated is not laid,
         flight=stages.flight,
     )
+
+
+def _of_wrong_scales(found: Release, machine: Machine) -> tuple[list[Check], list[Check]]:
+    """Return the failed checks of a fall's acceleration, and with them those of the probes' scales."""
+    free_fall = [each for each in check_free_fall(found, machine) if not each.passed]
+    return free_fall, [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
 
 
 def _told(found: Release | None, name: str) -> tuple[Release, float]:

@@ -112,6 +112,19 @@ def test_the_suspects_are_told_by_how_much(machine):
     assert "'NDE_A', 'NDE_B'" in slow
 
 
+def test_an_end_that_falls_slowly_while_the_other_falls_fast_is_let_go_later(machine):
+    """A magnet that lets go late tips the shaft about its end: scales alone were suspected, of both ends."""
+    planes = planes_of("short/drop_060")
+    tipped = planes.copy(deep=True)
+    tipped["displacement"].loc[{"end": "NDE"}] *= 0.55
+    tipped["displacement"].loc[{"end": "DE"}] *= 1.25
+    checks = check_free_fall(find_release(tipped, machine, 57.0, [305.4]), machine)
+    failed = [check for check in checks if not check.passed]
+    assert failed
+    assert all("or the magnet of NDE lets go later than that of DE, which tips the shaft" in c.detail for c in failed)
+    assert not any("lets go later" in check.detail for check in fallen("short/drop_100", machine, longer=2.0))
+
+
 def test_a_bent_shaft_does_not_make_a_record_wrong(machine):
     """It turns about its inertia axis in the fall, by 15 m/s2 where it is bent by 40 um at 97 Hz."""
     shares = []
