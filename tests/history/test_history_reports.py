@@ -246,8 +246,8 @@ def test_what_changed_is_drawn_on_top_with_its_point_and_interval(comparison):
     (ax,) = differences(comparison).axes
     labels = [label.get_text() for label in ax.get_yticklabels()]
     flagged = comparison.flagged
-    assert len(flagged) == 2
-    assert [label.partition(" (n")[0] for label in labels[:2]] == [change.title for change in flagged]
+    assert len(flagged) == 3
+    assert [label.partition(" (n")[0] for label in labels[:3]] == [change.title for change in flagged]
     low, high = ax.get_xlim()
     for row, change in enumerate(flagged):
         found = change.difference
