@@ -273,7 +273,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             "forces",
             "Of the ball bearing, radially. 0.25e-5 to 2.5e-5 s times its stiffness (E. Krämer,"
             " Dynamics of Rotors and Foundations, 1993):"
-            " some 250 to 2500 N s/m at 1e8 N/m; published machines 250 to 1000 N s/m",
+            " some 250 to 2500 N s/m at 1e8 N/m; published machines 250 to 1000 N s/m. Where you do not know it, give it a"
+            " tolerance: without one it is taken as exact",
         ),
         "support_mass": Key("forces", f"What moves with the outer ring: housing, pedestal ({_ASK_MAKER})"),
         "support_stiffness": Key(

@@ -46,7 +46,7 @@ def test_a_number_is_already_si():
         ('density = "7850 kg/m^3"', 'density = "78500 kg/m^3"', "78500 kg/m^3 is not between"),
         ('nominal = "250 um"', 'nominal = "250 mm"', "check its unit"),
         ('nominal = "250 um"', 'nominal = "250 kg"', "'kg' is not a unit"),
-        ('nominal = "250 um"', 'nominal = "0 um"', "not positive"),
+        ('nominal = "250 um"', 'nominal = "0 um"', "tolerance '20 %' of a nominal value of nought is nothing"),
         ('nominal = "250 um"', 'nominal = "-250 um"', "radial_gap -250 um (down to"),
         ('tolerance = "20 %"', 'tolerance = "-20 %"', "negative"),
         ('position = "1240 mm", mass', 'position = "1240 m", mass', "outside the shaft"),

@@ -324,7 +324,7 @@ def _end_row(bearing: TouchdownBearing, rotor_weight: float) -> Array:
     row[BALL_COUNT] = bearing.balls.count
     row[BALL_STIFFNESS] = bearing.ball_stiffness
     row[HALF_CLEARANCE] = bearing.balls.diametral_clearance.nominal / 2
-    row[BALL_DAMPING] = bearing.ball_damping
+    row[BALL_DAMPING] = bearing.ball_damping.nominal
     row[CAGE_RATIO] = ball_motion(bearing.geometry).cage
     row[SUPPORT_MASS] = bearing.support_mass
     row[SUPPORT_XX] = row[SUPPORT_YY] = bearing.support_stiffness.nominal

@@ -22,7 +22,6 @@ from tdbsim.power_law import LINE_CONTACT
 from tdbsim.quantity import (
     Acceleration,
     Angle,
-    Damping,
     Density,
     Inertia,
     Length,
@@ -188,7 +187,7 @@ class TouchdownBearing(Part):
     inner_ring_inertia: Inertia = Field(gt=0)
     inner_ring_drag: TolerantMoment
     balls: Balls
-    ball_damping: Damping = Field(ge=0)
+    ball_damping: TolerantDamping
     support_mass: Mass = Field(gt=0)
     support_stiffness: TolerantStiffness
     support_damping: TolerantDamping

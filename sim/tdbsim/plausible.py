@@ -123,7 +123,14 @@ def _check_ring(bearing: TouchdownBearing, where: str) -> None:
 
 
 def _check_signs(bearing: TouchdownBearing, where: str) -> None:
-    for name in ("support_stiffness", "support_damping", "friction", "contact_damping", "inner_ring_drag"):
+    for name in (
+        "support_stiffness",
+        "support_damping",
+        "ball_damping",
+        "friction",
+        "contact_damping",
+        "inner_ring_drag",
+    ):
         value: Tolerant = getattr(bearing, name)
         if value.low < 0 or (name == "support_stiffness" and value.low <= 0):
             raise InputError(f"{where}: {name} reaches down to {value.low:g}; it must stay positive")

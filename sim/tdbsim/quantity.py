@@ -65,7 +65,8 @@ def _tolerant(si: str) -> BeforeValidator:
         if isinstance(tolerance, str) and tolerance.strip().endswith(("%", "percent")):
             share = to_si(tolerance, "1")
             if nominal == 0 and share != 0:
-                raise InputError(f"tolerance {tolerance!r} is a share of nought; write its half-width with a unit")
+                cure = "write its half-width with a unit, or correct the nominal value"
+                raise InputError(f"tolerance {tolerance!r} of a nominal value of nought is nothing: {cure}")
             width = abs(nominal) * share
         elif si != "1" and is_bare(tolerance) and not is_bare(value["nominal"]) and to_si(tolerance, si) != 0:
             raise InputError(
@@ -88,7 +89,6 @@ Pressure = Annotated[float, quantity("Pa")]
 Density = Annotated[float, quantity("kg/m^3")]
 Number = Annotated[float, quantity("1")]
 Angle = Annotated[float, quantity("rad")]
-Damping = Annotated[float, quantity("N s/m")]
 Voltage = Annotated[float, quantity("V")]
 Sensitivity = Annotated[float, quantity("V/m")]
 Acceleration = Annotated[float, quantity("m/s^2")]

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from tdbsim.columns import (
+    BALL_DAMPING,
     BALL_STIFFNESS,
     CONTACT_DAMPING,
     CONTACT_POWER,
@@ -61,6 +62,7 @@ _END = {
     "radial_gap": ((GAP,), 1.0, "um"),
     "support_stiffness": ((SUPPORT_XX, SUPPORT_YY), 1.0, "N/m"),
     "support_damping": ((SUPPORT_DAMPING,), 1.0, "N s/m"),
+    "ball_damping": ((BALL_DAMPING,), 1.0, "N s/m"),
     "diametral_clearance": ((HALF_CLEARANCE,), 0.5, "um"),
     "inner_ring_drag": ((RING_DRAG,), 1.0, "N m"),
     "friction": ((FRICTION,), 1.0, "1"),
@@ -172,12 +174,13 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
 def entries(machine: Machine) -> tuple[Parameter, ...]:
     """Return what a machine file states of bearings, magnets and rotor, with a tolerance or without.
 
-    Not what the catalogue of effects holds (a ring's drag, unbalance), nor exponents, which are not off by a factor.
+    Not what the catalogue of effects holds (a ring's drag, unbalance), nor what nobody knows well (damping of the balls), nor
+    exponents, which are not off by a factor.
     """
     found = []
     for bearing in machine.touchdown_bearings:
         for field, (_, _, unit) in _END.items():
-            if field != "inner_ring_drag":
+            if field not in ("inner_ring_drag", "ball_damping"):
                 found.append(_within(f"{bearing.name}.{field}", unit, _end_value(bearing, field)))
         for field, (_, unit, _) in _STATED.items():
             found.append(_about(f"{bearing.name}.{field}", unit, _stated_value(bearing, field), 0.0))

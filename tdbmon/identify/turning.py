@@ -20,6 +20,7 @@ _FEWEST_PULSES = 3  # before the release, which tell angle, speed and accelerati
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
 _FEWEST_HELD = 3  # the same of values that each stand for many samples
 _BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
+_SLOWLY = 1.8  # times what their samples let expect, as means of white noise scatter once in a thousand
 _LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
 
 
@@ -140,4 +141,5 @@ def _spread(left: Array) -> float:
     if size < 2:
         return alone
     means = left[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
-    return max(alone, math.sqrt(size) * float(np.std(means, ddof=2)))
+    slow = math.sqrt(size) * float(np.std(means, ddof=2))
+    return slow if slow > _SLOWLY * alone else alone

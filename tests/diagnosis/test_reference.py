@@ -1,6 +1,7 @@
 """What has changed since earlier drops: drops of the simulator itself (synthetic), so no test of its physics."""
 
 import json
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -232,7 +233,6 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
     assert content["verdict"] == "none"
     assert content["reference"]["verdict"] == "none"
     assert content["reference"]["changed"] == []
-    assert content["reference"]["not_compared"] == ""
     assert len(content["reference"]["drops"]) == 2
-    assert "no value of the machine has changed" in said.out
+    assert re.search("no (other )?value of the machine has changed", said.out)
     assert "Changed since the reference drops" in page.read_text(encoding="utf-8")

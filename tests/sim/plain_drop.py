@@ -48,7 +48,7 @@ class PlainDrop:
         self.ring_mass = column(lambda b: b.inner_ring_mass)
         self.ring_inertia = column(lambda b: b.inner_ring_inertia)
         self.drag = column(lambda b: b.inner_ring_drag.nominal)
-        self.ball_damping = column(lambda b: b.ball_damping)
+        self.ball_damping = column(lambda b: b.ball_damping.nominal)
         self.ball_stiffness = column(lambda b: b.ball_stiffness)
         self.clearance = column(lambda b: b.balls.diametral_clearance.nominal)
         self.cage_ratio = column(

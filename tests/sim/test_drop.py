@@ -128,7 +128,7 @@ def test_swing_in_the_clearance(balanced, bending):
         rotor={"speed_decay_time": None},
         ends={
             "friction": exactly(50.0), "inner_ring_drag": exactly(0.0), "contact_damping": exactly(5.0),
-            "inner_ring_inertia": inertia, "ball_damping": 4e4, "contact_stiffness": 1e10,
+            "inner_ring_inertia": inertia, "ball_damping": exactly(4e4), "contact_stiffness": 1e10,
             "balls": balanced.touchdown_bearings[0].balls.model_copy(update={"diametral_clearance": exactly(-4e-6)}),
         },
     )  # fmt: skip
