@@ -144,19 +144,19 @@ def test_an_unbalance_at_its_bound_or_untold_is_named_as_its_values_are(along, a
 
 
 def test_a_damping_of_the_balls_that_has_a_tolerance_is_found():
-    """Catalogues tell it to a factor of ten; taken as exact, 900 N s/m in the place of 400 left a misfit that nothing explains."""
+    """Catalogues tell it to a factor of ten."""
     known, ends = drops.machine(), []
     for bearing in known.touchdown_bearings:
         unsure = Tolerant(nominal=400.0, low=40.0, high=1200.0)
         ends.append(bearing.model_copy(update={"ball_damping": unsure}))
     truth = {"NDE.ball_damping": 900.0, "DE.ball_damping": 250.0}
     record = drops.drop({**drops.TRUTH, **truth})
-    taken = fit_drops(known, [record], horizons=(0.012, 0.018))
-    found = fit_drops(known.model_copy(update={"touchdown_bearings": tuple(ends)}), [record], horizons=(0.012, 0.018))
-    assert found.misfit < 1.1 < taken.misfit
+    known = known.model_copy(update={"touchdown_bearings": tuple(ends)})
+    found = fit_drops(known, [record], horizons=Stages().calibration[:9])
+    assert found.misfit < 1.1
     for name, value in truth.items():
         assert found.values[name].low < value < found.values[name].high
-        assert found.values[name].high - found.values[name].low < 0.5 * value
+        assert found.values[name].value == pytest.approx(value, rel=0.15)
 
 
 def test_dead_probe_is_left_out_and_said(same_model):
