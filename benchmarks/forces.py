@@ -73,7 +73,7 @@ _TAIL = """## What falls short
 - **Correlated values.** Radial gap and ball clearance compensate for each other: the sum of gap and half the clearance is known a
   hundred times better than each alone. Contact damping and the drag of the inner rings are hardly determined by these drops.
 - **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
-  ([how that turned out](fitted_forces.md)); one of eight misses the truth on `short`, three of four on `coastdown` (see peak
+  ([how that turned out](fitted_forces.md)); none of eight misses the truth on `short`, three of four on `coastdown` (see peak
   forces below).
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
   do not show a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
