@@ -246,8 +246,10 @@ def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -
 
 
 def _shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
-    """Return the shaft's angle as the keyphasor tells it, rad, at instants between its pulses."""
-    return np.interp(time, drop.pulse_times, drop.pulse_angles)
+    """Return the shaft's angle as the keyphasor tells it, rad, at instants between the release and its last pulse."""
+    # a slow shaft may pass its mark first when the windows have begun
+    times, angles = [drop.release, *drop.pulse_times], [drop.angle, *drop.pulse_angles]
+    return np.interp(time, times, angles)
 
 
 def acts_later(records: Sequence[LateRecord]) -> str | None:

@@ -168,3 +168,15 @@ def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(plain):
     mute = tuple(replace(drop, pulse_times=np.empty(0), pulse_angles=np.empty(0)) for drop in problem.drops)
     assert late_records(replace(plain, problem=replace(problem, drops=mute))) is None
     assert late_record(problem, [plain.fit.point] * 8, 0, 0.3) is None
+
+
+def test_before_the_first_pulse_the_shaft_turns_from_where_it_was_released(plain):
+    """A slow shaft passes its mark first when the windows have begun."""
+    problem, drops = plain.problem, []
+    for drop in problem.drops:
+        later = drop.pulse_times - drop.release > plain.horizon + 0.03
+        drops.append(replace(drop, pulse_times=drop.pulse_times[later], pulse_angles=drop.pulse_angles[later]))
+    for drop, rare in enumerate(drops):
+        whole = late_record(problem, [plain.fit.point] * 2, drop, plain.horizon)
+        found = late_record(replace(problem, drops=(rare,) * len(drops)), [plain.fit.point] * 2, drop, plain.horizon)
+        assert np.abs(found.once[:, 0] - whole.once[:, 0]).max() < 0.02 * np.abs(whole.once[:, 0]).max()
