@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +12,11 @@ from numpy.typing import NDArray
 from tdbsim import state_layout
 from tdbsim.machine import Machine, Probe
 from tdbsim.observe import FORCES, observed
+from tdbsim.sensors import SensorChain
 from tdbsim.simulate import Trajectory
 
 from tdbmon.analysis.contact_events import NOISE_S
 from tdbmon.diagnosis.contender import Contender
-from tdbmon.identify.drop import straight_shaft
 from tdbmon.identify.noise import Noise
 
 Array = NDArray[np.float64]
@@ -40,6 +41,8 @@ class LeftOver:
         A probe each.
     measured, simulated : (p, k) arrays
         Readings, m; measured ones are NaN where they are missing.
+    axes : (p, p) complex array
+        Motions x + i y in the probes' planes to readings, as the model has the probes (see `seen_along`).
     to_ends : (2, p) complex array
         Readings to x + i y at the two ends; nothing where `sees_ends` is False.
     place : (2, k) complex array
@@ -59,6 +62,7 @@ class LeftOver:
     noise: tuple[Noise, ...]
     measured: Array
     simulated: Array
+    axes: Complex
     to_ends: Complex
     place: Complex
     force: Complex
@@ -133,7 +137,9 @@ def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
 def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
     problem = contender.problem
     measured, machine = problem.drops[drop], problem.model.machine
-    _, own = problem.values(contender.fit.point, drop)
+    shared, own = problem.values(contender.fit.point, drop)
+    _, effects = problem.setting(shared, own, drop)
+    axes = seen_along(measured.probes, problem.sensors(effects, shared, own, drop).chain)
     found = problem.simulated(contender.fit.point, drop, horizon)
     motion, time = found.prediction.motion, found.since - own["release"]
     force = _forces(motion)
@@ -145,7 +151,8 @@ def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
         noise=measured.noise,
         measured=measured.reading[:, found.span],
         simulated=found.readings,
-        to_ends=to_ends(machine, measured.probes),
+        axes=axes,
+        to_ends=to_ends(machine, measured.probes, axes),
         place=at_end @ state[:, state_layout.modes_x(n)].T + 1j * (at_end @ state[:, state_layout.modes_y(n)].T),
         force=force,
         touch=tuple(_first(time, np.abs(row) > 0) for row in force),
@@ -154,9 +161,37 @@ def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
     )
 
 
-def to_ends(machine: Machine, probes: Sequence[Probe]) -> Complex:
-    """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros where they do not tell."""
-    design = straight_shaft(machine, probes)
+def seen_along(probes: Sequence[Probe], chain: SensorChain) -> Complex:
+    """Return the matrix (probes, probes) from motions x + i y in the probes' planes to readings, its product's real part.
+
+    With angles, gains and leaks as a model has them; how late a channel is does not count.
+    """
+    links = [chain.of(probe.name) for probe in probes]
+    alone = [
+        link.gain * cmath.exp(-1j * (probe.angle + link.angle_error)) for probe, link in zip(probes, links, strict=True)
+    ]
+    axes = np.diag(np.array(alone, dtype=complex))
+    rows = {probe.name: row for row, probe in enumerate(probes)}
+    for name, (source, part) in chain.leaks.items():
+        if name in rows and source in rows:
+            axes[rows[name], rows[source]] += part * alone[rows[source]]
+    return axes
+
+
+def to_ends(machine: Machine, probes: Sequence[Probe], axes: Complex) -> Complex:
+    """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros where they do not tell.
+
+    Parameters
+    ----------
+    machine : Machine
+    probes : sequence of Probe
+    axes : (probes, probes) complex array
+        As `seen_along` has it.
+    """
+    first, second = (bearing.position for bearing in machine.touchdown_bearings)
+    share = np.array([(probe.position - first) / (second - first) for probe in probes])
+    along = axes @ np.column_stack([1 - share, share])
+    design = np.stack([along.real, -along.imag], axis=2).reshape(len(probes), 4)
     if np.linalg.matrix_rank(design, tol=1e-3) < 4:
         return np.zeros((2, len(probes)), dtype=complex)
     inverse = np.linalg.pinv(design)

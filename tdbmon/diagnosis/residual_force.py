@@ -209,9 +209,9 @@ def responses(
 
 
 def _seen(motion: Complex, drop: LeftOver) -> Array:
-    """Return what the probes read (p, count, c, 2) of motions x + i y (p, count, c), and of the same turned from x to y."""
-    axis = np.exp(-1j * np.array([probe.angle for probe in drop.probes]))[:, None, None]
-    return np.stack([(motion * axis).real, (1j * motion * axis).real], axis=-1)
+    """Return what the probes read of motions x + i y (p, count, c), and of the same turned from x to y, (p, count, c, 2)."""
+    seen = np.tensordot(drop.axes, motion, axes=1)
+    return np.stack([seen.real, -seen.imag], axis=-1)
 
 
 def _white(columns: Array, drop: LeftOver) -> Array:

@@ -6,10 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tdbsim.sensors import ProbeChain, SensorChain, clean_readings
+from tdbsim.stated_effects import parse
 
+from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.evidence import chosen
-from tdbmon.diagnosis.left_over import PHASES, LeftOver, by_direction, by_phase, spectra, to_ends
+from tdbmon.diagnosis.left_over import PHASES, LeftOver, by_direction, by_phase, left_over, seen_along, spectra, to_ends
+from tdbmon.identify.crew import Crew
+from tdbmon.identify.least_squares import linearised
 from tests.diagnosis.plain_drop import COUNT, SPEED, bare
+from tests.diagnosis.simulated import problem_of
 from tests.identify import drops
 
 SIGMA = 0.25e-6
@@ -31,10 +37,40 @@ def test_the_ends_are_where_a_straight_shaft_has_them() -> None:
     np.testing.assert_allclose(drop.to_ends @ _readings(drop, first, second), [first, second], rtol=1e-10)
 
 
+def test_the_ends_are_where_probes_see_them_that_the_model_knows_to_be_wrong() -> None:
+    """One stands 40 degrees off, one has another gain, and one leaks into another."""
+    names = [probe.name for probe in drops.machine().probes]
+    wrong = {names[0]: ProbeChain(angle_error=np.radians(40)), names[1]: ProbeChain(gain=1.3)}
+    chain = SensorChain(probes=wrong, leaks={names[2]: (names[3], 0.2)})
+    drop = bare(SIGMA, chain=chain)
+    rng = np.random.default_rng(1)
+    ends = rng.standard_normal((2, COUNT)) + 1j * rng.standard_normal((2, COUNT))
+    a, b = (bearing.position for bearing in drops.machine().touchdown_bearings)
+    share = np.array([(probe.position - a) / (b - a) for probe in drop.probes])[:, None]
+    there = (1 - share) * ends[0] + share * ends[1]
+    seen = clean_readings(there.real, there.imag, np.zeros(COUNT), drop.probes, chain)
+    np.testing.assert_allclose((drop.axes @ there).real, seen, rtol=1e-10)
+    np.testing.assert_allclose(drop.to_ends @ seen, ends, rtol=1e-10)
+
+
+def test_what_is_left_knows_the_probes_as_the_model_has_them(crew: Crew) -> None:
+    problem = problem_of(crew, speeds=((80.0, 1),))
+    probe = problem.drops[0].probes[2]
+    turned = replace(problem, standing=(parse(f"probe_angle:probe={probe.name},error=30 deg"),))
+    plain = Contender((), turned, linearised(turned, turned.start, 0.006), 0.006, 0.9)
+    (left,) = left_over(plain, 0.006)
+    assert np.angle(left.axes[2, 2] * np.exp(1j * probe.angle)) == pytest.approx(np.radians(-30))
+    ends = np.array([1e-6, 2e-6j])
+    a, b = (bearing.position for bearing in problem.model.machine.touchdown_bearings)
+    share = np.array([(each.position - a) / (b - a) for each in left.probes])
+    seen = (left.axes @ ((1 - share) * ends[0] + share * ends[1])).real
+    np.testing.assert_allclose(left.to_ends @ seen, ends, rtol=1e-10, atol=1e-16)
+
+
 def test_three_probes_do_not_tell_the_ends() -> None:
     machine = drops.machine()
-    assert not to_ends(machine, machine.probes[:3]).any()
-    assert not to_ends(machine, machine.probes[:2]).any()
+    for few in (machine.probes[:3], machine.probes[:2]):
+        assert not to_ends(machine, few, seen_along(few, SensorChain())).any()
 
 
 def test_what_is_louder_in_a_phase_is_found_there_and_nowhere_else() -> None:

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tdbsim.sensors import ProbeChain, SensorChain
 
-from tdbmon.diagnosis.left_over import LeftOver
+from tdbmon.diagnosis.left_over import LeftOver, seen_along
 from tdbmon.diagnosis.residual_force import ResidualForce, residual_force, responses
 from tests.diagnosis.plain_drop import COUNT, INTERVAL, bare
+from tests.identify import drops
 
 SIGMA = 0.25e-6
 
@@ -130,8 +132,28 @@ def test_three_probes_still_give_a_force_with_a_wider_band(pushed: tuple[np.ndar
         noise=tuple(drop.noise[k] for k in kept),
         measured=drop.measured[kept],
         simulated=drop.simulated[kept],
+        axes=drop.axes[np.ix_(kept, kept)],
         to_ends=np.zeros((2, 3), dtype=complex),
     )
     found, full = residual_force(fewer), residual_force(drop)
     assert found.band[0].mean() > full.band[0].mean()
+    assert np.mean(np.abs(_parts(found.force - _at(force, drop, found))) <= found.band) > 0.85
+
+
+def test_a_probe_that_the_model_knows_to_stand_otherwise_does_not_turn_the_force(
+    pushed: tuple[np.ndarray, LeftOver],
+) -> None:
+    """Both probes of the end stand a quarter turn on: they read what a push a quarter turn back would have them read."""
+    force, drop = pushed
+    ends = drops.machine().ends
+    turned = {p.name: ProbeChain(angle_error=np.pi / 2) for p in drop.probes if p.end == ends[1]}
+    known = seen_along(drop.probes, SensorChain(probes=turned))
+    rows = np.array(
+        [(_moved(drop, force, p.position) * axis).real for p, axis in zip(drop.probes, np.diag(known), strict=True)]
+    )
+    noise = SIGMA * np.random.default_rng(3).standard_normal((len(drop.probes), COUNT))
+    found = residual_force(replace(_with_residual(drop, rows + noise), axes=known))
+    at = found.summary(1, (found.time > 7e-3) & (found.time < 10e-3))
+    assert at is not None
+    assert np.degrees(np.angle(at.mean)) == pytest.approx(30, abs=5)
     assert np.mean(np.abs(_parts(found.force - _at(force, drop, found))) <= found.band) > 0.85
