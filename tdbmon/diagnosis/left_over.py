@@ -234,13 +234,17 @@ def by_direction(drops: Sequence[LeftOver]) -> Array:
     """Return the rms at each end in `DIRECTIONS` over that of the noise, from the release on, (2, 4).
 
     Radial is away from the bearing's centre as the simulated shaft stands, tangential a quarter turn counter-clockwise from
-    there.  Drops whose probes do not tell the directions are left out; NaN where none is left.
+    there.  Drops whose probes do not tell the directions are left out, and samples that one of them lacks;
+    NaN where nothing is left.
     """
     squares: list[Array] = []
     for drop in drops:
         if not drop.sees_ends:
             continue
-        after = drop.time >= 0
+        # without one probe the others tell neither direction
+        after = (drop.time >= 0) & np.isfinite(drop.measured).all(axis=0)
+        if not after.any():
+            continue
         left = drop.at_ends[:, after]
         turned = left * np.exp(-1j * np.angle(drop.place[:, after]))
         noise = drop.noise_at_ends

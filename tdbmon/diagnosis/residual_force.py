@@ -215,10 +215,15 @@ def _seen(motion: Complex, drop: LeftOver) -> Array:
 
 
 def _white(columns: Array, drop: LeftOver) -> Array:
-    """Return columns (p, count, c) of readings as multiples of white noise, (rows, c); each probe's first samples go."""
+    """Return columns (p, count, c) of readings from the release on as multiples of white noise, (rows, c).
+
+    Each probe's first samples go, and those that are missing or follow one that is.
+    """
     rows = []
-    for block, noise in zip(columns, drop.noise, strict=True):
-        rows.append(whitened(block.T, noise.colour).T[len(noise.colour) :] / noise.innovation)
+    there = np.isfinite(drop.whitened[:, -columns.shape[1] :])
+    for block, noise, kept in zip(columns, drop.noise, there, strict=True):
+        first = len(noise.colour)
+        rows.append(whitened(block.T, noise.colour).T[first:][kept[first:]] / noise.innovation)
     return np.concatenate(rows)
 
 

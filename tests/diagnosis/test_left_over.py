@@ -101,6 +101,10 @@ def test_directions_follow_the_place_of_the_shaft() -> None:
     assert first[2] > 10 and first[3] < 1e-6 * first[2]
     assert second[3] > 10 and second[2] < 1e-6 * second[3]
     np.testing.assert_allclose(first[:2].mean(), first[2] / np.sqrt(2), rtol=0.02)  # it turns: half in x, half in y
+    lacking = moved.measured.copy()
+    lacking[0, COUNT // 3 :] = np.nan  # the rest of its readings is not as simulated, it is not there
+    fewer, _ = by_direction([replace(moved, measured=lacking)])
+    assert fewer[2] == pytest.approx(first[2]) and fewer[3] < 1e-6 * fewer[2]
     blind = replace(moved, to_ends=np.zeros((2, 4), dtype=complex))
     assert np.isnan(by_direction([blind])).all()
 

@@ -157,3 +157,13 @@ def test_a_probe_that_the_model_knows_to_stand_otherwise_does_not_turn_the_force
     assert at is not None
     assert np.degrees(np.angle(at.mean)) == pytest.approx(30, abs=5)
     assert np.mean(np.abs(_parts(found.force - _at(force, drop, found))) <= found.band) > 0.85
+
+
+def test_samples_that_are_missing_are_not_taken_for_readings_as_simulated(pushed: tuple[np.ndarray, LeftOver]) -> None:
+    force, drop = pushed
+    lacking = drop.measured.copy()
+    lacking[2, (drop.time > 8e-3) & (drop.time < 14e-3)] = np.nan
+    found = residual_force(replace(drop, measured=lacking))
+    error = found.force - _at(force, drop, found)
+    assert np.mean(np.abs(_parts(error)) <= found.band) > 0.85
+    assert np.abs(error).max() < 300
