@@ -173,8 +173,8 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
         why = f"{other}: the model leaves {left}, and a fit that does not follow drops tells nothing of its values"
         return Reference(before, jumps, remarks, why, compares=False)
     fits = machine, before.values, since.values
-    told = (*jumps, *changes(*fits))
-    return Reference(before, told, (*remarks, *smaller(*fits)), _edges(*fits, wanted))
+    told = (*jumps, *(each for each in changes(*fits) if each.name not in wanted))
+    return Reference(before, told, (*remarks, *smaller(*fits, wanted)), _edges(*fits, wanted))
 
 
 def standing(before: Diagnosis) -> list[Effect]:
@@ -195,11 +195,19 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
         return (f"the reference drops are not explained (unknown: {verdict.why}): the later ones may not be either",)
     if not verdict.accused:
         return ()
-    turning = [f.name for f in verdict.accused[0].problem.free if f.of_each_drop]
+    turning = [
+        (
+            f.name,
+            "with a number that differs from drop to drop"
+            if f.each_held
+            else "at an angle that differs from drop to drop",
+        )
+        for f in verdict.accused[0].problem.free
+        if f.of_each_drop
+    ]
     return tuple(
-        f"{name} is in the reference drops already, at an angle that differs from drop to drop: if it is named again, it is"
-        " no news"
-        for name in turning
+        f"{name} is in the reference drops already, {otherwise}: if it is named again, it is no news"
+        for name, otherwise in turning
     )
 
 
@@ -216,15 +224,15 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
     return tuple(change for change, size, least in _apart(machine, before, since) if size > least)
 
 
-def smaller(machine: Machine, before: Values, since: Values) -> tuple[str, ...]:
-    """Say which values differ by more than their intervals and less than a change that is told."""
+def smaller(machine: Machine, before: Values, since: Values, changed: Collection[str] = ()) -> tuple[str, ...]:
+    """Say which values differ by more than their intervals and less than a change that is told, beside those told already."""
     return tuple(
         f"{change.name} differs too, {words(change.before)} before and {words(change.since)} since, by"
         f" {short(Estimate(size, unit=change.before.unit))}: no change is told below"
         f" {short(Estimate(least, unit=change.before.unit))}, which its tolerance in the machine file sets, since intervals of"
         " fits are too narrow; state a narrower tolerance if the value is known better"
         for change, size, least in _apart(machine, before, since)
-        if _SMALLEST * least < size <= least
+        if _SMALLEST * least < size <= least and change.name not in changed
     )
 
 

@@ -14,7 +14,7 @@ from tdbmon.cli import main
 from tdbmon.diagnosis import reference
 from tdbmon.diagnosis.contender import Contender, with_cause
 from tdbmon.diagnosis.diagnose import Diagnosis
-from tdbmon.diagnosis.reference import _edges, changes, compared, diagnose_since, smaller, standing
+from tdbmon.diagnosis.reference import _edges, _remarks, changes, compared, diagnose_since, smaller, standing
 from tdbmon.diagnosis.reference_contract import reference_lines
 from tdbmon.diagnosis.sizes import sizes_of
 from tdbmon.diagnosis.suspects import Start, suspects
@@ -180,6 +180,27 @@ def test_a_changed_value_that_the_file_states_without_tolerance_is_told_from_wha
     (change,) = compared(machine, diagnosed(machine), since, stiff).changes
     assert (change.before.value, change.since.value) == (1.3e9, 4e8)
     assert change.before.low is None and change.since.low is None
+
+
+def test_a_changed_value_that_a_later_fit_puts_within_its_tolerance_is_told_once():
+    """The first contacts want more than the tolerance; the fit beside causes may come back into it."""
+    machine = load_machine(shipped("short/machine.toml"))
+    before, since = diagnosed(machine), diagnosed(machine)
+    gap = next(p for p in machine_parameters(machine) if p.name == "NDE.radial_gap")
+    for far in (1.5, 0.8):
+        found = Estimate.from_sigma(gap.nominal + far * gap.scale, gap.scale / 20, gap.unit, "test")
+        moved = replace(since, values=since.values | {gap.name: found})
+        told = compared(machine, before, moved, {gap.name: gap.high + gap.scale})
+        assert [each.name for each in told.changes] == [gap.name]
+        assert told.remarks == ()
+
+
+def test_a_remark_says_what_of_a_known_cause_differs_from_drop_to_drop():
+    free = [SimpleNamespace(name=name, of_each_drop=True, each_held=held) for name, held in (("a", ()), ("b", ({},)))]
+    found = SimpleNamespace(problem=SimpleNamespace(free=free))
+    lobes, ball = _remarks(SimpleNamespace(verdict=Verdict(Kind.NAMED, (found,), (0.9,), "")))
+    assert "at an angle that differs from drop to drop" in lobes
+    assert "with a number that differs from drop to drop" in ball and "angle" not in ball
 
 
 def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):
