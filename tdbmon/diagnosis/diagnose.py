@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine, Probe
 
@@ -97,8 +96,8 @@ class Diagnosis:
 
     @property
     def best(self) -> Contender:
-        """The model that is likeliest."""
-        return self.contenders[int(np.argmax(self.verdict.probabilities))]
+        """The model that is accused, the likeliest of several; the likeliest of all where nobody is."""
+        return self.verdict.leading(self.contenders)
 
 
 def diagnose(
@@ -324,7 +323,7 @@ def _judged(
     Another proof of the best one with a cause tells of its sizes too, and so does what was tried of causes that act late.
     """
     judged = verdict(field, proof, lead, suspected)
-    likeliest = field[int(np.argmax(judged.probabilities))]
+    likeliest = judged.leading(field)
     best = _best_with_cause(field)
 
     def sized(each: Contender) -> Sizes:

@@ -75,6 +75,15 @@ class Verdict:
     alike: tuple[Alike, ...] = ()
     doubt: str | None = None
 
+    def leading(self, contenders: Sequence[Contender]) -> Contender:
+        """Return of the contenders, in their order, the first accused; the likeliest where nobody is.
+
+        Where causes look alike that were not fitted as far, each has its share, and another model may have more than one of them.
+        """
+        if self.accused:
+            return self.accused[0]
+        return max(zip(self.probabilities, contenders, strict=True), key=lambda each: each[0])[1]
+
 
 def verdict(
     contenders: Sequence[Contender],

@@ -9,6 +9,7 @@ import pytest
 
 from tdbmon.diagnosis.contender import Contender, plain_of, with_cause
 from tdbmon.diagnosis.contract import causes_json
+from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import HeldOut, Judge, together
 from tdbmon.diagnosis.next_test import next_test
 from tdbmon.diagnosis.probability import little_gained
@@ -304,6 +305,10 @@ def test_what_looks_alike_leaves_no_more_than_certainty_to_the_others(competed):
     assert judged.probabilities[0] == pytest.approx(0.2)
     assert 0 < judged.probabilities[1] <= 0.4
     assert sum(judged.probabilities) + sum(each.probability for each in judged.alike) <= 1
+    # its values are told, though the rival has more than its share
+    field = (ball, rival, contender(plain, (), 0, 8.0))
+    told = Diagnosis(plain.problem.model.machine, judged, field, None, {}, {}, None, None, None, "", (), 1.0)
+    assert judged.probabilities[1] > judged.probabilities[0] and told.best is ball
     alone = verdict([ball, rival, contender(plain, (), 0, 8.0)], None)
     assert alone.probabilities[0] == pytest.approx(0.6)
     assert sum(alone.probabilities) <= 1
