@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from tdbsim.columns import HAS_BOW
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
+from tdbsim.errors import InputError
 from tdbsim.signature import before_release, order_phasor
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import NDArray
 
     from tdbsim.drop_model import Draft
+    from tdbsim.modes import Modes
 
 
 @dataclass(frozen=True)
 class ShaftBow(Effect):
-    """Curved evenly along its length, as by a difference of temperature across it."""
+    """Bent to the same curvature all along, as by a difference of temperature across it, or to its first bending mode."""
 
     title: ClassVar = "Shaft bow"
     what: ClassVar = "The shaft is bent: a 1X orbit whose size does not fall with speed squared."
@@ -33,14 +36,15 @@ class ShaftBow(Effect):
         "greatest distance of the bent axis from the line through the touchdown bearings, between them", si="m",
     )  # fmt: skip
     phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "direction of the bow from the mark", si="rad")
+    shape: str = choice(
+        ("even", "bending_mode"), "curved evenly all along, or as the first bending mode of the free shaft"
+    )
 
     def modify(self, draft: Draft) -> None:
+        modes = draft.modes
         first, second = sorted(bearing.position for bearing in draft.machine.touchdown_bearings)
-        model = draft.modes.model
-        share = (model.nodes - first) / (second - first)
-        deflection = self.bow * 4 * share * (1 - share)
-        slope = self.bow * 4 * (1 - 2 * share) / (second - first)
-        bent = draft.modes.vectors.T @ (model.plane_mass @ np.column_stack([deflection, slope]).ravel())
+        bent_to = _even_curve if self.shape == "even" else _first_bending_mode
+        bent = modes.vectors.T @ (modes.model.plane_mass @ (self.bow * bent_to(modes, first, second)))
         if not self.is_off:
             draft.arrays.spin[HAS_BOW] = 1.0
         draft.arrays.bow[0] += bent * math.cos(self.phase)
@@ -52,3 +56,20 @@ class ShaftBow(Effect):
         held = before_release(drop)
         angle = held["shaft_angle"].values
         return max(abs(order_phasor(row, angle, 1)) for row in np.atleast_2d(held["shaft_x"].values))
+
+
+def _even_curve(modes: Modes, first: float, second: float) -> NDArray[np.float64]:
+    """Return a parabola in the coordinates of the rotor, 0 at two positions, 1 midway between them."""
+    share = (modes.model.nodes - first) / (second - first)
+    return np.column_stack([4 * share * (1 - share), 4 * (1 - 2 * share) / (second - first)]).ravel()
+
+
+def _first_bending_mode(modes: Modes, first: float, second: float) -> NDArray[np.float64]:
+    """Return that mode's share of a bow whose distance from the line through two positions is 1 at most between them."""
+    if not modes.bending:
+        raise InputError("shaft_bow: shape bending_mode needs a model with a bending mode; this one keeps none")
+    mode = modes.vectors[:, modes.names.index("bending 1")]
+    between = np.linspace(first, second, 201)
+    ends = modes.model.plane_rows([first, second]) @ mode
+    bow = modes.model.plane_rows(between) @ mode - np.interp(between, [first, second], ends)
+    return mode / bow[np.argmax(np.abs(bow))]
