@@ -86,9 +86,7 @@ def sizes_of(
             known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE, least=least)
             if p.name in ends - periods.keys():
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_BEYOND)
-            elif 2 * Z95 * sigmas[p.name] > periods.get(
-                p.name, p.high - p.low
-            ):  # a ball so small that it carries nothing, say
+            elif 2 * Z95 * sigmas[p.name] > periods.get(p.name, p.high - p.low):  # say of a ball that carries nothing
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_UNTOLD)
             each[p.name.rpartition(".")[2]] = known
         out[free.name] = each
