@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from tdbsim.effect import Effect, Place, parameter
+from tdbsim.effect import Effect, Place, choice, parameter
 from tdbsim.signature import after_release
 
 if TYPE_CHECKING:
@@ -17,18 +17,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ResidualMagneticForce(Effect):
-    """The force of each magnetic bearing at the release fades as exp(-t / decay_time)."""
+    """The force of each magnetic bearing at the release fades as exp(-t / decay_time), or as 1 - t / decay_time to nothing.
+
+    The former where the coils' current dies in a resistance, the latter where a constant voltage drives it down.
+    """
 
     title: ClassVar = "Residual magnetic force"
     what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At the release the rotor accelerates by less than gravity; the first contact comes late."
-    slots: ClassVar = 1
+    slots: ClassVar = 2
 
-    decay_time: float = parameter("ms", 0.0, (0.0, 50.0), 2.0, "time in which the force falls to 1/e", si="s")
+    decay_time: float = parameter(
+        "ms", 0.0, (0.0, 50.0), 2.0, "time in which the force falls to 1/e, by the linear law to nothing", si="s"
+    )
+    law: str = choice(("exponential", "linear"), "how the force fades")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        return (self.decay_time,)
+        return self.decay_time, 1.0 if self.law == "linear" else 0.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
@@ -41,4 +47,6 @@ class ResidualMagneticForce(Effect):
 
 
 def holding(seconds, p, i):  # type: ignore[no-untyped-def]
-    return math.exp(-seconds / p[i]) if p[i] > 0.0 else 0.0
+    if p[i] == 0.0:
+        return 0.0
+    return max(1.0 - seconds / p[i], 0.0) if p[i + 1] == 1.0 else math.exp(-seconds / p[i])
