@@ -9,6 +9,7 @@ import pytest
 from changed_machine import changed, exactly
 from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
 from tdbsim.drop_model import build_model
+from tdbsim.effect import declaration
 from tdbsim.errors import InputError
 from tdbsim.simulate import DropPlan, run, simulate
 
@@ -65,6 +66,23 @@ def test_no_rotor_turns_at_six_million_rpm(machine):
 def test_set_point_outside_the_gap(machine):
     with pytest.raises(InputError, match="reaches the gap of 250 um"):
         simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
+
+
+@pytest.mark.parametrize("law", ["radial", "normal"])
+def test_set_point_outside_a_gap_that_is_not_round(machine, law):
+    """A drop began pressed into the narrow side of its bore; on the wide side one was refused that touches nothing."""
+    oval = declaration("oval_clearance")
+    across = oval.at("NDE", {"amplitude": 8e-5, "angle": 0.0, "law": law})
+    upright = oval.at("NDE", {"amplitude": 8e-5, "angle": math.pi / 2, "law": law})
+    low = DropPlan(100.0, 0.01, set_point=((0.0, -2e-4), (0.0, 0.0)))
+    with pytest.raises(InputError, match=r"reaches the gap of 170\.?\d* um; that is the gap there as effects shape it"):
+        simulate(machine, low, [across], 4)
+    assert simulate(machine, low, [upright], 4).depth.values[0, 0] < 0
+    lower = DropPlan(100.0, 0.01, set_point=((0.0, -3e-4), (0.0, 0.0)))
+    hanging = simulate(machine, lower, [upright], 4).depth.values[0, 0]  # by the ring in its balls further off
+    assert hanging == pytest.approx(-38e-6, abs=3e-6)
+    with pytest.raises(InputError, match="reaches the gap"):
+        simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -3.5e-4), (0.0, 0.0))), [upright], 4)
 
 
 def test_no_gap(machine):
