@@ -10,6 +10,7 @@ from changed_machine import changed, exactly
 from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
 from tdbsim.drop_model import build_model
 from tdbsim.effect import declaration
+from tdbsim.ensemble import run_each
 from tdbsim.errors import InputError
 from tdbsim.simulate import DropPlan, run, simulate
 
@@ -83,6 +84,20 @@ def test_set_point_outside_a_gap_that_is_not_round(machine, law):
     assert hanging == pytest.approx(-38e-6, abs=3e-6)
     with pytest.raises(InputError, match="reaches the gap"):
         simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -3.5e-4), (0.0, 0.0))), [upright], 4)
+
+
+@pytest.mark.parametrize("method", ["splitting", "dormand_prince"])
+def test_heat_that_closes_the_gap(machine, method):
+    """Beyond a gap of nought the rotor is stuck, and the numbers of a drop mean nothing."""
+    plan = DropPlan(150.0, 0.1, method=method)
+    model = build_model(machine, [declaration("thermal_growth").at("both", {"growth": 2e-6})], 4)
+    says = r"thermal_growth has closed the gap of 250 um by 0\.\d+ s after the release, where [1-9]\d* J of friction's heat"
+    with pytest.raises(InputError, match=says):
+        run(model, plan)
+    if method == "splitting":
+        less = build_model(machine, [declaration("thermal_growth").at("both", {"growth": 2e-8})], 4)
+        stuck, free = run_each([(model, plan), (less, plan)], lambda found: found)
+        assert isinstance(stuck, InputError) and not isinstance(free, InputError)
 
 
 def test_no_gap(machine):
