@@ -110,6 +110,14 @@ def test_no_magnets(machine):
         simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
 
 
+def test_a_centre_of_mass_beyond_the_touchdown_bearings(machine):
+    """One end of such a rotor would rest at the top of its bearing."""
+    first, second = machine.touchdown_bearings
+    near = first.model_copy(update={"position": second.position - 0.05})
+    with pytest.raises(InputError, match="centre of mass, at .* mm, does not lie between the touchdown bearings"):
+        simulate(machine.model_copy(update={"touchdown_bearings": (near, second)}), DropPlan(100.0, 0.01))
+
+
 @pytest.mark.parametrize("feeds", ["cross-coupling", "magnets push away", "magnets drive"])
 def test_whirl_that_grows_before_the_release(machine, feeds):
     model = build_model(machine)
