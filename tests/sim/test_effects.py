@@ -321,6 +321,13 @@ def test_a_shape_that_takes_all_of_the_gap_is_refused(machine):
         build_model(narrow, [declaration("oval_clearance").at("NDE", {"amplitude": 100e-6})])
 
 
+def test_friction_that_would_drive_the_slip_is_refused(machine):
+    slippery, stribeck = changed(machine, ends={"friction": exactly(0.1)}), declaration("stribeck_friction")
+    build_model(slippery, [stribeck.at("both", {"static_excess": -0.1})])
+    with pytest.raises(InputError, match=r"static_excess -0.2 with the friction of 0.1 at 'NDE' .* give -0.1 or more"):
+        build_model(slippery, [stribeck.at("both", {"static_excess": -0.2})])
+
+
 def test_what_acts_beside_its_like_may_be_given_again(machine):
     either_way = [parse(f"probe_crosstalk:end=NDE,factor=0.1,into={word}") for word in ("first", "second")]
     sums = [parse("unbalance:plane=impeller,amount=20 g mm"), parse("shaft_bow:bow=40 um")] * 2
