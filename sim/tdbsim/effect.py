@@ -228,12 +228,16 @@ class Effect:
         return True
 
     def check_place(self, machine: Machine) -> None:
-        """Raise InputError where the machine has no such place."""
+        """Raise InputError where the machine has no such place, or no probes there that the effect could act on."""
         known = places(self.place, machine)
         if self.where not in known:
             raise InputError(
                 f"{self.identifier()}: where '{self.where}' is no {self.place} of this machine"
                 f"{did_you_mean(self.where, known)}"
+            )
+        if self.place is Place.END and not machine.probes_at(self.where):
+            raise InputError(
+                f"{self.identifier()}: end '{self.where}' has no [[probe]], so it changes nothing; leave it out"
             )
 
     def modify(self, draft: Draft) -> None:

@@ -328,6 +328,14 @@ def test_friction_that_would_drive_the_slip_is_refused(machine):
         build_model(slippery, [stribeck.at("both", {"static_excess": -0.2})])
 
 
+@pytest.mark.parametrize("name", ["probe_runout", "probe_crosstalk"])
+def test_an_effect_on_the_probes_of_an_end_that_has_none_is_refused(machine, name):
+    half = changed(machine, probes=machine.probes_at("NDE"))
+    all_effects(half, [declaration(name).typical("NDE")])
+    with pytest.raises(InputError, match=r"end 'DE' has no \[\[probe\]\], so it changes nothing"):
+        all_effects(half, [declaration(name).typical("DE")])
+
+
 def test_what_acts_beside_its_like_may_be_given_again(machine):
     either_way = [parse(f"probe_crosstalk:end=NDE,factor=0.1,into={word}") for word in ("first", "second")]
     sums = [parse("unbalance:plane=impeller,amount=20 g mm"), parse("shaft_bow:bow=40 um")] * 2
