@@ -94,7 +94,9 @@ class Parameter:
         """Return a value as a person writes it, with its unit."""
         if isinstance(value, str):
             return value
-        number = value / scale(self.unit, self.si) if math.isfinite(value) else value
+        if math.isinf(value):
+            return "infinite"
+        number = value / scale(self.unit, self.si)
         return f"{number:.6g}" + ("" if self.unit == "1" else f" {self.unit}")
 
     def check(self, value: float | str, owner: str) -> None:

@@ -312,6 +312,7 @@ def test_what_stands_still_is_written_so_that_it_can_be_read(machine):
     rigid = declaration("foundation_mode").at("NDE", {"mass": 100.0})
     assert math.isinf(rigid.stiffness)
     assert "inf" not in str(rigid)
+    assert declaration("foundation_mode").parameter("stiffness").text(math.inf) == "infinite"
     assert parse(str(rigid)) == rigid
 
 
