@@ -21,9 +21,8 @@ _LEAST_FILLED = 0.2  # of the pitch circle by balls
 _RING_WIDTH = 2.0
 _THINNEST, _THICKEST = 1e-3, 5.0  # m: from a dental spindle to the largest generators
 _LONGEST = 30.0  # m, of one section
-_FLAT = (
-    0.99  # of a disc's diametral inertia, so that what drawings round is no fault: half of the polar one is the least
-)
+_FLAT = 0.99  # for what drawings round: of a thin disc the polar inertia is twice the diametral one, and of none more
+_LOWEST_BALL = 4.37  # times the load over the number of balls is on the lowest one, without clearance (R. Stribeck)
 
 
 def check_plausible(machine: Machine) -> None:
@@ -185,8 +184,9 @@ def _check_travel(machine: Machine, bearing: TouchdownBearing, where: str) -> No
         (f"support_stiffness {support:g} N/m", load / support),
         (f"contact_stiffness {contact:g} N/m^(10/9)", static_depth(load, contact, bearing.contact_exponent)),
     ]
-    if stated is not None:  # the lowest ball of few carries most of the load
-        yielding.append((f"balls: stiffness {stated:g} N/m^1.5", (load / stated) ** (2 / 3)))
+    if stated is not None:
+        lowest = load * min(1.0, _LOWEST_BALL / balls.count)
+        yielding.append((f"balls: stiffness {stated:g} N/m^1.5", (lowest / stated) ** (2 / 3)))
     for name, travel in yielding:
         if travel > gap:
             raise InputError(
