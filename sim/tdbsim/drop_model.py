@@ -60,7 +60,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import STANDARD_GRAVITY, Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.power_law import scaled_stiffness
-from tdbsim.rotor import build_rotor
+from tdbsim.rotor import build_rotor, end_mass
 from tdbsim.stated_effects import all_effects
 
 Array = NDArray[np.float64]
@@ -158,12 +158,13 @@ def build_model(
     Raises
     ------
     InputError
-        If an effect does not fit the machine, the values of the machine are not possible ones, or the rotor has not so many
-        modes.
+        If an effect does not fit the machine, the values of the machine are not possible ones, its centre of mass lies beyond
+        the touchdown bearings, or the rotor has not so many modes.
     """
     check_count("bending", bending, "bending modes")
     applied = all_effects(machine, effects)
     modes = _modes(machine, bending, attachment)
+    end_mass(machine, modes.model)  # refuses a centre of mass beyond the touchdown bearings
     return _with(machine, modes, _arrays(machine, modes), applied)
 
 

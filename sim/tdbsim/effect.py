@@ -94,7 +94,9 @@ class Parameter:
         """Return a value as a person writes it, with its unit."""
         if isinstance(value, str):
             return value
-        number = value / scale(self.unit, self.si) if math.isfinite(value) else value
+        if math.isinf(value):
+            return "infinite"
+        number = value / scale(self.unit, self.si)
         return f"{number:.6g}" + ("" if self.unit == "1" else f" {self.unit}")
 
     def check(self, value: float | str, owner: str) -> None:
@@ -228,12 +230,16 @@ class Effect:
         return True
 
     def check_place(self, machine: Machine) -> None:
-        """Raise InputError where the machine has no such place."""
+        """Raise InputError where the machine has no such place, or no probes there that the effect could act on."""
         known = places(self.place, machine)
         if self.where not in known:
             raise InputError(
                 f"{self.identifier()}: where '{self.where}' is no {self.place} of this machine"
                 f"{did_you_mean(self.where, known)}"
+            )
+        if self.place is Place.END and not machine.probes_at(self.where):
+            raise InputError(
+                f"{self.identifier()}: end '{self.where}' has no [[probe]], so it changes nothing; leave it out"
             )
 
     def modify(self, draft: Draft) -> None:

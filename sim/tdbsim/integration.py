@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tdbsim import dormand_prince, splitting, state_layout
+from tdbsim import dormand_prince, hooks, splitting, state_layout
+from tdbsim.columns import GAP, SHAPE_REACH
 from tdbsim.drop_model import Array, DropModel
+from tdbsim.effect import declaration
 from tdbsim.errors import InputError
 from tdbsim.first_use import compile_apart
 from tdbsim.mode_rows import ROW as MOST_MODES
@@ -56,7 +58,7 @@ class Integration:
         Raises
         ------
         InputError
-            If the integration does not converge.
+            If the integration does not converge, or friction's heat closes the gap.
         """
         if not len(times):
             return
@@ -66,6 +68,7 @@ class Integration:
         t = splitting.integrate(
             self.model.arrays, self.state, self.time, self._step, times, out, self._peak, self._pace
         )
+        check_open(self.model, t, times, out)
         check_finite(t, times, out)
         self.time = t
 
@@ -74,6 +77,7 @@ class Integration:
         code, t, step, _ = dormand_prince.integrate(
             self.model.arrays, self.state, self.time, self._adaptive_step, 5e-4, self.plan.tolerance, scale, times, out
         )
+        check_open(self.model, t, times, out)
         if code != dormand_prince.DONE:
             raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
         # its last step went beyond the last instant
@@ -97,6 +101,27 @@ def check_finite(reached: float, times: Array, out: Array) -> None:
     """Raise InputError where a drop by the splitting reached less than its instants, or ended in what is not finite."""
     if reached < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
         raise InputError(f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller")
+
+
+def check_open(model: DropModel, reached: float, times: Array, out: Array) -> None:
+    """Raise InputError where friction's heat closed the gap by an effect until the time reached: then the rotor is stuck."""
+    for end in np.flatnonzero(np.isinf(model.arrays.end[:, SHAPE_REACH])):
+        row, gap = model.arrays.effect[end], float(model.arrays.end[end, GAP])
+        heat = out[times <= reached, state_layout.work(model.n) + state_layout.HEAT + end]
+        for effect in model.effects:
+            kind = declaration(effect.identifier())
+            if end not in effect.ends(model.machine) or not hooks.has_hook(kind, "gap"):
+                continue
+            law, start = kind.module.gap, hooks.offsets()[kind.identifier]
+            cold = law(0.0, 0.0, row, start)[0]
+            if not len(heat) or not gap + law(0.0, float(heat.max()), row, start)[0] <= cold:
+                continue
+            closed = next(k for k, each in enumerate(heat) if gap + law(0.0, float(each), row, start)[0] <= cold)
+            raise InputError(
+                f"touchdown_bearing '{model.machine.ends[end]}': {kind.identifier} has closed the gap of {gap * 1e6:.4g} um by"
+                f" {times[closed]:.4g} s after the release, where {heat[closed]:.3g} J of friction's heat are in the bearing;"
+                " make the effect smaller, or simulate a shorter time"
+            )
 
 
 def error_scale(n: int) -> Array:

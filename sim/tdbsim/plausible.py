@@ -6,9 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from tdbsim.errors import InputError
+from tdbsim.power_law import static_depth
 
 if TYPE_CHECKING:
-    from tdbsim.machine import Machine, Rotor, Tolerant, TouchdownBearing
+    from tdbsim.machine import Machine, MagneticBearing, Rotor, Tolerant, TouchdownBearing
 
 _STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
 # m/s^2 across the shaft: one that stands upright to some 6 deg does not fall onto its touchdown bearings
@@ -20,6 +21,8 @@ _LEAST_FILLED = 0.2  # of the pitch circle by balls
 _RING_WIDTH = 2.0
 _THINNEST, _THICKEST = 1e-3, 5.0  # m: from a dental spindle to the largest generators
 _LONGEST = 30.0  # m, of one section
+_FLAT = 0.99  # for what drawings round: of a thin disc the polar inertia is twice the diametral one, and of none more
+_LOWEST_BALL = 4.37  # times the load over the number of balls is on the lowest one, without clearance (R. Stribeck)
 
 
 def check_plausible(machine: Machine) -> None:
@@ -46,6 +49,9 @@ def check_plausible(machine: Machine) -> None:
             f"mains {machine.mains:g} Hz is no mains frequency ({lowest:g} to {highest:g} Hz); give 50 Hz or 60 Hz"
         )
     _check_rotor(machine.rotor)
+    _check_disks(machine.rotor)
+    for magnet in machine.magnetic_bearings:
+        _check_magnet(magnet)
     for bearing in machine.touchdown_bearings:
         where = f"touchdown_bearing '{bearing.name}'"
         _check_gap(bearing, where)
@@ -80,6 +86,35 @@ def _check_rotor(rotor: Rotor) -> None:
     decay = rotor.speed_decay_time
     if decay is not None and decay.low <= 0:
         raise InputError(f"[rotor]: speed_decay_time reaches down to {decay.low:g} s; it must stay positive")
+
+
+def _check_disks(rotor: Rotor) -> None:
+    """Refuse inertias that no body of that mass on that shaft has."""
+    for disk in rotor.disks:
+        polar, diametral = disk.polar_inertia, disk.diametral_inertia
+        if polar * _FLAT > 2 * diametral:
+            raise InputError(
+                f"disks '{disk.name}': polar_inertia {polar:g} kg m^2 is more than twice the diametral_inertia"
+                f" {diametral:g} kg m^2, which no body has; a thin disc's polar one is twice the diametral one: check both"
+            )
+        gyration = math.sqrt(max(polar, diametral) / disk.mass)
+        if gyration > rotor.length:
+            raise InputError(
+                f"disks '{disk.name}': inertias of {polar:g} and {diametral:g} kg m^2 put its mass of {disk.mass:g} kg on a"
+                f" radius of {gyration:.3g} m, more than the shaft's length ({rotor.length:g} m); are the units right? A number"
+                " without a unit is in kg m^2"
+            )
+
+
+def _check_magnet(magnet: MagneticBearing) -> None:
+    where = f"magnetic_bearing '{magnet.name}'"
+    if magnet.stiffness.low <= 0:
+        raise InputError(
+            f"{where}: stiffness reaches down to {magnet.stiffness.low:g} N/m; it must stay positive to hold the rotor: give"
+            " that of the closed loop"
+        )
+    if magnet.damping.low < 0:
+        raise InputError(f"{where}: damping reaches down to {magnet.damping.low:g} N s/m; it must not be negative")
 
 
 def _check_gap(bearing: TouchdownBearing, where: str) -> None:
@@ -142,13 +177,22 @@ def _check_signs(bearing: TouchdownBearing, where: str) -> None:
 
 
 def _check_travel(machine: Machine, bearing: TouchdownBearing, where: str) -> None:
-    """Refuse a support that half of the weight presses by more than the air gap: the rotor would lie on its seals."""
-    travel = 0.5 * machine.gravity * _mass(machine.rotor) / bearing.support_stiffness.nominal
-    if travel > bearing.radial_gap.nominal:
-        raise InputError(
-            f"{where}: support_stiffness {bearing.support_stiffness.nominal:g} N/m yields by {travel * 1e6:.3g} um under half of"
-            f" the rotor's weight, more than the radial_gap ({bearing.radial_gap.nominal * 1e6:g} um); check its unit"
-        )
+    """Refuse what half of the weight presses by more than the air gap: the rotor would lie on its seals."""
+    load, gap, balls = 0.5 * machine.gravity * _mass(machine.rotor), bearing.radial_gap.nominal, bearing.balls
+    support, contact, stated = bearing.support_stiffness.nominal, bearing.contact_stiffness, balls.stated_stiffness
+    yielding = [
+        (f"support_stiffness {support:g} N/m", load / support),
+        (f"contact_stiffness {contact:g} N/m^(10/9)", static_depth(load, contact, bearing.contact_exponent)),
+    ]
+    if stated is not None:
+        lowest = load * min(1.0, _LOWEST_BALL / balls.count)
+        yielding.append((f"balls: stiffness {stated:g} N/m^1.5", (lowest / stated) ** (2 / 3)))
+    for name, travel in yielding:
+        if travel > gap:
+            raise InputError(
+                f"{where}: {name} yields by {travel * 1e6:.3g} um under half of the rotor's weight, more than the radial_gap"
+                f" ({gap * 1e6:g} um); check its unit"
+            )
 
 
 def _mass(rotor: Rotor) -> float:

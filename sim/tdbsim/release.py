@@ -12,18 +12,29 @@ from numpy.typing import NDArray
 
 from tdbsim import state_layout
 from tdbsim.cache import compiled
-from tdbsim.columns import CAGE_ANGLE, GAP, MAGNET_DAMPING, MAGNET_FX, MAGNET_FY, MAGNET_STIFFNESS, RING_ANGLE
+from tdbsim.columns import (
+    CAGE_ANGLE,
+    GAP,
+    MAGNET_DAMPING,
+    MAGNET_FX,
+    MAGNET_FY,
+    MAGNET_STIFFNESS,
+    RING_ANGLE,
+    SHAPE_REACH,
+)
 from tdbsim.drop_model import Array, Arrays, DropModel
 from tdbsim.errors import InputError
 from tdbsim.lane_rows import of_lane
 from tdbsim.levitation import Levitation, Whirl, driving, levitation
 from tdbsim.machine import Machine
+from tdbsim.rhs import touching
 from tdbsim.standstill import rest
 
 if TYPE_CHECKING:
     from tdbsim.simulate import DropPlan
 
 OF_THE_ROTOR = ("square", "damping", "gyro", "at_end", "weight")
+_PLACES = 72  # of a levitated orbit at which a bore that is not round is met
 _FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
 
 
@@ -86,8 +97,9 @@ def begin(
     )
     _fill(arrays, held, which, driving(arrays, omega), omega, angle, set_point, velocity, start, whirl, said)
     for k, (model, ends) in enumerate(zip(models, said.tolist(), strict=True)):
-        if faults[k] is None:
-            faults[k] = next((f for f in map(_fault, model.machine.ends, ends, arrays.end[k, :, GAP]) if f), None)
+        for end in range(2):
+            if faults[k] is None:
+                faults[k] = _fault(model.machine.ends[end], ends[end], arrays, k, end, start[k], whirl[k])
     return start, whirl, faults
 
 
@@ -111,18 +123,58 @@ def _held(
     )
 
 
-def _fault(end: str, said: Sequence[float], gap: float) -> InputError | None:
-    """Return why an end cannot be as a plan has it."""
+def _fault(
+    name: str, said: Sequence[float], arrays: Arrays, drop: int, end: int, state: Array, whirl: Whirl
+) -> InputError | None:
+    """Return why an end of a drop, by its number among several, cannot be as a plan has it."""
     found, offset, orbit = said
     if not found:
-        return InputError(f"touchdown_bearing '{end}': its rings find no place of rest; check balls and support")
-    if offset + orbit >= gap:
-        return InputError(
-            f"end '{end}': the levitated shaft, {offset * 1e6:.4g} um off the inner ring's centre with an"
-            f" orbit of {orbit * 1e6:.4g} um 0-pk, reaches the gap of {gap * 1e6:.4g} um;"
-            " check set-point, unbalance and speed"
-        )
-    return None
+        return InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
+    gap, reach = float(arrays.end[drop, end, GAP]), float(arrays.end[drop, end, SHAPE_REACH])
+    if offset + orbit < gap - reach:
+        return None
+    cure = "check set-point, unbalance and speed"
+    if reach > 0.0:  # effects make the bore wider in some directions and narrower in others
+        depth, gap = _nearest(chosen(arrays, drop), end, state, whirl)
+        if depth < 0.0:
+            return None
+        cure = f"that is the gap there as effects shape it: {cure}, or make the effects smaller"
+    return InputError(
+        f"end '{name}': the levitated shaft, {offset * 1e6:.4g} um off the inner ring's centre with an orbit of"
+        f" {orbit * 1e6:.4g} um 0-pk, reaches the gap of {gap * 1e6:.4g} um; {cure}"
+    )
+
+
+@compiled
+def _nearest(m, end, state, whirl):  # type: ignore[no-untyped-def]
+    """Return the greatest depth, m, of a levitated orbit in a bore that is not round, and the gap there, m.
+
+    Parameters
+    ----------
+    m : Arrays
+    end : int
+    state : (size,) array
+        At the release.
+    whirl : (n,) complex array
+        With the shaft's angle at zero.
+    """
+    n = len(whirl)
+    body, angle = state_layout.bodies(n, end), state[state_layout.shaft_angle(n)]
+    orbit, x, y = 0j, -state[body], -state[body + 1]
+    for k in range(n):
+        orbit += m.at_end[end, k] * whirl[k]
+        x += m.at_end[end, k] * state[k]
+        y += m.at_end[end, k] * state[n + k]
+    now = orbit * complex(math.cos(angle), math.sin(angle))
+    x, y = x - now.real, y - now.imag
+    deepest, gap = -math.inf, 0.0
+    for place in range(_PLACES):
+        turn = 2.0 * math.pi * place / _PLACES
+        there = complex(x, y) + orbit * complex(math.cos(turn), math.sin(turn))
+        _, _, depth, _ = touching(m.end, m.effect, end, there.real, there.imag, m.end[end, RING_ANGLE], 0.0)
+        if depth > deepest:
+            deepest, gap = depth, abs(there) - depth
+    return deepest, gap
 
 
 def check_speed(machine: Machine, plan: DropPlan) -> None:

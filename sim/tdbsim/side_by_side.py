@@ -11,7 +11,7 @@ from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 from tdbsim.first_use import compile_apart
-from tdbsim.integration import check_finite, check_modes, longest_step
+from tdbsim.integration import check_finite, check_modes, check_open, longest_step
 from tdbsim.levitation import fill_levitated
 from tdbsim.release import OF_THE_ROTOR, begin, chosen, side_by_side
 from tdbsim.simulate import DropPlan, Trajectory, before_release, check_memory, instants
@@ -73,6 +73,7 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
     for k, state, greatest, end in zip(ready, states, peak, reached[: len(ready)].tolist(), strict=True):
         try:
             if levitated < len(time):
+                check_open(models[k], end, since[levitated:], state[levitated:])
                 check_finite(end, since[levitated:], state)
         except InputError as error:
             found[k] = error

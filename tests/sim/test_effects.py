@@ -312,6 +312,7 @@ def test_what_stands_still_is_written_so_that_it_can_be_read(machine):
     rigid = declaration("foundation_mode").at("NDE", {"mass": 100.0})
     assert math.isinf(rigid.stiffness)
     assert "inf" not in str(rigid)
+    assert declaration("foundation_mode").parameter("stiffness").text(math.inf) == "infinite"
     assert parse(str(rigid)) == rigid
 
 
@@ -319,6 +320,21 @@ def test_a_shape_that_takes_all_of_the_gap_is_refused(machine):
     narrow = changed(machine, ends={"radial_gap": exactly(90e-6)})
     with pytest.raises(InputError, match=r"takes 100 um, all of the radial gap of 90 um"):
         build_model(narrow, [declaration("oval_clearance").at("NDE", {"amplitude": 100e-6})])
+
+
+def test_friction_that_would_drive_the_slip_is_refused(machine):
+    slippery, stribeck = changed(machine, ends={"friction": exactly(0.1)}), declaration("stribeck_friction")
+    build_model(slippery, [stribeck.at("both", {"static_excess": -0.1})])
+    with pytest.raises(InputError, match=r"static_excess -0.2 with the friction of 0.1 at 'NDE' .* give -0.1 or more"):
+        build_model(slippery, [stribeck.at("both", {"static_excess": -0.2})])
+
+
+@pytest.mark.parametrize("name", ["probe_runout", "probe_crosstalk"])
+def test_an_effect_on_the_probes_of_an_end_that_has_none_is_refused(machine, name):
+    half = changed(machine, probes=machine.probes_at("NDE"))
+    all_effects(half, [declaration(name).typical("NDE")])
+    with pytest.raises(InputError, match=r"end 'DE' has no \[\[probe\]\], so it changes nothing"):
+        all_effects(half, [declaration(name).typical("DE")])
 
 
 def test_what_acts_beside_its_like_may_be_given_again(machine):

@@ -9,6 +9,8 @@ import pytest
 from changed_machine import changed, exactly
 from tdbsim.columns import MAGNET_DAMPING, MAGNET_STIFFNESS
 from tdbsim.drop_model import build_model
+from tdbsim.effect import declaration
+from tdbsim.ensemble import run_each
 from tdbsim.errors import InputError
 from tdbsim.simulate import DropPlan, run, simulate
 
@@ -67,6 +69,37 @@ def test_set_point_outside_the_gap(machine):
         simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -2.6e-4), (0.0, 0.0))))
 
 
+@pytest.mark.parametrize("law", ["radial", "normal"])
+def test_set_point_outside_a_gap_that_is_not_round(machine, law):
+    """A drop began pressed into the narrow side of its bore; on the wide side one was refused that touches nothing."""
+    oval = declaration("oval_clearance")
+    across = oval.at("NDE", {"amplitude": 8e-5, "angle": 0.0, "law": law})
+    upright = oval.at("NDE", {"amplitude": 8e-5, "angle": math.pi / 2, "law": law})
+    low = DropPlan(100.0, 0.01, set_point=((0.0, -2e-4), (0.0, 0.0)))
+    with pytest.raises(InputError, match=r"reaches the gap of 170\.?\d* um; that is the gap there as effects shape it"):
+        simulate(machine, low, [across], 4)
+    assert simulate(machine, low, [upright], 4).depth.values[0, 0] < 0
+    lower = DropPlan(100.0, 0.01, set_point=((0.0, -3e-4), (0.0, 0.0)))
+    hanging = simulate(machine, lower, [upright], 4).depth.values[0, 0]  # by the ring in its balls further off
+    assert hanging == pytest.approx(-38e-6, abs=3e-6)
+    with pytest.raises(InputError, match="reaches the gap"):
+        simulate(machine, DropPlan(100.0, 0.01, set_point=((0.0, -3.5e-4), (0.0, 0.0))), [upright], 4)
+
+
+@pytest.mark.parametrize("method", ["splitting", "dormand_prince"])
+def test_heat_that_closes_the_gap(machine, method):
+    """Beyond a gap of nought the rotor is stuck, and the numbers of a drop mean nothing."""
+    plan = DropPlan(150.0, 0.1, method=method)
+    model = build_model(machine, [declaration("thermal_growth").at("both", {"growth": 2e-6})], 4)
+    says = r"thermal_growth has closed the gap of 250 um by 0\.\d+ s after the release, where [1-9]\d* J of friction's heat"
+    with pytest.raises(InputError, match=says):
+        run(model, plan)
+    if method == "splitting":
+        less = build_model(machine, [declaration("thermal_growth").at("both", {"growth": 2e-8})], 4)
+        stuck, free = run_each([(model, plan), (less, plan)], lambda found: found)
+        assert isinstance(stuck, InputError) and not isinstance(free, InputError)
+
+
 def test_no_gap(machine):
     with pytest.raises(InputError, match="gap"):
         simulate(changed(machine, ends={"radial_gap": exactly(0.0)}), DropPlan(100.0, 0.01))
@@ -75,6 +108,14 @@ def test_no_gap(machine):
 def test_no_magnets(machine):
     with pytest.raises(InputError, match="magnetic_bearing"):
         simulate(changed(machine, magnetic_bearings=()), DropPlan(100.0, 0.01))
+
+
+def test_a_centre_of_mass_beyond_the_touchdown_bearings(machine):
+    """One end of such a rotor would rest at the top of its bearing."""
+    first, second = machine.touchdown_bearings
+    near = first.model_copy(update={"position": second.position - 0.05})
+    with pytest.raises(InputError, match="centre of mass, at .* mm, does not lie between the touchdown bearings"):
+        simulate(machine.model_copy(update={"touchdown_bearings": (near, second)}), DropPlan(100.0, 0.01))
 
 
 @pytest.mark.parametrize("feeds", ["cross-coupling", "magnets push away", "magnets drive"])

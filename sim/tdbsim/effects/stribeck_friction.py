@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from tdbsim.columns import FRICTION
 from tdbsim.effect import Effect, Place, choice, parameter
+from tdbsim.errors import InputError
 from tdbsim.signature import bearings
 
 if TYPE_CHECKING:
@@ -37,6 +39,13 @@ class StribeckFriction(Effect):
     law: str = choice(("exponential", "gaussian"), "how the excess falls with slip")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
+        sliding = float(draft.arrays.end[end, FRICTION])
+        if sliding + self.static_excess < 0:
+            raise InputError(
+                f"stribeck_friction: static_excess {self.static_excess:g} with the friction of {sliding:g} at"
+                f" '{draft.machine.ends[end]}' makes a static coefficient below 0, which would drive the slip; give"
+                f" {-sliding:g} or more"
+            )
         return self.static_excess, self.stribeck_speed, 2.0 if self.law == "gaussian" else 1.0
 
     @classmethod
