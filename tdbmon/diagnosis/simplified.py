@@ -2,7 +2,23 @@
 
 from __future__ import annotations
 
-from tdbmon.diagnosis.contender import HARDLY, SIMPLER, SLOPES, Contender, settled, without_each
+from dataclasses import replace
+from itertools import combinations
+
+from tdbsim.effect import Place
+from tdbsim.errors import InputError
+
+from tdbmon.diagnosis.contender import (
+    HARDLY,
+    SIMPLER,
+    SLOPES,
+    Contender,
+    settled,
+    with_cause,
+    without_cause,
+    without_each,
+)
+from tdbmon.diagnosis.suspects import Start, Suspect
 
 HOPELESS = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
@@ -13,7 +29,7 @@ def simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, lis
     while field:
         best = min(field, key=lambda each: each.bic)
         simpler = []
-        for freed in without_each(best, best.horizon):
+        for freed in (*without_each(best, best.horizon), *at_both_ends(best)):
             # a model that is nowhere near without a cause needs it
             near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * HOPELESS * best.ratio else freed
             # who leaves as much with a cause less is the better model, whether it fails or not
@@ -29,6 +45,37 @@ def simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, lis
             break
         field.append(kept)
     return plain, field
+
+
+def at_both_ends(best: Contender) -> list[Contender]:
+    """Return a contender with a cause at both ends alike in the place of two that are the same but for their end.
+
+    A search that adds one cause at a time finds an effect of both ends so.  It begins midway between their values, with the
+    angle of the first, and is not fitted yet.
+    """
+    found = []
+    for (first, one), (second, other) in combinations(enumerate(best.causes), 2):
+        if not _same_but_for_the_end(one, other):
+            continue
+        mine, yours = (best.starts()[index].shared for index in (first, second))
+        angles = {angle.name for angle in one.angles}
+        midway = {name: value if name in angles else (value + yours[name]) / 2 for name, value in mine.items()}
+        try:
+            bare = without_cause(without_cause(best, second), first)
+            found.append(with_cause(bare, replace(one, where="both"), Start(midway)))
+        except InputError:
+            continue
+    return found
+
+
+def _same_but_for_the_end(one: Suspect, other: Suspect) -> bool:
+    declared = one.declared
+    return (
+        declared is other.declared
+        and declared.place is Place.BEARING_OR_BOTH
+        and one.held == other.held
+        and "both" not in (one.where, other.where)
+    )
 
 
 def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tdbmon.diagnosis.contender import Contender, plain_of, with_cause
+from tdbmon.diagnosis.contender import Contender, plain_of, settled, with_cause
 from tdbmon.diagnosis.simplified import only_accompanies, simplified
 from tdbmon.diagnosis.suspects import Start, suspects
 from tdbmon.identify.least_squares import fit, linearised
@@ -44,3 +44,24 @@ def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
     plain, field = simplified(stuck, [nothing])
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert field == []
+
+
+def test_one_effect_at_either_end_is_one_at_both(crew):
+    """A search that adds causes one by one found it so; of other sizes at the ends they stay two."""
+    problem = problem_of(crew, "hardening_support:where=both,cubic=3e18 N/m^3")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)
+
+    def simpler(problem, near, far):
+        found = replace(bare, problem=problem, fit=linearised(problem, problem.start, 0.012))
+        for where, cubic in (("NDE", near), ("DE", far)):
+            hard = next(s for s in everyone if s.name == f"hardening_support@{where}")
+            found = with_cause(found, hard, Start({"cubic": cubic}))
+        return simplified(bare, [settled(found, 0.012, 3)])[1]
+
+    (alike,) = simpler(problem, 2.5e18, 3.5e18)
+    assert alike.name == "hardening_support@both"
+    assert alike.starts()[0].shared["cubic"] == pytest.approx(3e18, rel=0.1)
+    uneven = problem_of(crew, *(f"hardening_support:end={e},cubic={c} N/m^3" for e, c in (("NDE", 1e18), ("DE", 9e18))))
+    (two,) = simpler(uneven, 1e18, 9e18)
+    assert two.effects == {"hardening_support@NDE", "hardening_support@DE"}
