@@ -34,7 +34,7 @@ class OvalClearance(Effect):
     angle: float = parameter(
         "deg", 0.0, (-180.0, 180.0), 35.0, "direction of the wide axis from +x towards +y", si="rad", harmonic=2
     )
-    law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
+    law: str = choice(("radial", "normal"), "direction of the normal force")
 
     @property
     def reach(self) -> float:
