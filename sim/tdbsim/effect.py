@@ -151,9 +151,9 @@ def parameter(
     return field(default=_si(off, unit, si), metadata=raw)
 
 
-def choice(words: tuple[str, ...], meaning: str, *, held: bool = False) -> Any:
+def choice(words: tuple[str, ...], meaning: str) -> Any:
     """Declare a parameter that takes one of some words; the first is the default."""
-    return field(default=words[0], metadata={"choices": words, "meaning": meaning, "held": held})
+    return field(default=words[0], metadata={"choices": words, "meaning": meaning})
 
 
 def _si(value: float, unit: str, si: str) -> float:
@@ -275,8 +275,7 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
             continue
         if "choices" in data:
             words = tuple(data["choices"])
-            off, held = words[0], data["held"]
-            found.append(Parameter(each.name, "1", "1", off, 0.0, 0.0, 0.0, data["meaning"], choices=words, held=held))
+            found.append(Parameter(each.name, "1", "1", words[0], 0.0, 0.0, 0.0, data["meaning"], choices=words))
             continue
         unit, si = data["unit"], data["si"]
         low, high = (_si(bound, unit, si) for bound in data["bounds"])

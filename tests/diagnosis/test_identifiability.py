@@ -37,7 +37,8 @@ def found(among):
 def test_sizes_are_positive_and_known(found, among):
     assert {each.suspect.name for each in found.detectable} == {each.name for each in among}
     values = [each.size.value for each in found.detectable if each.size.known]
-    assert len(values) >= len(among) - 1
+    # in one drop with this noise, an oval of either law may be too small to be seen
+    assert {each.suspect.name for each in found.detectable if not each.size.known} <= {"oval_clearance@NDE"}
     assert min(values) > 0
 
 

@@ -30,7 +30,7 @@ class RingOutOfRound(Effect):
     phase: float = parameter(
         "deg", 0.0, (-360.0, 360.0), 0.0, "of the lobes in the ring at the release", si="rad", per_drop=True
     )
-    law: str = choice(("radial", "normal"), "direction of the normal force", held=True)
+    law: str = choice(("radial", "normal"), "direction of the normal force")
 
     @property
     def reach(self) -> float:
