@@ -22,6 +22,7 @@ from tdbmon.identify.noise import Noise
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_SHORTEST = 50  # samples of a spectrum: with fewer a line is as broad as the spectrum
 PHASES = ("levitated", "fall", "first contact", "after")
 DIRECTIONS = ("x", "y", "radial", "tangential")
 
@@ -97,9 +98,14 @@ class LeftOver:
         return bool(self.to_ends.any())
 
     @property
+    def complete(self) -> NDArray[np.bool_]:
+        """True from the release on where all probes were read: without one the others do not tell the directions."""
+        return (self.time >= 0) & np.isfinite(self.measured).all(axis=0)
+
+    @property
     def at_ends(self) -> Complex:
-        """The residual at the ends, x + i y, m."""
-        return self.to_ends @ self.filled
+        """The residual at the ends, x + i y, m; NaN where a probe was not read."""
+        return np.where(np.isfinite(self.measured).all(axis=0), self.to_ends @ self.filled, np.nan)
 
     @property
     def noise_at_ends(self) -> Array:
@@ -241,8 +247,7 @@ def by_direction(drops: Sequence[LeftOver]) -> Array:
     for drop in drops:
         if not drop.sees_ends:
             continue
-        # without one probe the others tell neither direction
-        after = (drop.time >= 0) & np.isfinite(drop.measured).all(axis=0)
+        after = drop.complete
         if not after.any():
             continue
         left = drop.at_ends[:, after]
@@ -330,14 +335,16 @@ class Spectrum:
 def spectra(drop: LeftOver, machine: Machine) -> list[Spectrum]:
     """Return the full spectra of what is left of a drop at both ends; none where the probes do not tell the directions.
 
+    Of the longest stretch from the release on in which all were read: samples that are missing are no residual of nought.
     Hann window; noise as the autoregressive model of the levitated stretch has it (G. E. P. Box, G. M. Jenkins,
     G. C. Reinsel, Time Series Analysis, sec. 6.3), whose periodogram is exponentially distributed about its mean.
     """
-    if not drop.sees_ends:
-        return []
-    after = drop.time >= 0
-    left = drop.at_ends[:, after]
+    runs = np.ma.clump_unmasked(np.ma.masked_array(drop.time, ~drop.complete))
+    longest = max(runs, key=lambda run: run.stop - run.start, default=slice(0))
+    left = drop.at_ends[:, longest]
     count = left.shape[1]
+    if not drop.sees_ends or count < _SHORTEST:
+        return []
     interval = float(drop.time[-1] - drop.time[0]) / (len(drop.time) - 1)
     window = np.hanning(count + 2)[1:-1]
     frequency = np.fft.fftshift(np.fft.fftfreq(count, interval))

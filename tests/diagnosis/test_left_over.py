@@ -125,6 +125,21 @@ def test_a_whirl_is_found_at_its_order_with_its_amplitude(sense: int, order: flo
     assert not second.lines()
 
 
+def test_samples_that_a_probe_lacks_change_no_line() -> None:
+    """As nought they made a forward whirl smaller, and gave it a backward one: the other probe of the end went on."""
+    drop = bare(SIGMA)
+    rng = np.random.default_rng(4)
+    left = _readings(drop, 3e-6 * np.exp(1j * drop.omega * drop.time), np.zeros(COUNT))
+    measured = drop.simulated + left + SIGMA * rng.standard_normal((4, COUNT))
+    measured[0, -COUNT // 3 :] = np.nan
+    first, _ = spectra(replace(drop, measured=measured), drops.machine())
+    (line,) = first.lines()
+    assert line.frequency == pytest.approx(SPEED, abs=first.resolution / 2)
+    assert line.amplitude == pytest.approx(3e-6, rel=0.16)
+    measured[1] = np.nan
+    assert spectra(replace(drop, measured=measured), drops.machine()) == []
+
+
 def test_noise_is_as_loud_as_it_is_said_to_be_and_shows_no_line() -> None:
     drop = bare(SIGMA)
     rng = np.random.default_rng(8)

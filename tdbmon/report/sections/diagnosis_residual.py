@@ -43,6 +43,9 @@ def section(evidence: Evidence) -> Section:
         return Section(_TITLE, tuple(blocks))
     blocks.append(_directions(evidence))
     found = [each for left in told for each in spectra(left, machine)]
+    if not found:
+        blocks.append(Paragraph("No drop has a stretch without missing samples that is long enough for a spectrum."))
+        return Section(_TITLE, tuple(blocks))
     lines = [line for each in found for line in each.lines(_LINES)]
     blocks += [
         Figure(
