@@ -72,7 +72,8 @@ class ResidualForce:
     band : (2, 2, k) array
         Half-width of the 95 % interval of x and y, N: what the probes' noise leaves open.
     place : (2, k) complex array
-        Where the shaft stood, from the bearing's centre, m: the simulation's place and what the record adds to it.
+        Where the shaft stood, from the bearing's centre, m: the simulation's place and what the record adds to it, where it
+        has all probes.
     simulated : (2, k) complex array
         Force of the ring on the rotor in the simulation, N.
     step : float
@@ -149,7 +150,7 @@ def residual_force(drop: LeftOver) -> ResidualForce:
         time=time[instants],
         force=(force[:, 0] + 1j * force[:, 1])[:, kept],
         band=Z95 * np.sqrt(np.maximum(variance, 0.0)).reshape(2, 2, -1)[..., kept],
-        place=(drop.place + drop.at_ends)[:, first:][:, instants],
+        place=(drop.place + np.nan_to_num(drop.at_ends))[:, first:][:, instants],
         simulated=drop.force[:, first:][:, instants],
         step=step,
     )

@@ -167,3 +167,4 @@ def test_samples_that_are_missing_are_not_taken_for_readings_as_simulated(pushed
     error = found.force - _at(force, drop, found)
     assert np.mean(np.abs(_parts(error)) <= found.band) > 0.85
     assert np.abs(error).max() < 300
+    assert np.isfinite(found.place).all()  # as simulated there
