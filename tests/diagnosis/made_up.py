@@ -11,8 +11,9 @@ def contender(like, names, bic_less, ratio):
     count = like.fit.count
     point, fitted = like.fit.point, like.fit
     made = Fit(point, fitted.residuals, fitted.slopes, ratio * count - bic_less)
-    causes = tuple(s for s in like_suspects(like) if s.name in names)
-    return replace(like, fit=made, causes=causes)
+    # of those with several words the first
+    causes = {s.name: s for s in reversed(like_suspects(like)) if s.name in names}
+    return replace(like, fit=made, causes=tuple(reversed(causes.values())))
 
 
 def like_suspects(like):
