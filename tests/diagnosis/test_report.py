@@ -154,7 +154,7 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
 
 
 def test_the_terminal_has_the_sizes_of_the_report(named: Diagnosis) -> None:
-    assert any(line.endswith(": decay time 3.00 ms (2.90 to 3.10)") for line in diagnosis_lines(named))
+    assert any(line.endswith(": decay time 3.00 ms (2.90 to 3.10), law exponential") for line in diagnosis_lines(named))
     (cause,) = diagnosis_json(named)["causes"]
     assert cause["parameters"]["decay_time_ms"]["value"] == pytest.approx(3.0)
     moved = Change(
