@@ -45,7 +45,7 @@ def effect_lines(identifier: str) -> list[str]:
     """Return one effect with its parameters (raises `InputError` where there is none of that name)."""
     found = declaration(identifier)
     lines = [f"{found.identifier}: {found.title}", found.what]
-    lines += [f"signature: {found.signature}", f"where: {found.place}"]
+    lines += [f"signature: {found.signature}", f"on the machine: {found.on_the_machine}", f"where: {found.place}"]
     for one in found.parameters:
         if one.choices:
             lines.append(f"  {one.name}: {one.meaning}; {' or '.join(one.choices)}, default {one.choices[0]}")
@@ -66,7 +66,8 @@ def _section(effect: EffectDeclaration) -> str:
             bounds = f"{one.text(one.low)} to {one.text(one.high)}"
             rows.append(f"| `{one.name}` | {one.meaning} | {bounds} | {one.text(one.off)} | {one.text(one.typical)} |")
     return (
-        f"\n## `{effect.identifier}`\n\n{effect.what} **Where:** {effect.place}. **Signature:** {effect.signature}\n\n"
+        f"\n## `{effect.identifier}`\n\n{effect.what} **Where:** {effect.place}. **Signature:** {effect.signature}"
+        f" **On the machine:** {effect.on_the_machine}\n\n"
         "| parameter | what | bounds | default | typical |\n|---|---|---|---|---|\n" + "\n".join(rows) + "\n"
     )
 

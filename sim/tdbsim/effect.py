@@ -176,6 +176,7 @@ class Effect:
     what: ClassVar[str]
     place: ClassVar[Place]
     signature: ClassVar[str]
+    on_the_machine: ClassVar[str]  # how to see it there without a drop
     slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
     most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
     once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it, or not add to it
@@ -336,6 +337,11 @@ class EffectDeclaration:
     def signature(self) -> str:
         """What it leaves in a record."""
         return self.kind.signature
+
+    @property
+    def on_the_machine(self) -> str:
+        """How to see it on the machine without a drop."""
+        return self.kind.on_the_machine
 
     @property
     def place(self) -> Place:

@@ -56,7 +56,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "frequency_hz": left.frequency,
         },
         "next_test": diagnosis.next_test,
-        "remarks": list(diagnosis.remarks),
+        "remarks": [*diagnosis.remarks, *diagnosis.aside],
         "seconds": diagnosis.seconds,
     }
 
@@ -82,7 +82,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
             f"held out {proof.drop}, {proof.judge}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um,"
             f" noise {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"
         )
-    out += [f"remark: {each}" for each in diagnosis.remarks]
+    out += [f"remark: {each}" for each in (*diagnosis.remarks, *diagnosis.aside)]
     out.append(f"next test: {diagnosis.next_test}")
     return [plain(line) for line in out]
 

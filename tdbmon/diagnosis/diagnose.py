@@ -63,6 +63,8 @@ class Diagnosis:
     remarks : tuple of str
         What the records lack, and what that costs.
     seconds : float
+    aside : tuple of str
+        What else was seen, on which the verdict does not rest.
     wanted : mapping of float
         Values (SI, by name) that the drops want of entries of the machine file which they contradict.
     changed : str or None
@@ -81,6 +83,7 @@ class Diagnosis:
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
+    aside: tuple[str, ...] = ()
     wanted: Mapping[str, float] = field(default_factory=dict)
     changed: str | None = None
 
@@ -163,10 +166,9 @@ def diagnose(
             *parting_remarks(problem, asked, horizons),
             *unlike,
             *stated_remarks(believed.problem, believed.fit.point),
-            *slows.remarks,
-            *remarked,
         ),
         seconds=time.monotonic() - began,
+        aside=(*slows.remarks, *remarked),
         wanted=mistaken.wanted if mistaken is not None else {},
     )
 
@@ -190,7 +192,9 @@ class _Obstacle:
 
 
 def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | None:
-    """Return what shows before any cause is sought: a mark that moved, cables or a machine file that are wrong."""
+    """Return what shows before any cause is sought: another machine, a mark that moved, cables or a file that are wrong."""
+    if foreign := next((drop.foreign for drop in drops if drop.foreign), ""):
+        return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
     doubt = machine_doubt(problem)
@@ -251,7 +255,7 @@ def _drift(found: _Judged, horizons: Sequence[float]) -> _Obstacle | None:
 
 
 def _against(found: _Judged, obstacle: _Obstacle | None, otherwise: str | None) -> tuple[Verdict, list[str]]:
-    """Return the verdict with what speaks against every model, and remarks on what speaks against the named one only.
+    """Return the verdict with what speaks against every model, and what speaks against the named one only.
 
     `otherwise` says how the rest of the record departs from simulations.
     """

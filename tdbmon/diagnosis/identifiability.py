@@ -49,7 +49,9 @@ _LEVITATED_S = 0.1
 _PAST_S = 0.008  # simulated beyond what is looked at
 _OFF_CENTRE = 0.1  # of the gap
 _ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
-_METHOD = f"linear, {DETECTABLE:g} standard deviations of the stated noise"
+_METHOD = f"by trials, {DETECTABLE:g} standard deviations of the stated noise"
+_LEAST_TRIAL = 0.01  # of the first trial: less is rounding
+_STEEPEST = 3.0  # power of a size, with which its change is believed to grow
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ class Detectable:
         detectable stiffness.
     unseen : float, optional
         Where it does not show: size up to which it does not (of such a spring: down to which), the largest of the catalogue
-        or that to which a linear reckoning is believed, SI.
+        or that to which the trial is believed, SI.
     looks_like : tuple of (Suspect, float), optional
         The most similar other suspect, and how similar from 0 to 1.
     """
@@ -121,7 +123,8 @@ class Identifiability:
         """What the sizes and pairs do not say."""
         return (
             "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
-            "linear: each effect is tried at one small size, and its change taken in proportion; contacts are not linear",
+            "each effect is tried at a small size and again where it should just show, and its change taken with the power of"
+            " the size between them; what a fit does in its place is taken in proportion, and contacts are not linear",
             "the stated noise and the fit's own allowance for the model's error only: no hum, no drift, no unknown physics",
             f"to {self.horizon * 1e3:g} ms after the release, from one set-point a tenth of the gap off centre a drop",
             "one effect at a time; of an unknown angle the least favourable one, of an off-sized ball the one that shows most",
@@ -178,7 +181,11 @@ def identifiability(
         wanted = suspects(machine, drops[0].probes, every.standing) if among is None else tuple(among)
         progress(f"trying {len(wanted)} effects in {len(every.drops)} drops")
         seen = every.each(lambda drop: _observe(every, drop, wanted))
-    first = _Comparison.of(every, seen, range(len(drops)), wanted)
+        first = _Comparison.of(every, seen, range(len(drops)), wanted)
+        progress("trying them again where they should just show")
+        shares = [first.just_shows(k) for k in range(len(wanted))]
+        again = every.each(lambda drop: _again(every, drop, wanted, shares, seen[drop].slopes))
+        second = _Comparison.of(every, again, range(len(drops)), wanted)
     pairs = first.alike()
     after = [
         (speed, len(_Comparison.of(every, seen, (*range(len(drops)), len(drops) + k), wanted).alike()))
@@ -188,7 +195,7 @@ def identifiability(
         machine=machine,
         speeds=tuple(speeds),
         noise=noise,
-        detectable=tuple(each for k in range(len(wanted)) for each in first.detectable(k)),
+        detectable=tuple(each for k in range(len(wanted)) for each in first.detectable(k, second, shares[k])),
         pairs=tuple((wanted[i], wanted[j], similar) for i, j, similar in pairs),
         next_drops=tuple(sorted(after, key=lambda each: each[1])),
         seconds=time.monotonic() - began,
@@ -239,6 +246,20 @@ def _observe(problem: Problem, drop: int, wanted: Sequence[Suspect]) -> _Observe
     base, slopes = problem.slopes(problem.start, drop, horizon)
     ones = np.ones(len(base))
     return _Observed(slopes, changes_by(problem, problem.start, drop, horizon, wanted, ones, _keys))
+
+
+def _again(
+    problem: Problem, drop: int, wanted: Sequence[Suspect], shares: Sequence[Sequence[float]], slopes: Array
+) -> _Observed:
+    """Return what a drop shows of suspects with each size at a share of the typical one."""
+    share_of = dict(zip(wanted, shares, strict=True))
+
+    def keys(suspect: Suspect) -> list[Key]:
+        return [(number, share_of[suspect][int(number)], *rest) for number, _, *rest in _keys(suspect)]
+
+    ones = np.ones(len(slopes))
+    horizon = problem.stages.bounced
+    return _Observed(slopes, changes_by(problem, problem.start, drop, horizon, wanted, ones, keys))
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,8 +372,17 @@ class _Comparison:
         found = [(i, j, float(similar[i, j])) for i, j in combinations(range(len(similar)), 2)]
         return sorted((each for each in found if each[2] > ALIKE), key=lambda each: -each[2])
 
-    def detectable(self, suspect: int) -> list[Detectable]:
-        """Return how small each size of a suspect shows."""
+    def just_shows(self, suspect: int) -> list[float]:
+        """Return shares of the typical sizes at which a suspect should just show, if its change is in proportion."""
+        of, found = self.suspects[suspect], []
+        for number, (size, _) in enumerate(of.sizes):
+            length = self._length(self.blocks[suspect][number]) if self.blocks[suspect] else 0.0
+            amount = min(max(DETECTABLE / length, _LEAST_TRIAL), 1.0) if length > 0 else 1.0
+            found.append(_share(of) * (math.sqrt(amount) if off_when_stiff(size) else amount))
+        return found
+
+    def detectable(self, suspect: int, second: _Comparison, shares: Sequence[float]) -> list[Detectable]:
+        """Return how small each size of a suspect shows, by this trial and a second one at other shares of the typical sizes."""
         similar = self.similarities[suspect]
         nearest = int(np.argmax(similar))
         like = (self.suspects[nearest], float(similar[nearest])) if similar[nearest] > 0 else None
@@ -360,10 +390,17 @@ class _Comparison:
         if not self.blocks[suspect]:
             why = "its trial could not be simulated"
             return [Detectable(of, size.name, Estimate.missing(size.unit, why)) for size, _ in of.sizes]
-        return [
-            Detectable(of, size.name, *_smallest(size, _share(of), self._length(groups)), looks_like=like)
-            for (size, _), groups in zip(of.sizes, self.blocks[suspect], strict=True)
-        ]
+        found = []
+        for number, ((size, _), groups) in enumerate(zip(of.sizes, self.blocks[suspect], strict=True)):
+            length, power = self._length(groups), 1.0
+            smaller = shares[number] / _share(of)
+            if smaller < 1 and second.blocks[suspect]:
+                shrunk = second._length(second.blocks[suspect][number]) / length
+                way = 2 * math.log(smaller) if off_when_stiff(size) else math.log(smaller)
+                # what a later release does as well at first grows with the square
+                power = min(max(math.log(shrunk) / way, 1.0), _STEEPEST) if shrunk > 0 else _STEEPEST
+            found.append(Detectable(of, size.name, *_smallest(size, _share(of), length, power), looks_like=like))
+        return found
 
     def _length(self, groups: Sequence[tuple[int, ...]]) -> float:
         """Return how many standard deviations a trial changes the residuals, at the least favourable angle."""
@@ -395,11 +432,14 @@ def about(size: float, unit: str) -> str:
     return f"{float(f'{size * OUTSIDE[unit]:.2g}'):.6g}{'' if unit == '1' else f' {unit}'}"
 
 
-def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, float | None]:
-    """Return the size whose change has the length that is detectable, and where it does not show, up to which one not."""
+def _smallest(size: Declared, share: float, length: float, power: float = 1.0) -> tuple[Estimate, float | None]:
+    """Return the size whose change has the length that is detectable, and where it does not show, up to which one not.
+
+    A trial at a share of the typical size changes the residuals by `length`, which goes with a power of the size.
+    """
     if length <= 0:
         return Estimate.missing(size.unit, "fitted values can do the same: it does not show"), None
-    amount, trial = DETECTABLE / length, sized(size, share)
+    amount, trial = (DETECTABLE / length) ** (1 / power), sized(size, share)
     off, stiff = off_of(size), off_when_stiff(size)
     if stiff:
         value, limit = trial / amount, max(trial / FURTHEST, size.low)
@@ -411,8 +451,8 @@ def _smallest(size: Declared, share: float, length: float) -> tuple[Estimate, fl
     if value < limit if stiff else value > limit:
         told = about(limit, size.unit)
         why = (
-            f"not to be seen in the first contacts of these drops {'down' if stiff else 'up'} to {told}, as far as a"
-            " linear reckoning is believed"
+            f"not to be seen in the first contacts of these drops {'down' if stiff else 'up'} to {told}, as far as the"
+            " trial is believed"
         )
         return Estimate.missing(size.unit, why), limit
-    return Estimate(value, unit=size.unit, method=_METHOD, why="a linear reckoning, without an interval"), None
+    return Estimate(value, unit=size.unit, method=_METHOD, why="reckoned from trials, without an interval"), None

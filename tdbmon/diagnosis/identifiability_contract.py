@@ -53,7 +53,7 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     size = max([44, *(len(_size(each)) + 2 for each in found.detectable)])
     out = [
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
-        f"{'effect':<{effect}}{'at':<{place}}{'detectable (linearised)':<{size}}{'similarity':<12}to",
+        f"{'effect':<{effect}}{'at':<{place}}{'detectable (about)':<{size}}{'similarity':<12}to",
     ]
     for each in found.detectable:
         like = ""

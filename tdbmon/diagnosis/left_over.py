@@ -272,6 +272,8 @@ class Line:
         Hz and multiples of the rotation; negative where the residual whirls backward.
     amplitude, noise : float
         0-pk of the whirling part, and the rms that noise alone would show there, m.
+    resolution : float
+        Hz; what is nearer together is not told apart.
     """
 
     drop: str
@@ -280,6 +282,7 @@ class Line:
     order: float
     amplitude: float
     noise: float
+    resolution: float
 
     @property
     def words(self) -> str:
@@ -326,7 +329,7 @@ class Spectrum:
         return [
             Line(
                 self.drop, self.end, float(self.frequency[i]), float(self.frequency[i] / self.speed), float(a[i]),
-                float(self.noise[i]),
+                float(self.noise[i]), self.resolution,
             )
             for i in found
         ]  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.free_effect import acts_on_sensors
+from tdbmon.identify.free_effect import acts_on_sensors, place_in_words
 
 # where cables or machine file are wrong, and where the mark moved
 PUT_RIGHT = "none: put that right, and diagnose the same drops again"
@@ -59,9 +59,16 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
         )
     causes = [cause for each in verdict.accused for cause in each.causes]
     if verdict.kind is Kind.NAMED:
-        return (
-            f"a drop from {'a speed below' if alike else f'between {speeds[0]:.0f} and'} {speeds[-1]:.0f} Hz, simulated"
-            " beforehand with the extended machine file: it should land on the prediction"
+        between = "a speed below" if alike else f"between {speeds[0]:.0f} and"
+        return "; ".join(
+            [
+                *(
+                    f"at {place_in_words(cause.where)}, {_decapitalised(cause.declared.on_the_machine)}"
+                    for cause in causes
+                ),
+                f"a drop after that, from {between} {speeds[-1]:.0f} Hz, should land on what is simulated beforehand: with"
+                " the machine file as it is if the cause is gone, else with the extended one",
+            ]
         )
     kinds = {acts_on_sensors(cause.declared) for cause in causes}
     if kinds == {True, False}:
@@ -79,3 +86,8 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
         "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
         " which parts what looks alike when falling straight down"
     )
+
+
+def _decapitalised(sentence: str) -> str:
+    """Return a sentence as part of another one."""
+    return sentence[0].lower() + sentence[1:].removesuffix(".")

@@ -27,8 +27,8 @@ class Unexplained:
         There, over the time that was fitted, m.
     since, until : float
         When, s after the release.
-    frequency : float
-        Of the strongest component there, Hz.
+    frequency, resolution : float
+        Of the strongest component there, and what is nearer together is not told apart, Hz.
     ratio : float
         Misfit a residual of all drops: 1 where only noise is left.
     """
@@ -40,6 +40,7 @@ class Unexplained:
     since: float
     until: float
     frequency: float
+    resolution: float
     ratio: float
 
 
@@ -71,6 +72,7 @@ def unexplained(contender: Contender) -> Unexplained:
         since=float(since[begin]),
         until=float(since[min(begin + width, len(since) - 1)]),
         frequency=frequency,
+        resolution=2 / (len(series) * measured.interval),
         ratio=contender.ratio,
     )
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tdbmon.figures.style import BLUE, LIGHT, VERMILION, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.late_record import LateRecord
@@ -52,4 +52,4 @@ def _compared(
     low, middle, high = np.quantile(simulated, _BAND, axis=0) * 1e6
     ax.fill_between(time * 1e3, low, high, color=LIGHT, linewidth=0, label="simulated, 95 %")
     ax.plot(time * 1e3, middle, color=BLUE, label="simulated, median")
-    ax.plot(time * 1e3, measured * 1e6, color=VERMILION, marker="o", markersize=2.5, label="measured")
+    ax.plot(time * 1e3, measured * 1e6, color=BLACK, marker="o", markersize=2.5, label="measured")

@@ -28,6 +28,8 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.diagnosis.residual_force import ResidualForce
 
+_ARROWS = 40  # at an end
+
 
 @styled
 def force_against_time(
@@ -96,19 +98,16 @@ def force_against_place(
             colour, label = DROP_COLOURS[k % len(DROP_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
             place, force = each.place[end], each.force[end]
             orbit.plot(place.real * UM, place.imag * UM, color=colour, linewidth=0.4, alpha=0.7)
-            scale = 0.5 * gaps[end] / (strongest or 1.0)
-            arrows = np.column_stack([place[out], place[out] + force[out] * scale]) * UM
-            for arrow in arrows:
-                orbit.annotate(
-                    "", (arrow[1].real, arrow[1].imag), (arrow[0].real, arrow[0].imag),
-                    arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0},
-                )  # fmt: skip
             turned = force[out] * np.exp(-1j * np.angle(place[out]))
             where = np.degrees(np.angle(place[out]))
             angle.plot(where, turned.real, "o", color=colour, markersize=3, label=label)
             angle.plot(where, turned.imag, "x", color=colour, markersize=3.5)
+        if strongest:
+            _arrows(orbit, forces, end, 0.5 * gaps[end] * UM / strongest, float(f"{strongest / 2:.1g}"))
         orbit.set_title(
-            f"{name}: longest arrow {strongest:.0f} N" if strongest else f"{name}: no force passes its band"
+            f"{name}: up to {strongest:.0f} N, the {_ARROWS} strongest"
+            if strongest
+            else f"{name}: no force passes its band"
         )
         orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
         orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
@@ -120,6 +119,20 @@ def force_against_place(
         angle.set_ylabel("missing force [N]")
     legend_below(figure, 4)
     return figure
+
+
+def _arrows(ax: Axes, forces: Sequence[ResidualForce], end: int, scale: float, key: float) -> None:
+    """Draw the strongest missing forces as arrows, `scale` um a newton, and one of `key` newtons; more are a thicket."""
+    out = [_beyond_band(each, end) for each in forces]
+    place = np.concatenate([each.place[end, o] for each, o in zip(forces, out, strict=True)]) * UM
+    force = np.concatenate([each.force[end, o] for each, o in zip(forces, out, strict=True)]) * scale
+    colour = np.repeat([DROP_COLOURS[k % len(DROP_COLOURS)] for k in range(len(forces))], [o.sum() for o in out])
+    last = np.argsort(-np.abs(force))[:_ARROWS]
+    drawn = ax.quiver(
+        place[last].real, place[last].imag, force[last].real, force[last].imag, color=colour[last], angles="xy",
+        scale_units="xy", scale=1.0, width=0.005, zorder=3,
+    )  # fmt: skip
+    ax.quiverkey(drawn, 0.86, 0.05, key * scale, f"{key:.0f} N", labelpos="N", color=BLACK)
 
 
 def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:

@@ -80,6 +80,8 @@ class MeasuredDrop:
         What the record lacks and how it was met.
     faults : tuple of str
         Other checks of the record's channels that failed.
+    foreign : str
+        What to tell where the record names another machine, which is one of `faults`; "" where it does not.
     scale_doubts : tuple of str
         What the free fall says against scales of times and lengths, of it in `remarks` too: a model that follows the drop with
         these scales refutes it.
@@ -107,6 +109,7 @@ class MeasuredDrop:
     pulse_sigma: float
     remarks: tuple[str, ...]
     faults: tuple[str, ...] = ()
+    foreign: str = ""
     scale_doubts: tuple[str, ...] = ()
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
@@ -233,6 +236,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             for each in failed
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
+        foreign=next((f"{name}: {each.detail}" for each in failed if each.check == "machine"), ""),
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,

@@ -177,3 +177,18 @@ def test_bad_input_is_one_line_and_exit_code_two(arguments, told, capsys):
     error = capsys.readouterr().err
     assert told in error
     assert error.count("\n") == 1
+
+
+def test_a_force_that_dies_at_once_is_a_later_release_but_for_the_square_of_its_time():
+    """Taken in proportion, some microseconds of it should have shown, of which blind cases did not show two hundred."""
+    machine = drops.machine()
+    force = [
+        each
+        for each in suspects(machine, machine.probes, ())
+        if each.name == "residual_magnetic_force@rotor" and each.held["law"] == "exponential"
+    ]
+    quiet, loud = (
+        identifiability(machine, [100.0], noise, among=force).detectable[0].size for noise in (NOISE, 9 * NOISE)
+    )
+    assert loud.value / quiet.value == pytest.approx(3.0, rel=0.25)
+    assert quiet.value > 2e-5

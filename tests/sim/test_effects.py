@@ -52,7 +52,8 @@ def test_the_catalogue_holds_what_is_named_already():
 
 @EVERY
 def test_units_parse_and_declarations_are_whole(declared):
-    assert declared.title and declared.what.endswith(".") and declared.signature.endswith(".")
+    assert declared.title
+    assert all(each.endswith(".") for each in (declared.what, declared.signature, declared.on_the_machine))
     assert declared.kind.__doc__ and not declared.kind.__doc__.startswith(declared.kind.__name__ + "(")
     assert declared.parameters
     assert len(declared.parameters) == len(fields(declared.kind)) - 1

@@ -25,6 +25,7 @@ class ChannelLag(Effect):
     what: ClassVar = "A channel is late against the others."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "The channel's phase falls behind in proportion to frequency; its contacts come late."
+    on_the_machine: ClassVar = "Feed one signal into all channels at once, and compare filters, cables and sampling."
 
     delay: float = parameter("us", 0.0, (0.0, 20000.0), 500.0, "by how much it is late", si="s")
 

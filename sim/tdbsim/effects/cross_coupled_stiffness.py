@@ -25,6 +25,10 @@ class CrossCoupledStiffness(Effect):
     what: ClassVar = "A seal or wheel feeds energy into forward whirl."
     place: ClassVar = Place.PLANE
     signature: ClassVar = "Work is done on the lateral motion; the rotor is pushed sideways of its displacement."
+    on_the_machine: ClassVar = (
+        "Compare the seals' clearances and swirl brakes with the drawing, and the damping of forward with that of "
+        "backward whirl while levitated."
+    )
 
     stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 2e5, "positive feeds whirl in the sense of rotation")
 

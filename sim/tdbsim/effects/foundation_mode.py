@@ -27,6 +27,9 @@ class FoundationMode(Effect):
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True
     signature: ClassVar = "A line at the foundation's frequency; the support moves more per newton."
+    on_the_machine: ClassVar = (
+        "Knock at the pedestal beside an accelerometer: it rings at that frequency; then check grout and bolts."
+    )
 
     stiffness: float = parameter("N/m", math.inf, (1e5, 1e12), 3e7, "of the foundation, in each direction")
     mass: float = parameter("kg", 80.0, (1.0, 1e5), 80.0, "that moves with the foundation")

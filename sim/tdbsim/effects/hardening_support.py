@@ -24,6 +24,10 @@ class HardeningSupport(Effect):
     what: ClassVar = "The support's stiffness grows with deflection."
     place: ClassVar = Place.BEARING_OR_BOTH
     signature: ClassVar = "Hard hits move the support less than in proportion to their force."
+    on_the_machine: ClassVar = (
+        "Press the outer ring with known forces against a dial gauge: its deflection falls behind; look for a mount "
+        "that bottoms."
+    )
     rise: ClassVar = 1.1
     slots: ClassVar = 1
 

@@ -29,6 +29,10 @@ class LooseSupport(Effect):
     what: ClassVar = "The bearing has play in its housing: soft within the play, stiff beyond it."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The support moves by about the play under little force; deeper contacts."
+    on_the_machine: ClassVar = (
+        "Push and lift the outer ring at rest against a dial gauge: it moves by the play; then check seat, bolts "
+        "and resilient mount."
+    )
     rise: ClassVar = 1.2
     slots: ClassVar = 4
 

@@ -26,6 +26,10 @@ class OffSizedBall(Effect):
     place: ClassVar = Place.BEARING
     rise: ClassVar = 1.1
     signature: ClassVar = "One ball carries more or less than the others; lines at cage speed."
+    on_the_machine: ClassVar = (
+        "Turn the inner ring slowly by hand under a dial gauge: an odd ball repeats with the cage, about 0.4 of a "
+        "turn a turn; then measure the balls."
+    )
 
     deviation: float = parameter("um", 0.0, (-50.0, 50.0), 10.0, "diameter less the others'", si="m")
     ball: float = parameter(

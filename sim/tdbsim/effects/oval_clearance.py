@@ -28,6 +28,10 @@ class OvalClearance(Effect):
     what: ClassVar = "The gap is not round in the fixed frame: a two-lobed seat, worn at the bottom."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The orbits' limit is an oval; in contact the force leans off the displacement."
+    on_the_machine: ClassVar = (
+        "Move the rotor with the magnetic bearings once round the clearance: what limits it is an oval; then "
+        "measure seat and bore in several directions."
+    )
     slots: ClassVar = 3
 
     amplitude: float = parameter("um", 0.0, (-100.0, 100.0), 15.0, "how much wider the gap is along `angle`", si="m")

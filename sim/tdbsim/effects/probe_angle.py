@@ -25,6 +25,10 @@ class ProbeAngle(Effect):
     what: ClassVar = "A probe does not stand at the angle on the drawing."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "The channel holds some of the motion across its axis."
+    on_the_machine: ClassVar = (
+        "Move the levitated rotor along x and y of that plane: the probe sees motion across it; then compare its "
+        "mounting with the drawing."
+    )
 
     error: float = parameter(
         "deg", 0.0, (-45.0, 45.0), 8.0, "true angle less the drawing's, from +x towards +y", si="rad"

@@ -27,6 +27,9 @@ class ProbeCrosstalk(Effect):
     place: ClassVar = Place.END
     once: ClassVar = True
     signature: ClassVar = "A channel holds some of the other one's motion; the axes seem not square."
+    on_the_machine: ClassVar = (
+        "Disconnect the other probe of the end and move the levitated rotor: what leaks goes with it."
+    )
 
     factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the one channel that is added to the other")
     into: str = choice(("second", "first"), "the channel that is leaked into")

@@ -25,6 +25,9 @@ class ProbeGain(Effect):
     what: ClassVar = "A displacement channel reads too much or too little."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "One channel's motion is larger or smaller than the others' leads to expect, at all times."
+    on_the_machine: ClassVar = (
+        "Calibrate the probe, its cable and its driver together against a micrometer, on the shaft's own material."
+    )
     rise: ClassVar = 1.1
 
     gain: float = parameter("1", 1.0, (0.2, 5.0), 1.2, "reading over displacement")

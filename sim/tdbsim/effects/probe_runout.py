@@ -25,6 +25,9 @@ class ProbeRunout(Effect):
     what: ClassVar = "The probe sees the shaft surface's runout, at every speed, in levitation too."
     place: ClassVar = Place.END
     signature: ClassVar = "1X and 2X in the channels of an end that stay the same at every speed."
+    on_the_machine: ClassVar = (
+        "Turn the rotor slowly and record the probes: runout stays as it is; then look at the track that they see."
+    )
 
     first: float = parameter("um", 0.0, (0.0, 100.0), 5.0, "0-pk amplitude once a revolution", si="m")
     first_phase: float = parameter(

@@ -28,6 +28,7 @@ class QuadraticWindage(Effect):
     what: ClassVar = "The speed does not fall exponentially: drag grows with speed squared."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At high speed the deceleration over speed is greater than at low speed."
+    on_the_machine: ClassVar = "Compare pressure and kind of the gas about the rotor with those of earlier coast-downs."
     rise: ClassVar = 1.1
     slots: ClassVar = 2
 

@@ -33,6 +33,10 @@ class RaceWaviness(Effect):
     )
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Ball loads follow the waves of the race; lines at multiples of ring or cage speed."
+    on_the_machine: ClassVar = (
+        "Turn the inner ring slowly by hand under a dial gauge: waves of a race repeat with the balls that pass; "
+        "then look at the races for dents."
+    )
     slots: ClassVar = 4
     most: ClassVar = 16
     fixed_by: ClassVar = {"race": "outer"}

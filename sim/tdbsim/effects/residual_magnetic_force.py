@@ -26,6 +26,9 @@ class ResidualMagneticForce(Effect):
     what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At the release the rotor accelerates by less than gravity; the first contact comes late."
+    on_the_machine: ClassVar = (
+        "Record the coils' currents at the release: they should die as fast as the amplifiers' shut-down has it."
+    )
     slots: ClassVar = 2
 
     decay_time: float = parameter(

@@ -26,6 +26,10 @@ class RingDrag(Effect):
     place: ClassVar = Place.BEARING
     builds_up: ClassVar = True
     signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
+    on_the_machine: ClassVar = (
+        "Turn the inner ring by hand, and measure the torque that keeps it turning beside a new bearing's; look for "
+        "dried grease and dents."
+    )
     slows: ClassVar = True
     rise: ClassVar = 1.05
 

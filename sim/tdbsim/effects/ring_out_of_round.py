@@ -23,6 +23,9 @@ class RingOutOfRound(Effect):
     what: ClassVar = "The inner ring's bore is lobed and turns with the ring."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Lines at `order` times the inner ring's speed, which follow it as it runs up."
+    on_the_machine: ClassVar = (
+        "Turn the inner ring slowly by hand under a dial gauge in its bore: lobes repeat with the ring."
+    )
     slots: ClassVar = 4
 
     amplitude: float = parameter("um", 0.0, (0.0, 50.0), 10.0, "0-pk height of the lobes", si="m")

@@ -29,6 +29,10 @@ class ShaftBow(Effect):
     what: ClassVar = "The shaft is bent: a 1X orbit whose size does not fall with speed squared."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "A synchronous orbit that stays when the speed falls."
+    on_the_machine: ClassVar = (
+        "Turn the rotor slowly and record the probes: a bow stays as it is, and lies on one curve at all planes; "
+        "repeat after an even soak."
+    )
     rise: ClassVar = 1.2
 
     bow: float = parameter(

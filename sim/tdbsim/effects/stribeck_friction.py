@@ -32,6 +32,9 @@ class StribeckFriction(Effect):
     place: ClassVar = Place.BEARING_OR_BOTH
     builds_up: ClassVar = True
     signature: ClassVar = "As ring and shaft come to one speed, friction grows: the ring catches up in a jerk."
+    on_the_machine: ClassVar = (
+        "Look at journal and ring: lubricant, coating and track of what rubs; compare their pairing with the design."
+    )
     slots: ClassVar = 3
 
     static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient less the sliding one")

@@ -27,6 +27,10 @@ class SupportAnisotropy(Effect):
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True
     signature: ClassVar = "More support motion per newton in one direction than across it."
+    on_the_machine: ClassVar = (
+        "Press the outer ring along x and along y with the same force against a dial gauge; then look at joints, "
+        "bolts and feet on the softer side."
+    )
     rise: ClassVar = 1.3
 
     ratio: float = parameter("1", 1.0, (0.02, 50.0), 0.4, "stiffness along the direction over that across it")

@@ -26,6 +26,10 @@ class ThermalGrowth(Effect):
     place: ClassVar = Place.BEARING_OR_BOTH
     builds_up: ClassVar = True
     signature: ClassVar = "The distance at which rotor and ring touch shrinks with the work of friction."
+    on_the_machine: ClassVar = (
+        "Look for heat colours on ring and journal, and measure the gap cold and after a drop; let it cool before "
+        "the next one."
+    )
     slots: ClassVar = 1
 
     growth: float = parameter(

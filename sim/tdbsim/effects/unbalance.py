@@ -25,6 +25,10 @@ class Unbalance(Effect):
     what: ClassVar = "Unbalance differs from the balancing sheet beyond its tolerance: a lost part, a deposit."
     place: ClassVar = Place.PLANE
     signature: ClassVar = "A synchronous forward orbit, growing with speed, in levitation and after the drop."
+    on_the_machine: ClassVar = (
+        "Compare 1X of the levitated rotor at one speed with earlier runs; then look for a lost part or a deposit, "
+        "and balance."
+    )
     rise: ClassVar = 1.2
     adds_to_stated: ClassVar = True
 

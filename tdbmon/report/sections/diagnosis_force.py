@@ -80,7 +80,7 @@ def table(model: str, drops: Sequence[ResidualForce], ends: Sequence[str]) -> Ta
 def _along(found: Summary) -> str:
     """Return the direction in words, where the force passes its band and has one."""
     if found.rms < found.band:
-        return "in band"
+        return "rms in band"
     if found.straight < _STRAIGHT:
         return "no one line"
     if abs(found.mean) > _ONE_SIDED * found.rms:

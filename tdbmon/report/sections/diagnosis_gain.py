@@ -8,7 +8,7 @@ from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import percent
-from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
+from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Tone, Verdict
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -23,6 +23,7 @@ def section(evidence: Evidence) -> Section | None:
     from tdbmon.figures.extended_gain import extended_gain
 
     believed = diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+    tone: Tone = "attention" if not believed else "good" if diagnosis.verdict.doubt is None else "plain"
     if proof.gain is None:
         said = Verdict(f"The plain model leaves hardly more than noise there: {_beside_readings(proof)}.")
     elif proof.gain < 0:
@@ -30,8 +31,9 @@ def section(evidence: Evidence) -> Section | None:
     else:
         said = Verdict(
             f"The extended model takes away {percent(proof.gain, 1)} of what the plain one leaves there beyond the noise."
-            + ("" if believed else " The verdict says why it is not believed all the same."),
-            "good" if believed else "attention",
+            + ("" if believed else " The verdict says why it is not believed all the same.")
+            + ("" if diagnosis.verdict.doubt is None else " The verdict says how far it is believed."),
+            tone,
         )
     how = {
         Judge.READINGS: f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then"

@@ -37,22 +37,36 @@ def remains(evidence: Evidence) -> Section:
             " the noise"
             for line in lines
         )
-        blocks.append(Paragraph(f"Highest peak of its spectrum at each end, over all drops: {peaks}."))
+        nearest = max(line.resolution for line in lines)
+        blocks.append(
+            Paragraph(
+                f"Highest peak of its spectrum at each end, over all drops: {peaks}. So short a time tells a frequency to"
+                f" ± {nearest / 2:.0f} Hz."
+            )
+        )
     else:
         blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
     if evidence.extended is not None:
         blocks.append(_force(evidence))
         blocks.append(table("extended model", evidence.extended_force, evidence.diagnosis.machine.ends))
         blocks.append(Paragraph(_against_contacts(evidence)))
+    blocks += [Paragraph(f"Beside the verdict: {sentence(each).text}") for each in evidence.diagnosis.aside]
     return Section("What remains unexplained", tuple(blocks))
 
 
 def _loudest(left: Unexplained) -> str:
     return (
         f"Loudest against its noise: probe {left.probe} in {left.drop}, {left.rms * 1e6:.2f} µm rms from the release on, where"
-        f" noise is {left.noise * 1e6:.2f} µm; most of it from {left.since * 1e3:.1f} to {left.until * 1e3:.1f} ms, strongest"
-        f" near {left.frequency:.0f} Hz."
+        f" noise is {left.noise * 1e6:.2f} µm; most of it from {left.since * 1e3:.1f} to {left.until * 1e3:.1f} ms,"
+        f" {_strongest(left)}."
     )
+
+
+def _strongest(left: Unexplained) -> str:
+    """Say at which frequency, as closely as so short a time tells it."""
+    if left.frequency < left.resolution:
+        return f"strongest below {left.resolution:.0f} Hz, slower than so short a time tells"
+    return f"strongest near {left.frequency:.0f} Hz (± {left.resolution / 2:.0f})"
 
 
 def _lines(evidence: Evidence) -> list[Line]:
@@ -93,7 +107,8 @@ def _against_contacts(evidence: Evidence) -> str:
     ]
     most = max((each.rms for each in found if each is not None), default=0.0)
     return (
-        "Noise alone is out of the band 5 % of the time; what is out more often acts, however small: the greatest of these"
+        "Noise alone is out of the band 5 % of the time. What is out more often is a force that acts, or what the simulation"
+        " itself is off by: it grows as paths part, and a misfit like that of noise allows for it. The greatest of these"
         f" forces is {most:.0f} N rms, beside contact forces of up to {peak:.0f} N."
     )
 

@@ -81,7 +81,8 @@ def _sentence(diagnosis: Diagnosis) -> str:
     if verdict.kind is Kind.NAMED:
         open_ = "" if len(verdict.accused) == 1 else ", of which order or with which law these drops leave open"
         return (
-            f"Named: {verdict.accused[0].words} (probability {_share(diagnosis, verdict.accused[0])}, {drops}){open_}."
+            f"{'Named' if verdict.doubt is None else 'Named, with doubt'}: {verdict.accused[0].words}"
+            f" (probability {_share(diagnosis, verdict.accused[0])}, {drops}){open_}."
             + ("" if verdict.doubt is None else f" {verdict.doubt}.")
         )
     if verdict.kind is Kind.AMBIGUOUS:
