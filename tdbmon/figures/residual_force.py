@@ -132,7 +132,7 @@ def _arrows(ax: Axes, forces: Sequence[ResidualForce], end: int, scale: float, k
         place[last].real, place[last].imag, force[last].real, force[last].imag, color=colour[last], angles="xy",
         scale_units="xy", scale=1.0, width=0.005, zorder=3,
     )  # fmt: skip
-    ax.quiverkey(drawn, 0.86, 0.05, key * scale, f"{key:.0f} N", labelpos="N", color=BLACK)
+    ax.quiverkey(drawn, 0.86, 0.9, key * scale, f"{key:.0f} N", labelpos="N", color=BLACK)
 
 
 def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:
