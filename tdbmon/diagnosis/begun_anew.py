@@ -16,7 +16,7 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact
+from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_at_other_ends
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
 FirstContactFits = dict[tuple[Contender, Suspect], list[Contender]]
@@ -70,6 +70,30 @@ def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float
     """
     cause = best.causes[-1]
     return _in_place_of(-1, fallen, best, [(cause, start) for start in cause.usual()], horizons)
+
+
+def at_other_ends(
+    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
+) -> Contender:
+    """Return a contender, or the best of those with a cause of one end at both ends alike, or the other way round.
+
+    One end may touch much earlier than the other; what acts at both then looks like its own until that one touches.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    best : Contender
+    cause : Suspect
+        One of its causes.
+    suspects : sequence of Suspect
+        All.
+    horizons : sequence of float
+        All; fits go along those up to the contender's own.
+    """
+    index = best.causes.index(cause)
+    begun = [(each, best.starts()[index]) for each in suspects if alike_at_other_ends(each, cause)]
+    return _in_place_of(index, fallen, best, begun, horizons)
 
 
 def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons: Sequence[float]) -> Contender:

@@ -161,6 +161,12 @@ def alike_at_first_contact(one: Suspect, other: Suspect) -> bool:
     return one.where == other.where and one.fits_much and other.fits_much
 
 
+def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
+    """True for one effect at an end and at both: the end that shows it hardly tells."""
+    same = one.declared.identifier == other.declared.identifier and one.held == other.held
+    return same and one.where != other.where and "both" in (one.where, other.where)
+
+
 def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:
     """Return what could be missing from a machine's model.
 

@@ -17,7 +17,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.attempt import followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, NEARLY, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
-from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.diagnosis.suspects import Suspect, alike_at_other_ends
 from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
 
@@ -68,8 +68,7 @@ def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horiz
 def _alike(one: Suspect, other: Suspect) -> bool:
     if acts_on_sensors(other.declared):
         return acts_on_sensors(one.declared)
-    same = one.declared.identifier == other.declared.identifier and one.held == other.held
-    return same and "both" in (one.where, other.where)
+    return alike_at_other_ends(one, other)
 
 
 def sensors_alike(one: Contender, other: Contender) -> bool:

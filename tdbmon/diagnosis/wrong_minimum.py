@@ -8,6 +8,7 @@ from enum import Enum, auto
 from tdbmon.diagnosis.attempt import from_the_fall_or_none
 from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
+    at_other_ends,
     at_other_sizes,
     in_neighbouring_orders,
     neighbours,
@@ -29,6 +30,7 @@ class Way(Enum):
     """A way out."""
 
     VALLEY = auto()  # along the valley of the clearances
+    ENDS = auto()  # a cause of one end at both
     ANGLES = auto()
     SIZES = auto()
     ORDERS = auto()  # neighbouring ones
@@ -77,6 +79,7 @@ class WaysOut:
         if horizon > stages.sound and best.fails_with_causes(plain) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self.of_any_kind(best, plain)
+        best = self._at_other_ends(best, plain)
         if horizon == self.search.last:
             best = self._again_from_the_fall(best)
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
@@ -128,6 +131,13 @@ class WaysOut:
             return best
         horizons = [h for h in self.search.horizons if h <= best.horizon]
         return from_the_fall_or_none(self.search.fallen, best, horizons) or best
+
+    def _at_other_ends(self, best: Contender, plain: Contender) -> Contender:
+        """Return a model, or the best with one of its causes that acts at one end at both, or the other way round."""
+        for cause in best.causes:
+            if best.fails_with_causes(plain) and self.untried(Way.ENDS, cause.name, best.name):
+                best = at_other_ends(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
+        return best
 
     def _at_other_angles(self, best: Contender, plain: Contender) -> Contender:
         """Return a model, or the best with its last cause begun at other angles."""
