@@ -108,8 +108,8 @@ def analyse_ends(
             checks.append(Check("machine and record", end, False, impossible))
         contacts = None
         if gap is not None and not impossible:
-            clearance = machine.bearing(end).balls.diametral_clearance.nominal
-            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, unscaled or late)
+            play = machine.bearing(end).balls.play
+            contacts = find_contacts(planes, end, gap, travel, play, start, machine.gravity, unscaled or late)
         ends[end] = EndResult(
             name=end,
             plane=str(planes.plane.sel(end=end).item()),
