@@ -20,13 +20,13 @@ from tdbsim.stated_effects import all_effects, parse
 from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
 from tdbmon.progress import Progress
+from tdbmon.ring_speed import turns_along
 
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps where they
 # are wider (a machine file's `range` is three gaps to either side where it is left out)
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _GAPS = 3.0
 _LEVITATED_S = 0.1
-_AT_SPEED = 0.98  # of the speed of the journal's surface: a ring so fast turns with it
 _COMPILING = "compiling the simulation, once on this machine: it takes up to a minute; then simulating"
 _EXACT = "a simulated value, without an interval"
 _SAMPLED = "a simulated value, the greatest of the record's samples, without an interval"
@@ -75,17 +75,14 @@ def simulate_drop(
 
 
 def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate]]:
-    """Peak forces, and the time at which the bore of each ring first runs at 98 % of the journal's surface speed.
-
-    Of surfaces, not of revolutions: a ring that rolls without slip turns more slowly than the shaft, by the gap over the radius.
-    """
+    """Peak forces, and the time at which each ring first turns with the journal."""
     out = {}
     release = float(drop.attrs["release_time_s"])
     for i, end in enumerate(drop["end"].values):
         ring, shaft = drop["ring_speed"].values[i], drop["rotor_speed"].values
         bearing = machine.bearing(str(end))
         bore = bearing.journal_radius + bearing.radial_gap.nominal
-        rolls = np.abs(ring) * bore >= _AT_SPEED * np.abs(shaft) * bearing.journal_radius
+        rolls = turns_along(ring, shaft, bearing.journal_radius, bore)
         caught = np.flatnonzero(rolls & (drop["time"].values >= release))
         peak = Estimate(float(drop["peak_normal_force"].values[i]), unit="N", why=_EXACT, kind="0-pk")
         ball = Estimate(float(drop["ball_load"].values[i].max()), unit="N", why=_SAMPLED, kind="0-pk")

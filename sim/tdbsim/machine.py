@@ -147,6 +147,11 @@ class Balls(Part):
         return self
 
     @property
+    def play(self) -> float:
+        """How far the inner ring gets from the middle without force, m: half of the clearance, nowhere where it is preloaded."""
+        return max(self.diametral_clearance.nominal, 0.0) / 2
+
+    @property
     def radial_share(self) -> float:
         """Load of one ball along its contact over the radial load of the balls of all rows at its azimuth."""
         return 1 / (self.rows * math.cos(self.contact_angle))

@@ -1,7 +1,7 @@
 """Contacts of the shaft with its touchdown bearing, seen in displacement alone: touch, lift-off, rebound, restitution.
 
-The shaft touches where its centre reaches the air gap with the ring at rest in the bottom of its ball clearance; that
-is the radius at rest less the elastic deflection under the weight.
+The shaft touches where its centre reaches the air gap with the ring at rest in the bottom of its ball clearance, or in the middle
+of balls that are preloaded; that is the radius at rest less the elastic deflection under the weight.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def find_contacts(
     end: str,
     gap: Gap,
     travel: RestTravel,
-    clearance: float,
+    play: float,
     release_s: float,
     gravity: float,
     late: str = "",
@@ -84,8 +84,8 @@ def find_contacts(
         The clearance circle of this end.
     travel : RestTravel
         Deflection at rest.
-    clearance : float
-        Diametral clearance of the balls, m: half of it is travel without force.
+    play : float
+        What of the travel is without force, m: `tdbsim.machine.Balls.play`.
     release_s : float
         The release, s.
     gravity : float
@@ -97,7 +97,7 @@ def find_contacts(
     xy = planes.displacement.sel(end=end).to_numpy().T
     centre = np.array([gap.centre[0].value, gap.centre[1].value], float)
     radius, sigma = _value_sigma(gap.radius)
-    elastic = travel.total - clearance / 2
+    elastic = travel.total - play
     touching = radius - elastic
     of_circle = np.hypot(sigma, _value_sigma(gap.centre[1])[1])
     sigma_level = float(np.hypot(_OF_CIRCLE * of_circle, _OF_DEFLECTION * elastic))

@@ -31,6 +31,10 @@ _AT_ONCE_S = 0.01  # no time to rest
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see stays down)"
+_OWN_LOAD = (
+    "by the path of this end alone, as the other is not seen in its bearing beside it and may swing against it: radius at rest,"
+    " air gap and height of the centre may err by {}, which their intervals hold. Sound probes at both ends tell them better"
+)
 
 
 def analyse_ends(
@@ -91,6 +95,8 @@ def analyse_ends(
             known = None if swing is None else swing.gap[end]
             circle = fit_gap(planes, end, machine, travels[end], since, known, shares[end], beyond[end])
             circles[end] = _agreed(circle, end, known, checks)
+            if isinstance(circle, Gap) and circle.alone:
+                checks.append(Check("load on the ring", end, True, _OWN_LOAD.format(um(circle.alone))))
     late = late_beginning(planes, {end: circles[end] for end in seen}) if released is None else ""
     ends = {}
     for end in machine.ends:
@@ -102,8 +108,8 @@ def analyse_ends(
             checks.append(Check("machine and record", end, False, impossible))
         contacts = None
         if gap is not None and not impossible:
-            clearance = machine.bearing(end).balls.diametral_clearance.nominal
-            contacts = find_contacts(planes, end, gap, travel, clearance, start, machine.gravity, unscaled or late)
+            play = machine.bearing(end).balls.play
+            contacts = find_contacts(planes, end, gap, travel, play, start, machine.gravity, unscaled or late)
         ends[end] = EndResult(
             name=end,
             plane=str(planes.plane.sel(end=end).item()),

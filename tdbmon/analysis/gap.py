@@ -6,7 +6,8 @@ up to (`tdbmon.analysis.rest`).  The arc that it swings along gives the circle's
 The swing loads the bearing by more than the weight at the bottom and by less at the turning points: N/W = cos(angle) -
 a n/g, where a is the acceleration of the mass that the end carries and n the outward normal.  That is v^2/R towards the
 centre, and the acceleration of the radius itself, which follows the load at twice the swing's frequency, a third of the
-bearing's resonance and more; and as the rotor is rigid, it is in part that of the other end.  So the radius is
+bearing's resonance and more; and as the rotor is rigid, it is in part that of the other end.  Where that one is not seen, the
+end's own stands for it, and the intervals hold what this may miss.  So the radius is
 r = R + s (N/W - 1), where s is the deflection a unit of relative load.  Along the arc of one amplitude this looks just like a
 shift of the centre by 3 s; left out, it would put the centre tens of micrometres too low.  It is fitted with the circle, with
 the machine file's value of s as prior knowledge; the arc alone then gives the radius to some ten micrometres
@@ -31,6 +32,9 @@ from tdbmon.estimate import Z95, Estimate
 
 _LOWPASS_HZ = 300.0  # only accelerations are smoothed; the arc itself needs the swing's harmonics
 _BESIDE = 0.9  # of an end's samples, at which the other end must be seen too to tell of its load
+# Of the deflection a unit of load: how far radius and height of the centre may err where the end's own acceleration stands for
+# that of the mass it carries; 17 um at 9 um, where the ends swing against each other (docs/gap.md).
+_ALONE = 17 / 9
 _PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
 _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
@@ -77,6 +81,9 @@ class Gap:
         Time from which the shaft stays on the ring, s.
     points : ndarray (n, 2)
         Settled positions used, m, thinned: for the gap map.
+    alone : float
+        How far radius and height of the centre may err, as the other end's share of the load is not seen, m; the intervals hold
+        it.  0 where it is seen.
     """
 
     lower: Estimate
@@ -88,6 +95,7 @@ class Gap:
     oval: Estimate
     settled_from: float
     points: np.ndarray
+    alone: float = 0.0
 
     def away(self, place: Sequence[float] | np.ndarray, method: str, kind: str = "") -> Estimate:
         """Return how far a place (x, y), m, lies from the centre; its error is the centre's along that way."""
@@ -141,7 +149,9 @@ def fit_gap(
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
     after = time >= settled_s
-    steady = _Steady.of(time[after], xy[after], _carried(planes, end, shares or {})[after], rate)
+    carried = _carried(planes, end, shares) if shares else xy
+    alone = _ALONE * travel.per_load if carried is None else 0.0
+    steady = _Steady.of(time[after], xy[after], (xy if carried is None else carried)[after], rate)
     if not len(steady.xy):
         return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
@@ -161,7 +171,7 @@ def fit_gap(
     if not np.isfinite(sigma[2]) or (sigma[2] > _WORST and from_swing is None):
         return NoCircle(_too_vague(settled_s, float(time[-1]), float(sigma[2])))
     how = "circle through the settled arc alone"
-    from_arc = Estimate.from_sigma(float(solution[2]), float(sigma[2]), "um", how)
+    from_arc = Estimate.from_sigma(float(solution[2]), float(np.hypot(sigma[2], alone / Z95)), "um", how)
     passed = _bends(arc, travel.per_load, beyond)
     from_arc = from_arc.widened(passed[2], BENDS)
     agrees = None
@@ -170,7 +180,7 @@ def fit_gap(
         if agrees:
             solution, sigma = _circle(cells.centre, arc, parts, travel.per_load, from_swing)
             passed = _bends(arc, travel.per_load, beyond, from_swing)
-    return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees, passed)
+    return _gap(steady.xy, cells, solution, sigma, settled_s, from_arc, agrees, passed, alone)
 
 
 def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.0) -> float | NoCircle:
@@ -241,14 +251,14 @@ class _Steady:
         return cls(xy[kept], acceleration[kept], number[kept] // max(int(_BLOCK_S * rate + _ROUNDING), 1))
 
 
-def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray:
-    """Return the path of the mass that an end carries (n, 2), m: that of the end where the other one is not seen beside it."""
-    own = planes.displacement.sel(end=end).to_numpy().T
-    if not shares or any(str(planes.plane.sel(end=each).item()) != "bearing" for each in shares):
-        return own
+def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray | None:
+    """Return the path of the mass that an end carries (n, 2), m; None where the other end is not seen beside it."""
+    if any(str(planes.plane.sel(end=each).item()) != "bearing" for each in shares):
+        return None
     moved = sum(share * planes.displacement.sel(end=each).to_numpy().T for each, share in shares.items())
+    own = planes.displacement.sel(end=end).to_numpy().T
     seen, also = (np.isfinite(each).all(axis=1).sum() for each in (own, moved))
-    return np.asarray(moved) if also >= _BESIDE * seen else own
+    return np.asarray(moved) if also >= _BESIDE * seen else None
 
 
 def _averaged(time: np.ndarray, xy: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -397,9 +407,13 @@ def _gap(
     from_arc: Estimate,
     agrees: bool | None,
     passed: Sequence[float],
+    alone: float,
 ) -> Gap:
     """Return the circle of a fit `p` (x, y, radius, deflection a unit of load), m, its standard deviations, and `_bends`."""
     how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
+    if alone:  # not as an error that drops share: another one may show the other end
+        how += "; interval: also what the other end, not seen, may add to the load"
+        sigma = np.hypot(sigma, [0.0, alone / Z95, alone / Z95, 0.0])
     x, y, radius = (
         Estimate.from_sigma(float(p[i]), float(sigma[i]), "um", f"{what}: {how}").widened(passed[i], BENDS)
         for i, what in enumerate(("centre", "centre", "radius"))
@@ -416,6 +430,7 @@ def _gap(
         oval=_oval(cells, p),
         settled_from=settled,
         points=xy[:: max(1, len(xy) // _DRAWN)],
+        alone=alone,
     )
 
 

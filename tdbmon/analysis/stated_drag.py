@@ -1,10 +1,16 @@
 """The drag that the machine file states of its inner rings, beside the constant drag of a run-down.
 
 A rotor that rests on its touchdown bearings turns their inner rings with it, so that their drag is part of its constant drag;
-other losses of the rotor that do not change with the speed are in that too.
+other losses of the rotor that do not change with the speed are in that too.  Not all of the rings' drag is: the journal rolls in
+a wider ring, on which the same force has the longer lever, and the rings coast on with the rotor by their own inertia.  With r
+and b the radii of journal and bore, I the rotor's polar inertia and J a ring's, a rotor taken for I alone shows
+
+    sum(T r/b)  I / (I + sum(J (r/b)^2))
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from tdbsim.effects.ring_drag import RingDrag
 from tdbsim.machine import Machine
@@ -16,14 +22,32 @@ from tdbmon.estimate import Estimate
 
 def stated_ring_drag(machine: Machine) -> Tolerant:
     """Return the drag of all inner rings together, by the machine file with its effects, N m."""
+    return _added_up(machine, [1.0] * len(machine.touchdown_bearings))
+
+
+def drag_on_rotor(machine: Machine, polar_inertia: float) -> Tolerant:
+    """Return the part of it that a rotor shows by its own polar inertia, kg m^2, which is less by the formula above, N m."""
+    rings = machine.touchdown_bearings
+    gears = [ring.journal_radius / (ring.journal_radius + ring.radial_gap.nominal) for ring in rings]
+    along = sum(ring.inner_ring_inertia * gear**2 for ring, gear in zip(rings, gears, strict=True))
+    share = polar_inertia / (polar_inertia + along)
+    return _added_up(machine, [share * gear for gear in gears])
+
+
+def _added_up(machine: Machine, shares: Sequence[float]) -> Tolerant:
+    """Return the sum of such a share of each ring's drag, N m."""
     drags = [bearing.inner_ring_drag for bearing in machine.touchdown_bearings]
-    added = sum(each.torque * len(each.ends(machine)) for each in all_effects(machine) if isinstance(each, RingDrag))
-    nominal, low, high = (sum(getattr(drag, name) for drag in drags) + added for name in ("nominal", "low", "high"))
+    effects = [each for each in all_effects(machine) if isinstance(each, RingDrag)]
+    added = sum(each.torque * shares[i] for each in effects for i in each.ends(machine))
+    nominal, low, high = (
+        sum(share * getattr(drag, name) for share, drag in zip(shares, drags, strict=True)) + added
+        for name in ("nominal", "low", "high")
+    )
     return Tolerant(nominal=nominal, low=low, high=high)
 
 
 def against_stated(measured: Estimate, stated: Tolerant, whirled: bool) -> str:
-    """Return in words how a constant drag that is known lies to what is stated, and what that may mean.
+    """Return in words how a constant drag that is known lies to what is stated (`drag_on_rotor`), and what that may mean.
 
     `whirled` says that the shaft went round its clearance, rubbing as it did.
     """

@@ -14,7 +14,8 @@ the longest run of quarter turns without a slow one: in its first and last turn,
 twice the usual time, between them more than four times, since on a path that is not round they take unequal ones.
 
 A probe that is cut off hides part of every turn: an arc of less than a third of a turn is bridged, if the shaft enters and
-leaves it at a pace that fits.  Where more stays hidden than a few turns take, that no whirl was found says nothing.
+leaves it at a pace that fits and it takes less than a few turns would.  A hole in the time axis ends an advance.  Where more
+stays hidden than a few turns take, that no whirl was found says nothing.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from scipy.special import stdtrit
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.missing_stretches import too_long
+from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 from tdbmon.runs import runs_of
 
@@ -38,7 +41,7 @@ _RATE_HZ = 2500.0  # of the samples looked at
 _ROUNDING = 1e-6  # of a rate told from times
 _ARC = _TURN / 3  # that missing samples may hide, and the way round is not in doubt
 _PACE = 3  # samples on either side, by which the pace of the shaft is told
-_HIDDEN_S = 0.02  # hidden altogether: some turns of a whirl
+_HIDDEN_S = 0.02  # hidden altogether, or at once: some turns of a whirl
 _RULE = "begin of the advance, by the rule of a whole turn"
 
 
@@ -195,14 +198,14 @@ def _polar(
     some = slice(int(np.searchsorted(time, start_s)), None, every)
     xy = planes.displacement.sel(end=end).transpose("axis", "time").to_numpy()[:, some]
     x, y = xy[0] - centre[0], sense * (xy[1] - centre[1])
-    return time[some], *_bridged(np.hypot(x, y) / gap, np.arctan2(y, x))
+    return time[some], *_bridged(time[some], np.hypot(x, y) / gap, np.arctan2(y, x))
 
 
-def _bridged(radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _bridged(time: np.ndarray, radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return radius and angle with missing samples filled where they hide an arc that the shaft passed without doubt."""
     for run in runs_of(np.isnan(angle)):
         before, after = run.start - 1, run.stop
-        if before < _PACE or after + _PACE >= len(angle):
+        if before < _PACE or after + _PACE >= len(angle) or time[after] - time[before] > _HIDDEN_S:
             continue
         arc = np.angle(np.exp(1j * (angle[after] - angle[before])))
         sides = angle[before - _PACE : before + 1], angle[after : after + _PACE + 1]
@@ -218,22 +221,27 @@ def _bridged(radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def _hidden(time: np.ndarray, radius: np.ndarray) -> str:
     """Say how much of the orbit is missing, if that may hide a whirl."""
-    missing = np.isnan(radius)
-    if len(time) < 2 or missing.mean() * (time[-1] - time[0]) < _HIDDEN_S:
+    if len(time) < 2:
         return ""
-    return f"{100 * missing.mean():.2g} % of the orbit is missing or cut off: a whirl may be hidden there"
+    steps, span = np.diff(time), time[-1] - time[0]
+    holes = float(steps[too_long(steps)].sum())
+    hidden = np.isnan(radius).mean() * (span - holes) + holes
+    if hidden < _HIDDEN_S:
+        return ""
+    return f"{100 * hidden / span:.2g} % of the orbit is missing or cut off: a whirl may be hidden there"
 
 
 def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:
     """Advances of a turn or more while `outside` holds."""
     found = []
-    for run in runs_of(outside):
-        when, course = time[run], np.unwrap(angle[run])
-        if len(course) < 4 or np.ptp(course) < _TURN:
-            continue
-        for a, b in _legs(course):
-            if abs(course[b] - course[a]) >= _TURN:
-                found.append(_advance(when[a : b + 1], course[a : b + 1]))
+    for piece in pieces(time):
+        for run in runs_of(outside[piece]):
+            when, course = time[piece][run], np.unwrap(angle[piece][run])
+            if len(course) < 4 or np.ptp(course) < _TURN:
+                continue
+            for a, b in _legs(course):
+                if abs(course[b] - course[a]) >= _TURN:
+                    found.append(_advance(when[a : b + 1], course[a : b + 1]))
     return found
 
 

@@ -97,8 +97,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
         rasterized=True,
     )
     rest = result.gap.radius.value
-    clearance = analysis.machine.bearing(end).balls.diametral_clearance.nominal
-    touching = rest - (result.travel.total - clearance / 2)
+    touching = rest - (result.travel.total - analysis.machine.bearing(end).balls.play)
     ax.axhline(rest * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="radius at rest")
     ax.axhline(touching * UM, color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="touching radius")
     _fall(ax, analysis, end, direction, first.touch.value, origin)

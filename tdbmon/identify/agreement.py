@@ -61,8 +61,8 @@ class EndAgreement:
     noise : (2,) array
         Standard deviation of the noise of x and y, m.
     gap, touching : float
-        Fitted radial gap, and with half of the balls' clearance: the radius at which the shaft touches a ring that hangs
-        at the bottom of its balls, m.
+        Fitted radial gap, and with the balls' play: the radius at which the shaft touches a ring that hangs at the bottom of
+        its balls, m.
     contacts : tuple of ContactPair
         In the order of time, as far as the drop was simulated.
     """
@@ -144,7 +144,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
         origin = complex(centre(machine, shared, [at])[0])
         apart = np.array([[origin.real], [origin.imag]])
         seen, simulated, unbroken = (each.displacement[i].to_numpy() - apart for each in planes)
-        touching = bearing.radial_gap.nominal + bearing.balls.diametral_clearance.nominal / 2
+        touching = bearing.radial_gap.nominal + bearing.balls.play
         ends[bearing.name] = EndAgreement(
             end=bearing.name,
             plane=plane,

@@ -34,13 +34,13 @@ from tdbmon.identify.prediction import Values, drop_plan, window
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stress import Stress, ball_stress, first, stress_box
 from tdbmon.quantity import percent
+from tdbmon.ring_speed import SLIPS, turns_along
 from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
 SECONDS = 0.2  # after the release
 _FINER = 0.5  # times the usual step, between which up to 1.6 % of a sharp blow may lie; 0.4 % with half of it
-_AT_SPEED = 0.02  # of the journal's surface speed: a ring that slips less turns with it
 _SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
 
 
@@ -152,14 +152,15 @@ class DropForces:
 class _Member:
     """One simulation.
 
-    Time after the release (k,); place (2 ends, k) complex; normal force, stress (2, k); peaks (2,); fatigue of both ends.
+    Time after the release (k,); place (2 ends, k) complex; normal force, stress, whether the ring turns with the journal (2, k);
+    peaks (2,); fatigue of both ends.
     """
 
     time: Array
     place: NDArray[np.complex128]
     normal: Array
     stress: Array
-    slip: Array
+    rolls: NDArray[np.bool_]
     peak: Array
     fatigue: tuple[DropFatigue, ...]
 
@@ -248,9 +249,8 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     seen = observed(motion)
     bearings = enumerate(problem.model.machine.touchdown_bearings)
     stress = [ball_stress(bearing, seen.loads[e, : bearing.balls.count]) for e, bearing in bearings]
-    surface = np.abs(state[:, state_layout.omega(n)]) * arrays.end[:, JOURNAL_RADIUS, None]
-    ring = np.abs(state[:, state_layout.ring_speeds(n)]).T
-    ring = ring * (arrays.end[:, JOURNAL_RADIUS] + arrays.end[:, GAP])[:, None]
+    omega, rings = state[:, state_layout.omega(n)], state[:, state_layout.ring_speeds(n)].T
+    radii = [(row[JOURNAL_RADIUS], row[JOURNAL_RADIUS] + row[GAP]) for row in arrays.end]
     x, y = state[:, state_layout.modes_x(n)].T, state[:, state_layout.modes_y(n)].T
     place = arrays.at_end @ x + 1j * (arrays.at_end @ y)
     return _Member(
@@ -258,7 +258,7 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
         place=place,
         normal=seen.forces[:, FORCES.index("normal_force")],
         stress=np.stack([each.max(axis=0) for each in stress]),
-        slip=1 - ring / surface,
+        rolls=np.stack([turns_along(ring, omega, *each) for ring, each in zip(rings, radii, strict=True)]),
         peak=motion.peak_normal,
         fatigue=tuple(drop_fatigue(each) for each in stress),
     )
@@ -381,14 +381,14 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     """Return when the ring turns with the journal; a member in which it does not reaches that later than any time."""
     times = np.full(len(members), np.inf)
     for i, member in enumerate(members):
-        there = np.flatnonzero((np.abs(member.slip[end]) < _AT_SPEED) & (member.time > 0))
+        there = np.flatnonzero(member.rolls[end] & (member.time > 0))
         if there.size:
             times[i] = member.time[there[0]]
     times.sort()
     last, late = float(members[0].time[-1]), int(np.sum(np.isinf(times)))
     if math.isinf(times[len(times) // 2]):
         return Estimate.missing("s", f"the inner ring does not reach the journal's speed within {last:.3g} s")
-    rule = f"slip below {percent(_AT_SPEED)} in simulations drawn from the calibration"
+    rule = f"slip below {percent(SLIPS)} in simulations drawn from the calibration"
     if late:
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(

@@ -26,6 +26,7 @@ from tdbmon.record.read import read
 from tdbmon.report.sections.findings import rotor_findings
 from tdbmon.shipped import shipped
 from tests.analysis.planes import G, planes_of
+from tests.identify import drops
 
 RATE = 4000.0
 MACHINES = Path(__file__).parent.parent / "machines"
@@ -210,6 +211,34 @@ def test_ends_that_swing_against_each_other_tell_the_radius_all_the_same(stiff, 
     assert found.from_arc.value == pytest.approx(radius, abs=3e-6)
     assert found.from_arc.low <= radius <= found.from_arc.high
     assert found.agrees
+
+
+@pytest.mark.parametrize(("end", "other", "radius"), [("NDE", "DE", 300e-6), ("DE", "NDE", 290e-6)])
+def test_an_end_seen_alone_tells_its_circle_no_better_than_the_other_may_have_moved_it(stiff, end, other, radius):
+    """The same swing without the other end: the intervals left out what it does to the load."""
+    machine, rotor = stiff
+    planes = swing(stiff, (300e-6, 290e-6), 10.0, (0.5, -0.2), compliance=9e-6)
+    planes["plane"] = ("end", ["probe" if each == end else "none" for each in machine.ends])
+    planes.displacement.loc[{"end": other}] = np.nan
+    found = fit_gap(planes, end, machine, TRAVEL, 0.0, shares=carried_shares(machine, rotor)[end])
+    assert found.from_arc.value < radius - 10e-6
+    for told, truth in zip((*found.centre, found.radius, found.from_arc), (0.0, 0.0, radius, radius), strict=True):
+        assert told.low <= truth <= told.high
+    assert found.radius.apart == found.radius  # drops that show the other end do not share it
+    assert found.alone == pytest.approx(17e-6)
+
+
+def test_a_probe_lost_at_one_end_leaves_the_other_an_air_gap_that_holds():
+    """It was 259 um (252 to 265), and a fit of the same drop was said to exclude it."""
+    machine = drops.machine()
+    record = drops.drop(speed=97.0, levitated=0.1, seconds=6.0).drop_vars(machine.channel_in_file("DE_B"))
+    found = analyse(record, machine)
+    gap = found.ends["NDE"].air_gap
+    assert gap.low <= drops.TRUTH["NDE.radial_gap"] <= gap.high
+    said = next(c for c in found.checks if c.check == "load on the ring")
+    assert said.passed
+    assert said.channel == "NDE"
+    assert "may err by 17.7 um" in said.detail
 
 
 def test_left_out_the_load_would_shift_the_centre(stiff):

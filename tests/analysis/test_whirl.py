@@ -151,6 +151,35 @@ def test_missing_samples_are_no_turns():
     assert find_whirl(planes, "NDE", CENTRE, GAP, 1).backward is None
 
 
+@pytest.mark.parametrize("begin", np.arange(0.4, 0.45, 0.01))
+@pytest.mark.parametrize("lost_s", [1 / 30, 1 / 12])
+def test_a_long_hole_hides_a_whirl_at_whatever_pace_it_is_entered(begin, lost_s):
+    """Opposite paces of the swing before and after cancelled, and the hole was filled with a shaft that hung still."""
+    time = np.arange(int(1.0 * RATE)) / RATE
+    whirls = (time >= begin) & (time < begin + lost_s)
+    swing = -np.pi / 2 + 0.5 * np.sin(2 * np.pi * 20.0 * time)
+    planes = _planes(np.ones(time.size), swing - 2 * np.pi * 120.0 * (time - begin) * whirls)
+    assert find_whirl(planes, "NDE", CENTRE, GAP, 1).backward
+    planes.displacement.values[..., whirls] = np.nan
+    found = find_whirl(planes, "NDE", CENTRE, GAP, 1)
+    assert found.backward is None
+    assert found.backward_longest_s is None
+
+
+def test_a_pause_of_the_logger_hides_a_whirl_as_missing_samples_do():
+    time = np.arange(int(3.0 * RATE)) / RATE
+    whirls = (time > 1.0) & (time < 1.8)
+    swing = -np.pi / 2 + 0.3 * np.sin(2 * np.pi * 8.0 * time)
+    planes = _planes(np.ones(time.size), np.where(whirls, -np.pi / 2 - 2 * np.pi * 120.0 * (time - 1.0), swing))
+    paused = find_whirl(planes.isel(time=(time < 0.99) | (time > 1.81)), "NDE", CENTRE, GAP, 1)
+    assert paused.backward is None
+    assert paused.backward_longest_s is None
+    assert paused.backward_onset.why.startswith("27 % of the orbit is missing")
+    within = find_whirl(planes.isel(time=(time < 1.2) | (time > 1.6)), "NDE", CENTRE, GAP, 1)
+    assert within.backward
+    assert within.backward_longest_s == pytest.approx(0.2, abs=0.5 / 120.0)
+
+
 def test_some_lost_samples_hide_no_whirl():
     planes = _planes(np.full(5000, 0.2), _ramp(-25.0, 50.0)[:5000])
     planes.displacement.values[..., 100:150] = np.nan

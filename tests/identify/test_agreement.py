@@ -58,6 +58,19 @@ def test_contacts_are_when_the_force_was(found, same_model):
         assert pair.simulated.end == pytest.approx(pair.measured.end, abs=5e-5)
 
 
+def test_a_ring_that_preloaded_balls_hold_in_the_middle_is_touched_at_the_gap(calibration):
+    """Half of a clearance below nought was taken off the gap."""
+    machine = calibration.calibrated
+    exact = Tolerant(nominal=-20e-6, low=-20e-6, high=-20e-6)
+    bearings = [
+        b.model_copy(update={"balls": b.balls.model_copy(update={"diametral_clearance": exact})})
+        for b in machine.touchdown_bearings
+    ]
+    held = replace(calibration, calibrated=machine.model_copy(update={"touchdown_bearings": tuple(bearings)}))
+    for end in agreement(held, seconds=0.01).ends.values():
+        assert end.touching == end.gap
+
+
 def test_the_orbit_is_that_of_the_shaft_whatever_the_machine_file_says_of_its_probes(calibration):
     """A gain of 1.25 that the file knows made the shaft go 100 um farther out on paper, and all contacts one."""
     machine, measured = calibration.calibrated, calibration.problem.drops[0]

@@ -7,7 +7,7 @@ from functools import partial
 from tdbmon.analysis.coast_down_times import HALF, TENTH, how_told
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.analysis.stated_drag import against_stated, stated_ring_drag
+from tdbmon.analysis.stated_drag import against_stated, drag_on_rotor, stated_ring_drag
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
@@ -136,7 +136,7 @@ def _spun_up(analysis: Analysis, rundown: RunDown) -> list[Row]:
 
 def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
     """The drag of the inner rings by the machine file, and how the constant drag lies to it, where that is known."""
-    if not rundown.drag_torque.known:
+    if not rundown.drag_torque.known or rundown.polar_inertia is None:
         return []
     stated = stated_ring_drag(analysis.machine)
     width = None if stated.is_exact else stated.high - stated.low
@@ -146,7 +146,8 @@ def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
             *(short(Estimate(x, unit="N m"), width) for x in (stated.low, stated.high))
         )
     whirled = any(whirl.worst is not None for whirl in analysis.whirl.values())
-    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, stated, whirled)}"
+    on_rotor = drag_on_rotor(analysis.machine, rundown.polar_inertia)
+    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, on_rotor, whirled)}"
     return [Row(("Drag of the inner rings by the machine file, all together", said))]
 
 
