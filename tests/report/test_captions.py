@@ -13,9 +13,11 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
+from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_outliers import stress_outliers
+from tdbmon.figures.style import BLUE, VERMILION
 from tdbmon.record.read import read
 from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
@@ -49,6 +51,14 @@ def test_the_caption_of_orbits_names_the_circle_that_the_legend_names(short: Ana
         labels = [text.get_text() for text in orbit_sequence(half, end).legends[0].get_texts()]
         assert any(label in (words, "clearance circle", f"{words} about the probes' zero") for label in labels)
         assert words in caption and others not in caption
+
+
+def test_the_caption_of_full_spectra_names_the_colours_that_are_drawn(short: Analysis) -> None:
+    caption = _figure(spectra.section(short), "full-spectrum").caption
+    ax = full_spectrum(short).axes[0]
+    forward, backward = (line.get_color() for line in ax.lines[:2])
+    assert "right, blue" in caption and forward == BLUE
+    assert "left, orange" in caption and backward == VERMILION
 
 
 def test_few_orbits_leave_no_large_blank(short: Analysis) -> None:
