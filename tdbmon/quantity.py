@@ -11,6 +11,7 @@ from tdbmon.estimate import OUTSIDE, Estimate
 
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
+_LENGTHS = ("um", "mm", "m")
 _LONG, _TINY = 1e6, 1e-3  # beyond which a number is written with a power of ten; below, one without a unit
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # of numbers: names keep their letters
@@ -54,8 +55,7 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.value is None:
         return f"not estimated: {estimate.why}"
     factor, name = _unit(estimate, unit)
-    kind = f" {estimate.kind}" if estimate.kind else ""
-    tail = f" {name}{kind}".rstrip() if name != "°" else name
+    tail = f" {name}{_kind(estimate)}".rstrip() if name != "°" else name
     value = estimate.value * factor
     if estimate.low is None or estimate.high is None:
         count = not tail and float(value).is_integer()
@@ -106,8 +106,7 @@ def short(estimate: Estimate, width: float | None = None) -> str:
         width = abs(estimate.value) * 1e-2
         if estimate.low is not None and estimate.high is not None:
             width = max(width, estimate.high - estimate.low)
-    kind = f" {estimate.kind}" if estimate.kind else ""
-    return f"{number(estimate.value * factor, width * factor)} {name}{kind}".strip()
+    return f"{number(estimate.value * factor, width * factor)} {name}{_kind(estimate)}".strip()
 
 
 def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple[str, str, str]:
@@ -131,7 +130,7 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
         if this - old == apart:
             break
     texts[1] = f"{this - apart:f}".replace("-", "−")
-    unit, kind = (f" {word}" if word else "" for word in (name, estimate.kind))
+    unit, kind = f" {name}" if name else "", _kind(estimate)
     interval = f" ({texts[3]} to {texts[4]})" if len(texts) > 3 else ""
     return f"{texts[0]}{unit}{kind}", f"{texts[1]}{unit}{kind}", f"{texts[2]}{unit}{interval}"
 
@@ -153,6 +152,11 @@ def _fixed(value: float, decimals: int) -> str:
     if float(text) == 0:
         text = text.removeprefix("-")
     return text.replace("-", "−")
+
+
+def _kind(estimate: Estimate) -> str:
+    """The kind of an amplitude, to stand behind its unit; only lengths swing about a mean, forces and stresses are from nought."""
+    return f" {estimate.kind}" if estimate.kind and estimate.unit in _LENGTHS else ""
 
 
 def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:

@@ -66,6 +66,13 @@ def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
     assert words(Estimate(3e-6, 2e-6, 4e-6, "um", kind="0-pk")) == "3.0 µm 0-pk (2.0 to 4.0)"
 
 
+def test_a_force_is_no_amplitude() -> None:
+    """A blow of 4.56 kN was "4.56 kN 0-pk"; archives and JSON keep the kind that they have of it."""
+    blow, stress = Estimate(4560.0, 4420.0, 4700.0, "N", kind="0-pk"), Estimate(2.304e9, unit="MPa", kind="0-pk")
+    assert words(blow) == "4.56 kN (4.42 to 4.70)" and short(stress) == "2304 MPa"
+    assert subtracted(stress, 2.2e9, Estimate(0.104e9, unit="MPa"))[:2] == ("2304 MPa", "2200 MPa")
+
+
 def test_a_long_number_of_a_unit_without_prefixes_has_a_power_of_ten() -> None:
     assert words(Estimate(1302123761.0, 1.2e9, 1.4e9, "N/m^(10/9)")) == "1.30 ×10⁹ N/m^(10/9) (1.20 to 1.40)"
     assert words(Estimate(2.5e6, 2e6, 3e6)) == "2.5 ×10⁶ (2.0 to 3.0)"
