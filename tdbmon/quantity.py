@@ -12,7 +12,8 @@ from tdbmon.estimate import OUTSIDE, Estimate
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
 _LENGTHS = ("um", "mm", "m")
-_LONG, _TINY = 1e6, 1e-3  # beyond which a number is written with a power of ten; below, one without a unit
+_FINEST = 0.05  # um, has two decimals
+_LONG, _TINY = 1e6, 1e-4  # beyond which a number is written with a power of ten; below, one without a unit
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # of numbers: names keep their letters
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
@@ -62,6 +63,8 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
         return _fixed(value, 0) if count else f"{number(value, abs(value) * 1e-2)}{tail}"
     low, high = estimate.low * factor, estimate.high * factor
     width = _told_apart(value, low, high)
+    if estimate.unit == "um" and unit is None:
+        width = _as_probes_tell(width, value, low, high)
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
 
 
@@ -92,6 +95,14 @@ def _told_apart(value: float, low: float, high: float) -> float:
     width = min(high - low, max(4 * nearest, finest)) if nearest else high - low
     from_zero = max(low, -high)
     return max(4 * from_zero, finest) if from_zero > 0 and not float(_fixed(from_zero, _decimals(width))) else width
+
+
+def _as_probes_tell(width: float, *shown: float) -> float:
+    """Return the width of hundredths of a micrometre in the place of a finer one, where they still tell the numbers (um) apart.
+
+    An interval may be finer than what any probe tells, as that of a mean over thousands of samples with its noise.
+    """
+    return _FINEST if width < _FINEST and len({_fixed(x, _decimals(_FINEST)) for x in shown}) == len(shown) else width
 
 
 def short(estimate: Estimate, width: float | None = None) -> str:
@@ -176,10 +187,10 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
 
 
 def rpm(speed: Estimate) -> str:
-    """Return a speed as text in Hz with its interval, and in rpm."""
+    """Return a speed as text in Hz with its interval, and in whole rpm, which have none."""
     if speed.value is None:
         return words(speed)
-    return f"{words(speed)}, {number(speed.value * 60, 60 * _width(speed))} rpm"
+    return f"{words(speed)}, {_fixed(speed.value * 60, 0)} rpm"
 
 
 def moment(text: str) -> str:

@@ -145,6 +145,18 @@ def test_a_time_since_an_unknown_release_is_missing() -> None:
 
 def test_speed_is_also_given_in_rpm() -> None:
     assert rpm(Estimate(100.0, 99.9, 100.1, "Hz")) == "100.00 Hz (99.90 to 100.10), 6000 rpm"
+    assert rpm(Estimate(95.01021, 95.0080, 95.0126, "Hz")).endswith(", 5701 rpm")
+
+
+def test_a_place_is_no_finer_than_a_probe_tells() -> None:
+    """The mean of a thousand samples was "−19.783 µm (−19.799 to −19.767)"; a line of nanometres keeps its digits."""
+    assert words(Estimate(-19.7832e-6, -19.7991e-6, -19.7670e-6, "um")) == "−19.78 µm (−19.80 to −19.77)"
+    assert words(Estimate(5.54e-9, 5.41e-9, 5.67e-9, "um")) == "0.00554 µm (0.00541 to 0.00567)"
+
+
+def test_a_small_share_has_no_power_of_ten_beside_an_interval_without() -> None:
+    """A friction's slope was "−108 ×10⁻⁶ (−307 to 155)"."""
+    assert words(Estimate(-108e-6, -307e-6, 155e-6)) == "−0.0001 (−0.0003 to 0.0002)"
 
 
 def test_moments_are_written_as_people_do_and_other_words_are_left_alone() -> None:
