@@ -166,7 +166,7 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def _kind(estimate: Estimate) -> str:
-    """The kind of an amplitude, to stand behind its unit; only lengths swing about a mean, forces and stresses are from nought."""
+    """The kind of an amplitude, to stand behind its unit: only lengths swing about a mean, forces and stresses do not."""
     return f" {estimate.kind}" if estimate.kind and estimate.unit in _LENGTHS else ""
 
 

@@ -191,8 +191,18 @@ def test_laws_that_are_not_chosen_state_no_interval(short: Analysis) -> None:
         b for b in rundown.section(short).blocks if isinstance(b, Table) and b.caption.startswith("Laws tried")
     )
     for row in table.rows:
-        assert (" to " in row.cells[1]) == (row.cells[-1] == "chosen")
-        assert not re.search(r"\d\.\d{5}", row.cells[1])
+        assert (" to " in row.cells[1] or "interval above" in row.cells[1]) == (row.cells[-1] == "chosen")
+        assert not re.search(r"[1-9]\d*\.\d{5}", row.cells[1])
+
+
+def test_the_decay_time_of_the_chosen_law_is_told_as_in_the_table_above(coastdown: Analysis) -> None:
+    """11.81461 s (11.81450 to 11.81472) stood beneath 11.81 s (11.78 to 11.85), and a term within its noise was "0.0 ×10⁻⁶"."""
+    above, laws = (block for block in rundown.section(coastdown).blocks if isinstance(block, Table))
+    (stated,) = [row.cells[1] for row in above.rows if row.cells[0].startswith("Decay time")]
+    (chosen,) = [row.cells[1] for row in laws.rows if row.cells[-1] == "chosen"]
+    assert f"decay time {stated.partition(' (')[0]} (interval above)" in chosen and " to " in chosen
+    (more,) = [row.cells[1] for row in laws.rows if row.cells[-1].startswith("no better than")]
+    assert more.endswith("loss a revolution nought within its noise")
 
 
 def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:
