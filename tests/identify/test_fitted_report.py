@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +25,7 @@ from tdbmon.identify.calibration import AtBound
 from tdbmon.identify.contract import fitted_json, force_lines
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import ForceHistory, forces_of
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
@@ -35,8 +35,6 @@ from tdbmon.report.sections.forces import section as forces_section
 from tdbmon.report.sections.summary import section as summary_section
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
-
-ROOT = Path(__file__).parents[2]
 
 
 def line(name: str, hz: float, kind: str = "constant") -> Line:
@@ -301,14 +299,18 @@ def test_one_lost_drop_does_not_withhold_the_forces_of_those_fitted_with_it(fitt
     assert [label.get_text() for label in boxes.axes[0].get_xticklabels()] == ["drop_97"]
 
 
-def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report: Document) -> None:
-    """Words that carry the numbers themselves go stale when the fit changes, and nothing shows it."""
+def test_what_the_intervals_of_forces_hold_stands_beside_them(report: Document, analysed, fitted) -> None:
+    """On the first page they were "95 % intervals" without a word, and that they did not hold stood pages later."""
+    summary = next(s for s in report.sections if s.title == "Summary")
+    at = next(i for i, b in enumerate(summary.blocks) if isinstance(b, Table) and b.caption.startswith("How hard"))
+    beneath, table = summary.blocks[at + 1], summary.blocks[at]
+    assert isinstance(beneath, Paragraph) and beneath.text == f"{FORCES_HOLD}."
+    assert isinstance(table, Table) and "intervals of the fit" in table.caption
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
-    texts = [block.text for block in section.blocks if isinstance(block, Paragraph)]
-    (said,) = [text for text in texts if text.startswith("The greatest forces are those of all steps")]
-    assert not re.search(r"\d", said)
-    pages = re.findall(r"docs/\w+\.md", said)
-    assert len(pages) == 2 and all((ROOT / page).is_file() for page in pages)
+    said = [block.text for block in section.blocks if isinstance(block, Paragraph) and FORCES_HOLD in block.text]
+    assert len(said) == 1 and "ship with tdbmon" not in said[0]
+    assert sum(FORCES_HOLD in line for line in force_lines(fitted.calibration, fitted.forces)) == 1
+    assert FORCES_HOLD in AnalysisView(analysed, fitted)._repr_html_()
 
 
 def test_a_value_without_interval_has_its_reason_in_terminal_and_report(fitted) -> None:

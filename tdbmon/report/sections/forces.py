@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.parameters import sensor_parameters, stated_parameters
 from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
@@ -24,9 +25,7 @@ _CONTACTS = (
 )
 _STEEP = (
     "The greatest forces are those of all steps of the simulation, since the first blow of an inner ring may be shorter than a"
-    " sample of the record. How near they come to true ones, and how often their intervals hold these, was counted on synthetic"
-    " drops: see docs/fitted_forces.md, and docs/forces.md for the coast-downs that ship with tdbmon, whose greatest forces are"
-    " stated too high, mostly by more than the interval."
+    f" sample of the record. {FORCES_HOLD}."
 )
 
 
@@ -89,7 +88,7 @@ def section(fitted: FittedDrop) -> Section:
             f" {drop.seconds:g} s."
         ),
         *_remarks(fitted),
-        Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
+        Table("Forces and stresses (95 % intervals of the fit)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(_STEEP),
         Paragraph(
             f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"

@@ -9,8 +9,9 @@ from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.estimate import Estimate
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.quantity import counted, moment, number, percent, rpm, words
-from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict, sentence
 from tdbmon.report.sections.findings import (
     RESTITUTION,
     Finding,
@@ -191,7 +192,12 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     return [
         *([] if calibration.explains else doubts),
         *(Verdict(f"{note}.", "attention") for note in fitted.notes),
-        Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
+        Table(
+            "How hard the bearings were hit: the fitted model, with 95 % intervals of the fit",
+            ("Quantity", *ends),
+            rows,
+        ),
+        sentence(FORCES_HOLD),
         Paragraph(
             f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
