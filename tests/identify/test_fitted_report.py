@@ -401,6 +401,20 @@ def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
     assert "stiffness of the machine file" in labels and not any("95 %" in label for label in labels)
 
 
+def test_a_reader_of_a_report_without_a_circle_is_sent_to_the_forces(analysed, fitted) -> None:
+    """Twelve quantities of each end were named in a paragraph each, and that --forces fits them stood on the terminal alone."""
+    hint = f"{FORCES_TELL[0].upper()}{FORCES_TELL[1:]}."
+    summary = summary_section(analysed)
+    assert [b.text for b in summary.blocks if isinstance(b, Paragraph)].count(hint) == 1
+    (table,) = [b for b in summary.blocks if isinstance(b, Table) and b.caption == "Not estimated"]
+    reasons = [row.cells[1] for row in table.rows]
+    assert len(set(reasons)) == len(reasons)
+    for end in analysed.ends.values():
+        (what,) = [row.cells[0] for row in table.rows if row.cells[1] == end.unsettled]
+        assert f"{end.name}: all but radius at rest from the swing" in what
+    assert hint not in [b.text for b in summary_section(analysed, fitted).blocks if isinstance(b, Paragraph)]
+
+
 def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) -> None:
     assert analysed.forces_tell_contacts
     assert FORCES_TELL in repr(AnalysisView(analysed))

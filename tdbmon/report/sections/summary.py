@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import NO_DROP, Analysis
+from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
 from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.quantity import counted, moment, number, percent, rpm, words
@@ -23,6 +24,8 @@ from tdbmon.report.sections.forces import hardest
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
+
+_FEW = 2  # quantities that are named in the place of all others
 
 
 def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
@@ -50,6 +53,8 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
                 " The radius from the swing is told from frequencies and knows none."
             )
         )
+    blocks += _not_estimated(analysis)
+    blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and fitted is None)
     if against:
         header = ("Quantity", "The record says", "The drawing says", "Verdict")
         blocks.append(Table("The record against the drawing", header, tuple(against)))
@@ -237,7 +242,7 @@ def _rotor_table(analysis: Analysis) -> list[Block]:
     findings = rotor_findings(analysis)
     rows = tuple(Row((f.name, words(f.estimate, f.unit) + f.beside)) for f in findings if f.estimate.known)
     blocks: list[Block] = [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
-    return blocks + _missing("the rotor", findings)
+    return blocks
 
 
 def _ends_table(analysis: Analysis) -> list[Block]:
@@ -254,22 +259,36 @@ def _ends_table(analysis: Analysis) -> list[Block]:
     header = ("Quantity", *analysis.ends)
     caption = f"The touchdown bearings: values with 95 % intervals, {where}"
     blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
-    for name, found in columns.items():
-        blocks += _missing(name, found)
     return blocks
 
 
-def _missing(owner: str, findings: Sequence[Finding]) -> list[Block]:
-    """Say in one sentence what is not estimated and for which reasons."""
-    reasons: dict[str, list[str]] = {}
-    for finding in findings:
-        if not finding.estimate.known:
-            name = finding.name[:1].lower() + finding.name[1:]
-            reasons.setdefault(finding.estimate.why, []).append(name)
-    if not reasons:
-        return []
-    said = "; ".join(f"{', '.join(names)} ({why})" for why, names in reasons.items())
-    return [Paragraph(f"Not estimated of {owner}: {said}.")]
+def _not_estimated(analysis: Analysis) -> list[Block]:
+    """Say in a row a reason what it leaves without a value: every quantity is named under What is not estimated."""
+    owners = {"rotor": rotor_findings(analysis)}
+    owners |= {name: end_findings(analysis, end) for name, end in analysis.ends.items()}
+    reasons: dict[str, dict[str, list[str]]] = {}
+    for owner, findings in owners.items():
+        missing = [finding for finding in findings if not finding.estimate.known]
+        for why in dict.fromkeys(finding.estimate.why for finding in missing):
+            what = _named([finding.name for finding in missing if finding.estimate.why == why], findings)
+            reasons.setdefault(why, {}).setdefault(what, []).append(owner)
+    rows = [
+        Row(("; ".join(f"{' and '.join(owners)}: {what}" for what, owners in told.items()), why))
+        for why, told in reasons.items()
+    ]
+    return [Table("Not estimated", ("Quantities", "Why"), tuple(rows))] if rows else []
+
+
+def _named(names: Sequence[str], findings: Sequence[Finding]) -> str:
+    """Return names in a line, those that are not among them where these are few."""
+    others = [finding.name for finding in findings if finding.name not in names]
+    if len(names) > _FEW >= len(others):
+        return f"all{f' but {_listed(others)}' if others else ''}"
+    return _listed(names)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(name[:1].lower() + name[1:] for name in names)
 
 
 def _against_drawing(analysis: Analysis) -> list[Row]:
