@@ -7,6 +7,8 @@ import re
 from datetime import datetime
 from decimal import Decimal
 
+from tdbsim.quantity import Tolerant
+
 from tdbmon.estimate import OUTSIDE, Estimate
 
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
@@ -73,6 +75,14 @@ def printed(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.value is None:
         return f"not estimated ({estimate.why})"
     return plain(words(estimate, unit))
+
+
+def toleranced(stated: Tolerant, unit: str) -> str:
+    """Return what is stated with its tolerance, in a unit of `tdbmon.estimate.OUTSIDE`: ``5.5 kN s/m (3.3 to 7.7)``."""
+    factor, name = _unit(Estimate(stated.nominal, stated.low, stated.high, unit), None)
+    value, low, high = (f"{x * factor:.4g}".replace("-", "−") for x in (stated.nominal, stated.low, stated.high))
+    tail = name if name == "°" else f" {name}".rstrip()
+    return f"{value}{tail} ({'no tolerance' if stated.is_exact else f'{low} to {high}'})"
 
 
 def why_no_interval(estimate: Estimate) -> str:

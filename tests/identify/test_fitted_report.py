@@ -28,7 +28,7 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import ForceHistory, forces_of
-from tdbmon.quantity import words
+from tdbmon.quantity import toleranced
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
 from tdbmon.report.sections import natural_frequencies
@@ -341,7 +341,7 @@ def test_values_that_went_as_far_as_they_may_are_told_in_terminal_and_report(fit
     rows = [row for block in forces_section(told).blocks if isinstance(block, Table) for row in block.rows]
     said = {row.cells[0]: row.cells[-1] for row in rows}
     assert said["NDE: friction"].startswith("at the edge of its tolerance:")
-    assert said["DE: centre of the bearing, x, from the probes' zero"].startswith("as far off as it may go:")
+    assert said["DE: bearing's centre x from the probes' zero"].startswith("as far off as it may go:")
 
 
 def test_fitted_values_stand_beside_the_machine_files(fitted) -> None:
@@ -357,11 +357,11 @@ def test_fitted_values_stand_beside_the_machine_files(fitted) -> None:
     rows = {row.cells[0]: row.cells[1:] for row in fitted_values(replace(fitted, calibration=told)).rows}
     assert not any("_" in name or "." in name for name in rows)
     gap = full.bearing("NDE").radial_gap
-    assert rows["NDE: radial gap"][1] == words(Estimate(gap.nominal, gap.low, gap.high, "um"))
+    assert rows["NDE: radial gap"][1] == toleranced(gap, "um") == "250 µm (200 to 300)"
     assert rows[f"{plane.name}: amount of the unbalance"][1].startswith(f"{plane.amount.nominal * 1e6:.0f} g mm (")
     assert "MN/m (" in rows[f"magnetic bearing {magnet.name}: stiffness"][1]
     assert rows["NDE: ball stiffness"][1].endswith(" N/m^1.5 (no tolerance)")
-    assert rows["NDE: centre of the bearing, x, from the probes' zero"][1] == "–"
+    assert rows["NDE: bearing's centre x from the probes' zero"][1] == "–"
 
 
 @pytest.mark.parametrize("exponent", [10 / 9, 1.15])
@@ -376,7 +376,7 @@ def test_a_contact_of_another_exponent_has_the_unit_of_that_law(fitted, exponent
     values = {"NDE.contact_stiffness": Estimate(stiffness, 1.1e9, 1.4e9, "N/m^(10/9)")}
     told = replace(fitted.calibration, calibrated=calibrated, values=values)
     (row,) = fitted_values(replace(fitted, calibration=told)).rows
-    assert row.cells[0] == "NDE: contact stiffness, by the force at 10 µm"
+    assert row.cells[0] == "NDE: contact stiffness by the force at 10 µm"
     law = re.search(r"([\d.]+) ×10⁹ N/m\^([\d.]+) times depth\^1\.150$", row.cells[-1])
     assert bool(law) == bool(row.cells[-1]) == (exponent == 1.15)
     if law is not None:

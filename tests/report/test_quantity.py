@@ -11,6 +11,7 @@ import pytest
 import tdbsim
 from hypothesis import given
 from hypothesis import strategies as st
+from tdbsim.quantity import Tolerant
 
 import tdbmon
 from tdbmon.estimate import Estimate, since
@@ -24,6 +25,7 @@ from tdbmon.quantity import (
     rpm,
     short,
     subtracted,
+    toleranced,
     why_no_interval,
     words,
 )
@@ -84,6 +86,15 @@ def test_a_terminal_gets_plain_letters_in_numbers_and_names_keep_theirs() -> Non
     assert printed(Estimate(-3e-6, -4e-6, -2e-6, "um")) == "-3.0 um (-4.0 to -2.0)"
     assert printed(Estimate(3e-6, 2e-6, 4e-6, "N m")) == "3.0 uN m (2.0 to 4.0)"
     assert plain("Prüfstand µ: −1.2 µm (−12.0 to 9.6), 5 µs") == "Prüfstand µ: -1.2 um (-12.0 to 9.6), 5 us"
+
+
+def test_what_a_file_states_keeps_its_digits() -> None:
+    """By the width of its tolerance a damping of 5.5 kN s/m was "6 kN s/m (3 to 8)"."""
+    assert toleranced(Tolerant(nominal=5500.0, low=3300.0, high=7700.0), "N s/m") == "5.5 kN s/m (3.3 to 7.7)"
+    assert toleranced(Tolerant(nominal=0.0, low=-0.349, high=0.349), "deg") == "0° (−20 to 20)"
+    assert (
+        toleranced(Tolerant(nominal=1.3e9, low=1.3e9, high=1.3e9), "N/m^(10/9)") == "1.3 ×10⁹ N/m^(10/9) (no tolerance)"
+    )
 
 
 def test_a_missing_value_says_why() -> None:

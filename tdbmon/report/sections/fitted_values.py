@@ -9,7 +9,7 @@ from tdbsim.power_law import LINE_CONTACT, REFERENCE_DEPTH, scaled_stiffness
 
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import file_values, sensor_parameters, stated_parameters
-from tdbmon.quantity import short, words
+from tdbmon.quantity import short, toleranced, words
 from tdbmon.report.document import Row, Table
 
 if TYPE_CHECKING:
@@ -37,11 +37,7 @@ def fitted_values(fitted: FittedDrop) -> Table:
             partners = ", ".join(value_words(partner, machine) for partner, _ in loose[name].partners)
             drops = "these drops" if fitted.others else "this drop"
             remarks.append(f"hardly determined by {drops}" + (f"; goes with {partners}" if partners else ""))
-        in_file = "–"
-        if (told := stated.get(name)) is not None and told.is_exact:
-            in_file = f"{short(Estimate(told.nominal, unit=value.unit))} (no tolerance)"
-        elif told is not None:
-            in_file = words(Estimate(told.nominal, told.low, told.high, value.unit))
+        in_file = toleranced(stated[name], value.unit) if name in stated else "–"
         rows.append(Row((value_words(name, machine), words(value), in_file, "; ".join(remarks))))
     header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
     return Table("Fitted values (95 % intervals), and what the machine file states", header, tuple(rows))
@@ -53,9 +49,9 @@ def value_words(name: str, machine: Machine) -> str:
     if owner in {plane.name for plane in machine.rotor.unbalance} and field in ("amount", "phase"):
         return f"{owner}: {field} of the unbalance"
     if field in ("centre_x", "centre_y"):
-        return f"{owner}: centre of the bearing, {field[-1]}, from the probes' zero"
+        return f"{owner}: bearing's centre {field[-1]} from the probes' zero"
     if field == "contact_stiffness":
-        return f"{owner}: contact stiffness, by the force at {REFERENCE_DEPTH * 1e6:.0f} µm"
+        return f"{owner}: contact stiffness by the force at {REFERENCE_DEPTH * 1e6:.0f} µm"
     if owner.startswith("magnet "):
         owner = f"magnetic bearing {owner.removeprefix('magnet ')}"
     return f"{owner}: {field.replace('_', ' ')}"

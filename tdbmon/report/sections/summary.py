@@ -25,6 +25,10 @@ from tdbmon.report.sections.forces import hardest
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
+_SCALE = (
+    "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %. The radius from"
+    " the swing is told from frequencies and knows none."
+)
 _FEW = 2  # quantities that are named in the place of all others
 
 
@@ -47,12 +51,6 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
         )
     if analysis.ends:
         blocks += _ends_table(analysis)
-        blocks.append(
-            Paragraph(
-                "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %."
-                " The radius from the swing is told from frequencies and knows none."
-            )
-        )
     blocks += _not_estimated(analysis)
     blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and fitted is None)
     if against:
@@ -204,7 +202,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         ),
         sentence(FORCES_HOLD),
         Paragraph(
-            f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
+            f"No sensor measures forces. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
             f"{_later(fitted.forces.seconds, analysis.settle_time)}"
         ),
@@ -241,8 +239,7 @@ def _against_denting(stress: Estimate) -> str:
 def _rotor_table(analysis: Analysis) -> list[Block]:
     findings = rotor_findings(analysis)
     rows = tuple(Row((f.name, words(f.estimate, f.unit) + f.beside)) for f in findings if f.estimate.known)
-    blocks: list[Block] = [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
-    return blocks
+    return [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
 
 
 def _ends_table(analysis: Analysis) -> list[Block]:
@@ -254,12 +251,13 @@ def _ends_table(analysis: Analysis) -> list[Block]:
             name = findings[0].name
             name += above_one(f.estimate for f in findings) if name == RESTITUTION else ""
             rows.append(Row((name, *cells)))
+    if not rows:
+        return []
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
     header = ("Quantity", *analysis.ends)
     caption = f"The touchdown bearings: values with 95 % intervals, {where}"
-    blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
-    return blocks
+    return [Table(caption, header, tuple(rows)), Paragraph(_SCALE)]
 
 
 def _not_estimated(analysis: Analysis) -> list[Block]:
@@ -307,7 +305,7 @@ def _compare(name: str, measured: Estimate, drawn: Tolerant, unit: str, factor: 
     )
     limits = f"{nominal} {unit}" + ("" if drawn.is_exact else f" ({low} to {high})")
     verdict, tone = _verdict(measured, drawn)
-    return Row((name, words(measured), limits, verdict), tone)
+    return Row((name, words(measured) if measured.known else "–", limits, verdict), tone)
 
 
 def _verdict(measured: Estimate, drawn: Tolerant) -> tuple[str, Tone]:
