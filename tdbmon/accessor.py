@@ -85,16 +85,18 @@ class AnalysisView:
         ]
         rows = [(f.name, f.end, words(f.estimate, f.unit) + f.beside) for f in found if f.estimate.known]
         missing = sum(not f.estimate.known for f in found)
+        caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
         if self.fitted is not None:
+            from tdbmon.identify.force_intervals import FORCES_HOLD
             from tdbmon.report.sections.forces import hardest
 
+            caption += "" if self.fitted.forces.withheld else f". {FORCES_HOLD}"
             ends = tuple(self.fitted.forces.ends)
             rows += [
                 (name, e, cell)
                 for name, *cells in (r.cells for r in hardest(self.fitted.forces))
                 for e, cell in zip(ends, cells, strict=True)
             ]
-        caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
         return _table(caption, ("Quantity", "End", "Value"), rows)
 
 

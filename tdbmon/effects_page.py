@@ -16,7 +16,7 @@ Made by `python -m tdbmon.effects_page` from the declarations in `sim/tdbsim/eff
 first parameter has its default (`probe_runout`: both its amplitudes), and then changes no result. *Typical* is a size that a good
 record shows; the diagnosis starts fits there. On the command line:
 
-    tdbmon simulate machine.toml --speed "100 Hz" --effect oval_clearance:end=NDE,amplitude="20 um" --out drop.nc
+    tdbmon simulate machine.toml --speed "100 Hz" --seconds 2 --effect oval_clearance:end=NDE,amplitude="20 um" --out drop.nc
 
 and in a machine file:
 

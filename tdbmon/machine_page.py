@@ -242,7 +242,11 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             " 1.1e9 to 1.7e9 for rings 20 to 32 mm wide. Twice as much moves the rest position by 1 µm",
             "N/m^(10/9)",
         ),
-        "contact_exponent": Key("analyse", "10/9 of a line contact; misaligned or crowned rings up to 1.5"),
+        "contact_exponent": Key(
+            "analyse",
+            "10/9 of a line contact; misaligned or crowned rings up to 1.5. Another one bends the law through the same force at"
+            " a depth of 10 µm: `contact_stiffness` stays the K of 10/9",
+        ),
         "contact_damping": Key(
             "forces",
             "α of Hunt and Crossley: restitution is about 1 − α v at an impact speed v. Published"

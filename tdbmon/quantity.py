@@ -7,11 +7,15 @@ import re
 from datetime import datetime
 from decimal import Decimal
 
+from tdbsim.quantity import Tolerant
+
 from tdbmon.estimate import OUTSIDE, Estimate
 
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
-_LONG, _TINY = 1e6, 1e-3  # beyond which a number is written with a power of ten; below, one without a unit
+_LENGTHS = ("um", "mm", "m")
+_FINEST = 0.05  # um, has two decimals
+_LONG, _TINY = 1e6, 1e-4  # beyond which a number is written with a power of ten; below, one without a unit
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # of numbers: names keep their letters
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
@@ -54,14 +58,15 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.value is None:
         return f"not estimated: {estimate.why}"
     factor, name = _unit(estimate, unit)
-    kind = f" {estimate.kind}" if estimate.kind else ""
-    tail = f" {name}{kind}".rstrip() if name != "°" else name
+    tail = f" {name}{_kind(estimate)}".rstrip() if name != "°" else name
     value = estimate.value * factor
     if estimate.low is None or estimate.high is None:
         count = not tail and float(value).is_integer()
         return _fixed(value, 0) if count else f"{number(value, abs(value) * 1e-2)}{tail}"
     low, high = estimate.low * factor, estimate.high * factor
     width = _told_apart(value, low, high)
+    if estimate.unit == "um" and unit is None:
+        width = _as_probes_tell(width, value, low, high)
     return f"{number(value, width)}{tail} ({number(low, width)} to {number(high, width)})"
 
 
@@ -70,6 +75,14 @@ def printed(estimate: Estimate, unit: str | None = None) -> str:
     if estimate.value is None:
         return f"not estimated ({estimate.why})"
     return plain(words(estimate, unit))
+
+
+def toleranced(stated: Tolerant, unit: str) -> str:
+    """Return what is stated with its tolerance, in a unit of `tdbmon.estimate.OUTSIDE`: ``5.5 kN s/m (3.3 to 7.7)``."""
+    factor, name = _unit(Estimate(stated.nominal, stated.low, stated.high, unit), None)
+    value, low, high = (f"{x * factor:.4g}".replace("-", "−") for x in (stated.nominal, stated.low, stated.high))
+    tail = name if name == "°" else f" {name}".rstrip()
+    return f"{value}{tail} ({'no tolerance' if stated.is_exact else f'{low} to {high}'})"
 
 
 def why_no_interval(estimate: Estimate) -> str:
@@ -94,6 +107,14 @@ def _told_apart(value: float, low: float, high: float) -> float:
     return max(4 * from_zero, finest) if from_zero > 0 and not float(_fixed(from_zero, _decimals(width))) else width
 
 
+def _as_probes_tell(width: float, *shown: float) -> float:
+    """Return the width of hundredths of a micrometre in the place of a finer one, where they still tell the numbers (um) apart.
+
+    An interval may be finer than what any probe tells, as that of a mean over thousands of samples with its noise.
+    """
+    return _FINEST if width < _FINEST and len({_fixed(x, _decimals(_FINEST)) for x in shown}) == len(shown) else width
+
+
 def short(estimate: Estimate, width: float | None = None) -> str:
     """Return an estimate without its interval; the dash where it is missing.
 
@@ -106,8 +127,7 @@ def short(estimate: Estimate, width: float | None = None) -> str:
         width = abs(estimate.value) * 1e-2
         if estimate.low is not None and estimate.high is not None:
             width = max(width, estimate.high - estimate.low)
-    kind = f" {estimate.kind}" if estimate.kind else ""
-    return f"{number(estimate.value * factor, width * factor)} {name}{kind}".strip()
+    return f"{number(estimate.value * factor, width * factor)} {name}{_kind(estimate)}".strip()
 
 
 def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple[str, str, str]:
@@ -131,7 +151,7 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
         if this - old == apart:
             break
     texts[1] = f"{this - apart:f}".replace("-", "−")
-    unit, kind = (f" {word}" if word else "" for word in (name, estimate.kind))
+    unit, kind = f" {name}" if name else "", _kind(estimate)
     interval = f" ({texts[3]} to {texts[4]})" if len(texts) > 3 else ""
     return f"{texts[0]}{unit}{kind}", f"{texts[1]}{unit}{kind}", f"{texts[2]}{unit}{interval}"
 
@@ -155,6 +175,11 @@ def _fixed(value: float, decimals: int) -> str:
     return text.replace("-", "−")
 
 
+def _kind(estimate: Estimate) -> str:
+    """The kind of an amplitude, to stand behind its unit: only lengths swing about a mean, forces and stresses do not."""
+    return f" {estimate.kind}" if estimate.kind and estimate.unit in _LENGTHS else ""
+
+
 def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
     """Factor from SI and the unit's name, with a prefix where the number would be long."""
     chosen = unit or estimate.unit
@@ -172,10 +197,10 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
 
 
 def rpm(speed: Estimate) -> str:
-    """Return a speed as text in Hz with its interval, and in rpm."""
+    """Return a speed as text in Hz with its interval, and in whole rpm, which have none."""
     if speed.value is None:
         return words(speed)
-    return f"{words(speed)}, {number(speed.value * 60, 60 * _width(speed))} rpm"
+    return f"{words(speed)}, {_fixed(speed.value * 60, 0)} rpm"
 
 
 def moment(text: str) -> str:

@@ -21,6 +21,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.option_quantity import sampling_of, seconds_of, speed_of
 from tdbmon.progress import Progress
 from tdbmon.ring_speed import turns_along
+from tdbmon.unsettled_end import unsettled_lines
 
 # an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps where they
 # are wider (a machine file's `range` is three gaps to either side where it is left out)
@@ -121,7 +122,7 @@ def simulation_lines(drop: xr.Dataset, machine: Machine, effects: Sequence[str])
     for end, numbers in _numbers(drop, machine).items():
         lines.append(end)
         lines += [f"  {names[name]:<26}{value}" for name, value in numbers.items()]
-    return lines
+    return lines + unsettled_lines(drop, machine)
 
 
 def simulation_json(drop: xr.Dataset, machine: Machine) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Tolerant, load_machine
 from tdbsim.simulate import DropPlan, simulate
 
+from tdbmon.analysis.analyse import analyse
 from tdbmon.progress import silent
 from tdbmon.record.assign import assign
 from tdbmon.record.keyphasor import pulses
@@ -69,6 +70,16 @@ def test_probes_of_a_wide_gap_do_not_clip(expander):
     low, high = drop.EY.attrs["full_scale"]
     assert drop.EY.values.min() < -1e-3
     assert low < drop.EY.values.min() < drop.EY.values.max() < high
+
+
+@pytest.mark.parametrize(("seconds", "short"), [("0.05", True), ("0.4", False)])
+def test_a_record_too_short_for_a_circle_is_told_before_it_is_analysed(seconds, short, expander):
+    """The command of the README made one of which `analyse` told neither radius, gap, contact nor stiffness."""
+    drop = simulate_drop(expander, "10000 rpm", seconds, (), 0, silent)
+    told = [line for line in simulation_lines(drop, expander, ()) if "analyse will not tell" in line]
+    assert len(told) == short and all("of E and C from" in line and "--seconds 2" in line for line in told)
+    found = analyse(drop, expander).ends.values()
+    assert [end.gap is None and not end.stiffness.known for end in found] == [short, short]
 
 
 def test_a_shaft_that_does_not_touch_brings_no_ring_to_speed(expander):

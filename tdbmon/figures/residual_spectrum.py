@@ -31,7 +31,7 @@ def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
     one of fixed order on the right."""
     ends = list(dict.fromkeys(each.end for each in spectra))
     widest = max(each.resolution for each in spectra)
-    note = f"Measured less plain model, from the release on · Hann window · told apart from {widest:.0f} Hz on · 0-pk"
+    note = f"Measured less plain model, from the release on · Hann window · resolution {widest:.0f} Hz · 0-pk"
     figure = new_figure(20 + 50 * len(ends), note)
     axes = subplots(figure, len(ends), 2, Margins(15, 3, 10, 20, across=6, down=11), sharey="row")
     drops = list(dict.fromkeys(each.drop for each in spectra))

@@ -53,7 +53,7 @@ def speed_decay(analysis: Analysis) -> Figure:
     each = len(time) / len(at)
     height, ratios = (72, [1.0]) if rundown.law is None else (105, [1.8, 1.0])
     figure = new_figure(
-        height, f"Speed from the {rundown.source} · mean over {each:.3g} values · shaded: 95 % range of its samples"
+        height, f"Speed from the {rundown.source} · mean over {each:.0f} values · shaded: 95 % range of its samples"
     )
     margins = Margins(17, 3, 11, 20, down=5)  # on the left as wide as −50000 needs it
     upper, *lower = subplots(figure, len(ratios), 1, margins, height_ratios=ratios, sharex=True)[:, 0]

@@ -11,6 +11,7 @@ from tdbmon.identify.calibration import AtBound, Calibration
 from tdbmon.identify.coast_down import CoastDown
 from tdbmon.identify.coast_down_comparison import course, paired_lines, resonances, scalars
 from tdbmon.identify.fitted import FittedDrop
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
 from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
@@ -230,6 +231,8 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
         lines.append(f"  {'peak force on the ring':<24}{printed(end.peak)}")
         lines.append(f"  {'peak stress of a ball':<24}{printed(end.stress.greatest)}")
         lines.append(f"  {'ring at speed after':<24}{printed(end.ring_at_speed)}{why_no_interval(end.ring_at_speed)}")
+    if not forces.withheld:
+        lines.append(f"  {plain(FORCES_HOLD)}")
     if calibration.at_bound:
         told = ", ".join(_value_of(calibration, each) for each in calibration.at_bound)
         lines.append(f"  gone as far as they may, so that the truth may lie beyond: {told}")

@@ -171,6 +171,15 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
+def file_values(machine: Machine) -> dict[str, Tolerant]:
+    """Return what a machine file states (SI), by the names of a calibration's values; what is the sensors' is in no file."""
+    found = {p.name: Tolerant(nominal=p.nominal, low=p.low, high=p.high) for p in machine_parameters(machine)}
+    found |= {p.name: Tolerant(nominal=p.nominal, low=p.nominal, high=p.nominal) for p in stated_parameters(machine)}
+    for plane in machine.rotor.unbalance:
+        found |= {f"{plane.name}.amount": plane.amount, f"{plane.name}.phase": plane.phase}
+    return found
+
+
 def entries(machine: Machine) -> tuple[Parameter, ...]:
     """Return what a machine file states of bearings, magnets and rotor, with a tolerance or without.
 

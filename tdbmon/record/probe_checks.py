@@ -104,7 +104,7 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
     else:
         detail += (
             f"times {1 / factor:g} it would be {um(most / factor)}, as in a drop: {_FACTORS[factor]}? Check the unit of all"
-            " displacements in the file or the machine file"
+            " displacements in the file or the machine file, and radial_gap in the machine file"
         )
     return Check("drop", "", False, detail)
 

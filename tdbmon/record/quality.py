@@ -28,6 +28,7 @@ from tdbmon.record.speed_checks import (
     stands,
 )
 from tdbmon.record.speed_spikes import check_speed_spikes, without_speed_spikes
+from tdbmon.record.suspect_gap import with_suspect_gap
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import runs_of
 
@@ -83,6 +84,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
                 *(each for each in of_probe if each.check not in ("dead", "unit")),
             ]
         found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
+    found = with_suspect_gap(found, ds, machine)
     found += [early] if early is not None else []
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
+from tdbsim.machine import load_machine
 from tdbsim.rotor import build_rotor, static_loads
 
 from tdbmon.accessor import AnalysisView
@@ -26,17 +26,19 @@ from tdbmon.identify.calibration import AtBound
 from tdbmon.identify.contract import fitted_json, force_lines
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import ForceHistory, forces_of
+from tdbmon.quantity import toleranced
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
 from tdbmon.report.sections import natural_frequencies
 from tdbmon.report.sections.agreement import section as agreement_section
+from tdbmon.report.sections.fitted_values import fitted_values
 from tdbmon.report.sections.forces import section as forces_section
 from tdbmon.report.sections.summary import section as summary_section
+from tdbmon.shipped import shipped
 from tests.figure_checks import assert_readable, rendered
 from tests.identify import drops
-
-ROOT = Path(__file__).parents[2]
 
 
 def line(name: str, hz: float, kind: str = "constant") -> Line:
@@ -247,9 +249,9 @@ def test_a_circle_and_a_fit_whose_gaps_exclude_each_other_are_told(analysed, fit
     assert bool(remarks) == told
     shown = [b.text for b in summary_section(analysed, found).blocks if isinstance(b, Verdict)]
     lines = force_lines(found.calibration, found.forces)
-    for words in (shown, lines):
-        assert any("DE: the clearance circle gives" in each for each in words) == told
-        assert not any("NDE: the clearance circle gives" in each for each in words)
+    for said in (shown, lines):
+        assert any("DE: the clearance circle gives" in each for each in said) == told
+        assert not any("NDE: the clearance circle gives" in each for each in said)
 
 
 @pytest.fixture(scope="module")
@@ -301,14 +303,18 @@ def test_one_lost_drop_does_not_withhold_the_forces_of_those_fitted_with_it(fitt
     assert [label.get_text() for label in boxes.axes[0].get_xticklabels()] == ["drop_97"]
 
 
-def test_how_near_greatest_forces_come_is_told_by_the_pages_that_count_it(report: Document) -> None:
-    """Words that carry the numbers themselves go stale when the fit changes, and nothing shows it."""
+def test_what_the_intervals_of_forces_hold_stands_beside_them(report: Document, analysed, fitted) -> None:
+    """On the first page they were "95 % intervals" without a word, and that they did not hold stood pages later."""
+    summary = next(s for s in report.sections if s.title == "Summary")
+    at = next(i for i, b in enumerate(summary.blocks) if isinstance(b, Table) and b.caption.startswith("How hard"))
+    beneath, table = summary.blocks[at + 1], summary.blocks[at]
+    assert isinstance(beneath, Paragraph) and beneath.text == f"{FORCES_HOLD}."
+    assert isinstance(table, Table) and "intervals of the fit" in table.caption
     section = next(s for s in report.sections if s.title.startswith("Forces and stresses"))
-    texts = [block.text for block in section.blocks if isinstance(block, Paragraph)]
-    (said,) = [text for text in texts if text.startswith("The greatest forces are those of all steps")]
-    assert not re.search(r"\d", said)
-    pages = re.findall(r"docs/\w+\.md", said)
-    assert len(pages) == 2 and all((ROOT / page).is_file() for page in pages)
+    said = [block.text for block in section.blocks if isinstance(block, Paragraph) and FORCES_HOLD in block.text]
+    assert len(said) == 1 and "ship with tdbmon" not in said[0]
+    assert sum(FORCES_HOLD in line for line in force_lines(fitted.calibration, fitted.forces)) == 1
+    assert FORCES_HOLD in AnalysisView(analysed, fitted)._repr_html_()
 
 
 def test_a_value_without_interval_has_its_reason_in_terminal_and_report(fitted) -> None:
@@ -333,9 +339,49 @@ def test_values_that_went_as_far_as_they_may_are_told_in_terminal_and_report(fit
     assert f"NDE.friction {friction:.3f}"[:-1] in line and "DE.centre_x" in line and " um" in line and "µ" not in line
     assert not any("as far as they may" in line for line in force_lines(fitted.calibration, fitted.forces))
     rows = [row for block in forces_section(told).blocks if isinstance(block, Table) for row in block.rows]
-    said = {row.cells[0]: row.cells[2] for row in rows if row.cells[0] in ("NDE.friction", "DE.centre_x")}
-    assert said["NDE.friction"].startswith("at the edge of its tolerance:")
-    assert said["DE.centre_x"].startswith("as far off as it may go:")
+    said = {row.cells[0]: row.cells[-1] for row in rows}
+    assert said["NDE: friction"].startswith("at the edge of its tolerance:")
+    assert said["DE: bearing's centre x from the probes' zero"].startswith("as far off as it may go:")
+
+
+def test_fitted_values_stand_beside_the_machine_files(fitted) -> None:
+    """In words: ``generator.amount`` is a key of nobody's file."""
+    full = load_machine(shipped("short/machine.toml"))
+    plane, magnet = full.rotor.unbalance[0], full.magnetic_bearings[0]
+    made = {
+        f"{plane.name}.amount": Estimate(50e-6, 41e-6, 60e-6, "g mm"),
+        f"magnet {magnet.name}.stiffness": Estimate(4e6, 3e6, 5e6, "N/m"),
+        "NDE.ball_stiffness": Estimate(1.05e10, 1e10, 1.1e10, "N/m^1.5"),
+    }
+    told = replace(fitted.calibration, machine=full, values=fitted.calibration.values | made)
+    rows = {row.cells[0]: row.cells[1:] for row in fitted_values(replace(fitted, calibration=told)).rows}
+    assert not any("_" in name or "." in name for name in rows)
+    gap = full.bearing("NDE").radial_gap
+    assert rows["NDE: radial gap"][1] == toleranced(gap, "um") == "250 µm (200 to 300)"
+    assert rows[f"{plane.name}: amount of the unbalance"][1].startswith(f"{plane.amount.nominal * 1e6:.0f} g mm (")
+    assert "MN/m (" in rows[f"magnetic bearing {magnet.name}: stiffness"][1]
+    assert rows["NDE: ball stiffness"][1].endswith(" N/m^1.5 (no tolerance)")
+    assert rows["NDE: bearing's centre x from the probes' zero"][1] == "–"
+
+
+@pytest.mark.parametrize("exponent", [10 / 9, 1.15])
+def test_a_contact_of_another_exponent_has_the_unit_of_that_law(fitted, exponent) -> None:
+    """A stiffness in N/m^(10/9) stood beside an exponent of 1.15: it is that of the same force at 10 um."""
+    stiffness = 1.24e9
+    bearings = tuple(
+        each.model_copy(update={"contact_stiffness": stiffness, "contact_exponent": exponent})
+        for each in fitted.calibration.calibrated.touchdown_bearings
+    )
+    calibrated = fitted.calibration.calibrated.model_copy(update={"touchdown_bearings": bearings})
+    values = {"NDE.contact_stiffness": Estimate(stiffness, 1.1e9, 1.4e9, "N/m^(10/9)")}
+    told = replace(fitted.calibration, calibrated=calibrated, values=values)
+    (row,) = fitted_values(replace(fitted, calibration=told)).rows
+    assert row.cells[0] == "NDE: contact stiffness by the force at 10 µm"
+    law = re.search(r"([\d.]+) ×10⁹ N/m\^([\d.]+) times depth\^1\.150$", row.cells[-1])
+    assert bool(law) == bool(row.cells[-1]) == (exponent == 1.15)
+    if law is not None:
+        force = float(law[1]) * 1e9 * 10e-6 ** float(law[2])
+        assert force == pytest.approx(stiffness * 10e-6 ** (10 / 9), rel=1e-3)
 
 
 def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
@@ -353,6 +399,20 @@ def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
     figure = next(b for b in natural.blocks if isinstance(b, Figure) and b.name == "critical-speed-map")
     labels = {text.get_text() for text in rendered(figure.draw()).legends[0].get_texts()}
     assert "stiffness of the machine file" in labels and not any("95 %" in label for label in labels)
+
+
+def test_a_reader_of_a_report_without_a_circle_is_sent_to_the_forces(analysed, fitted) -> None:
+    """Twelve quantities of each end were named in a paragraph each, and that --forces fits them stood on the terminal alone."""
+    hint = f"{FORCES_TELL[0].upper()}{FORCES_TELL[1:]}."
+    summary = summary_section(analysed)
+    assert [b.text for b in summary.blocks if isinstance(b, Paragraph)].count(hint) == 1
+    (table,) = [b for b in summary.blocks if isinstance(b, Table) and b.caption == "Not estimated"]
+    reasons = [row.cells[1] for row in table.rows]
+    assert len(set(reasons)) == len(reasons)
+    for end in analysed.ends.values():
+        (what,) = [row.cells[0] for row in table.rows if row.cells[1] == end.unsettled]
+        assert f"{end.name}: all but radius at rest from the swing" in what
+    assert hint not in [b.text for b in summary_section(analysed, fitted).blocks if isinstance(b, Paragraph)]
 
 
 def test_a_notebook_is_not_sent_to_the_forces_that_it_shows(analysed, fitted) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from record_machine import machine, with_probe
-from tdbsim.machine import Machine, load_machine
+from tdbsim.machine import Machine, Tolerant, load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.record.assign import assign
@@ -123,6 +123,38 @@ def test_a_unit_that_makes_all_probes_read_too_little_is_named(factor: float, ca
         {n: levitated[n] * (10e-6 / float(np.ptp(levitated[n].values))) for n in ("NDE_A", "NDE_B", "DE_A", "DE_B")}
     )
     assert "written as" not in _failed(small)["drop", ""]
+
+
+def _of_gaps(**gaps: float) -> Machine:
+    """The machine with other radial gaps, m, at the ends named."""
+    bearings = [
+        bearing.model_copy(update={"radial_gap": Tolerant(nominal=gap, low=gap, high=gap)})
+        for bearing in machine().touchdown_bearings
+        for gap in (gaps.get(bearing.name, bearing.radial_gap.nominal),)
+    ]
+    return machine().model_copy(update={"touchdown_bearings": tuple(bearings)})
+
+
+def test_a_gap_that_all_probes_contradict_is_a_suspect(sound: xr.Dataset) -> None:
+    """A gap of 25 um for 250 um was said of every probe to be "um written as mil", and nothing of the gap."""
+    names = ("NDE_A", "NDE_B", "DE_A", "DE_B")
+    failed = _failed(sound, _of_gaps(NDE=25e-6, DE=20e-6))
+    for name in names:
+        gap = (
+            "radial_gap of NDE in the machine file, 25 um"
+            if name[0] == "N"
+            else "radial_gap of DE in the machine file, 20 um"
+        )
+        assert f"as all probes of both ends depart alike, {gap}" in failed["unit", name]
+    failed = _failed(sound, _of_gaps(DE=20e-6))
+    assert {name for check, name in failed if check == "unit"} == {"DE_A", "DE_B"}
+    assert all("as all probes of DE depart alike, radial_gap of DE" in failed["unit", name] for name in names[2:])
+    for factors in ((1000.0, 1.0), (1000.0, 25.4)):
+        ds = sound
+        for name, factor in zip(names, factors, strict=False):
+            ds = _changed(ds, name, sound[name].values * factor)
+        failed = _failed(ds)
+        assert ("unit", "NDE_A") in failed and not any("radial_gap" in each for each in failed.values())
 
 
 def test_how_far_a_probe_moves_is_told_in_full(sound: xr.Dataset) -> None:

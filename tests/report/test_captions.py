@@ -13,9 +13,11 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.centreline import centreline
+from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_outliers import stress_outliers
+from tdbmon.figures.style import BLUE, VERMILION
 from tdbmon.record.read import read
 from tdbmon.report.document import Figure, Paragraph, Section, Table
 from tdbmon.report.remarks import grouped
@@ -49,6 +51,14 @@ def test_the_caption_of_orbits_names_the_circle_that_the_legend_names(short: Ana
         labels = [text.get_text() for text in orbit_sequence(half, end).legends[0].get_texts()]
         assert any(label in (words, "clearance circle", f"{words} about the probes' zero") for label in labels)
         assert words in caption and others not in caption
+
+
+def test_the_caption_of_full_spectra_names_the_colours_that_are_drawn(short: Analysis) -> None:
+    caption = _figure(spectra.section(short), "full-spectrum").caption
+    ax = full_spectrum(short).axes[0]
+    forward, backward = (line.get_color() for line in ax.lines[:2])
+    assert "right, blue" in caption and forward == BLUE
+    assert "left, orange" in caption and backward == VERMILION
 
 
 def test_few_orbits_leave_no_large_blank(short: Analysis) -> None:
@@ -181,8 +191,18 @@ def test_laws_that_are_not_chosen_state_no_interval(short: Analysis) -> None:
         b for b in rundown.section(short).blocks if isinstance(b, Table) and b.caption.startswith("Laws tried")
     )
     for row in table.rows:
-        assert (" to " in row.cells[1]) == (row.cells[-1] == "chosen")
-        assert not re.search(r"\d\.\d{5}", row.cells[1])
+        assert (" to " in row.cells[1] or "interval above" in row.cells[1]) == (row.cells[-1] == "chosen")
+        assert not re.search(r"[1-9]\d*\.\d{5}", row.cells[1])
+
+
+def test_the_decay_time_of_the_chosen_law_is_told_as_in_the_table_above(coastdown: Analysis) -> None:
+    """11.81461 s (11.81450 to 11.81472) stood beneath 11.81 s (11.78 to 11.85), and a term within its noise was "0.0 ×10⁻⁶"."""
+    above, laws = (block for block in rundown.section(coastdown).blocks if isinstance(block, Table))
+    (stated,) = [row.cells[1] for row in above.rows if row.cells[0].startswith("Decay time")]
+    (chosen,) = [row.cells[1] for row in laws.rows if row.cells[-1] == "chosen"]
+    assert f"decay time {stated.partition(' (')[0]} (interval above)" in chosen and " to " in chosen
+    (more,) = [row.cells[1] for row in laws.rows if row.cells[-1].startswith("no better than")]
+    assert more.endswith("loss a revolution nought within its noise")
 
 
 def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:

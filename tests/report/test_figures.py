@@ -235,6 +235,12 @@ def test_a_speed_decay_without_speed_is_refused_in_words(short: Analysis) -> Non
         speed_decay(replace(short, rundown=None))
 
 
+def test_the_speeds_that_a_mean_is_of_are_a_whole_number(coastdown: Analysis) -> None:
+    """It was "1.21e+03 values"."""
+    said = re.search(r"mean over (\S+) values", texts(speed_decay(coastdown)))
+    assert said is not None and said[1] == f"{len(coastdown.speed_time) / 700:.0f}"
+
+
 @pytest.mark.parametrize("which", ["short", "coastdown"])
 def test_what_the_law_leaves_stays_within_its_axes(which: str, request: pytest.FixtureRequest) -> None:
     figure = rendered(speed_decay(request.getfixturevalue(which)))

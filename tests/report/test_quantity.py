@@ -11,6 +11,7 @@ import pytest
 import tdbsim
 from hypothesis import given
 from hypothesis import strategies as st
+from tdbsim.quantity import Tolerant
 
 import tdbmon
 from tdbmon.estimate import Estimate, since
@@ -24,6 +25,7 @@ from tdbmon.quantity import (
     rpm,
     short,
     subtracted,
+    toleranced,
     why_no_interval,
     words,
 )
@@ -66,6 +68,13 @@ def test_a_large_stiffness_has_a_prefix_and_its_kind_is_said() -> None:
     assert words(Estimate(3e-6, 2e-6, 4e-6, "um", kind="0-pk")) == "3.0 µm 0-pk (2.0 to 4.0)"
 
 
+def test_a_force_is_no_amplitude() -> None:
+    """A blow of 4.56 kN was "4.56 kN 0-pk"; archives and JSON keep the kind that they have of it."""
+    blow, stress = Estimate(4560.0, 4420.0, 4700.0, "N", kind="0-pk"), Estimate(2.304e9, unit="MPa", kind="0-pk")
+    assert words(blow) == "4.56 kN (4.42 to 4.70)" and short(stress) == "2304 MPa"
+    assert subtracted(stress, 2.2e9, Estimate(0.104e9, unit="MPa"))[:2] == ("2304 MPa", "2200 MPa")
+
+
 def test_a_long_number_of_a_unit_without_prefixes_has_a_power_of_ten() -> None:
     assert words(Estimate(1302123761.0, 1.2e9, 1.4e9, "N/m^(10/9)")) == "1.30 ×10⁹ N/m^(10/9) (1.20 to 1.40)"
     assert words(Estimate(2.5e6, 2e6, 3e6)) == "2.5 ×10⁶ (2.0 to 3.0)"
@@ -77,6 +86,15 @@ def test_a_terminal_gets_plain_letters_in_numbers_and_names_keep_theirs() -> Non
     assert printed(Estimate(-3e-6, -4e-6, -2e-6, "um")) == "-3.0 um (-4.0 to -2.0)"
     assert printed(Estimate(3e-6, 2e-6, 4e-6, "N m")) == "3.0 uN m (2.0 to 4.0)"
     assert plain("Prüfstand µ: −1.2 µm (−12.0 to 9.6), 5 µs") == "Prüfstand µ: -1.2 um (-12.0 to 9.6), 5 us"
+
+
+def test_what_a_file_states_keeps_its_digits() -> None:
+    """By the width of its tolerance a damping of 5.5 kN s/m was "6 kN s/m (3 to 8)"."""
+    assert toleranced(Tolerant(nominal=5500.0, low=3300.0, high=7700.0), "N s/m") == "5.5 kN s/m (3.3 to 7.7)"
+    assert toleranced(Tolerant(nominal=0.0, low=-0.349, high=0.349), "deg") == "0° (−20 to 20)"
+    assert (
+        toleranced(Tolerant(nominal=1.3e9, low=1.3e9, high=1.3e9), "N/m^(10/9)") == "1.3 ×10⁹ N/m^(10/9) (no tolerance)"
+    )
 
 
 def test_a_missing_value_says_why() -> None:
@@ -138,6 +156,18 @@ def test_a_time_since_an_unknown_release_is_missing() -> None:
 
 def test_speed_is_also_given_in_rpm() -> None:
     assert rpm(Estimate(100.0, 99.9, 100.1, "Hz")) == "100.00 Hz (99.90 to 100.10), 6000 rpm"
+    assert rpm(Estimate(95.01021, 95.0080, 95.0126, "Hz")).endswith(", 5701 rpm")
+
+
+def test_a_place_is_no_finer_than_a_probe_tells() -> None:
+    """The mean of a thousand samples was "−19.783 µm (−19.799 to −19.767)"; a line of nanometres keeps its digits."""
+    assert words(Estimate(-19.7832e-6, -19.7991e-6, -19.7670e-6, "um")) == "−19.78 µm (−19.80 to −19.77)"
+    assert words(Estimate(5.54e-9, 5.41e-9, 5.67e-9, "um")) == "0.00554 µm (0.00541 to 0.00567)"
+
+
+def test_a_small_share_has_no_power_of_ten_beside_an_interval_without() -> None:
+    """A friction's slope was "−108 ×10⁻⁶ (−307 to 155)"."""
+    assert words(Estimate(-108e-6, -307e-6, 155e-6)) == "−0.0001 (−0.0003 to 0.0002)"
 
 
 def test_moments_are_written_as_people_do_and_other_words_are_left_alone() -> None:

@@ -21,7 +21,7 @@ def section(comparison: Comparison) -> Section:
         "Methods and limits",
         (
             Paragraph(
-                "Each value is held against a prediction from the drops before: their mean and standard deviation below 15"
+                "Each value is compared with a prediction from the drops before: their mean and standard deviation below 15"
                 " drops, Tukey's biweight location and scale from 15 on, and Student's t with the degrees of freedom that so"
                 " few drops leave. Where a quantity drifts, centre and scatter are those about its slope."
                 " A drop that was off itself when it came is no measure for later ones and is left out of"

@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tdbmon.identify.parameters import sensor_parameters, stated_parameters
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
 from tdbmon.report.remarks import and_more, grouped
+from tdbmon.report.sections.fitted_values import fitted_values
 
 if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
@@ -24,9 +25,7 @@ _CONTACTS = (
 )
 _STEEP = (
     "The greatest forces are those of all steps of the simulation, since the first blow of an inner ring may be shorter than a"
-    " sample of the record. How near they come to true ones, and how often their intervals hold these, was counted on synthetic"
-    " drops: see docs/fitted_forces.md, and docs/forces.md for the coast-downs that ship with tdbmon, whose greatest forces are"
-    " stated too high, mostly by more than the interval."
+    f" sample of the record. {FORCES_HOLD}."
 )
 
 
@@ -46,7 +45,7 @@ def section(fitted: FittedDrop) -> Section:
 
     drop, calibration = fitted.forces, fitted.calibration
     if drop.withheld:
-        return Section(_TITLE, (*_withheld(fitted), *(_drops(fitted) if fitted.others else ()), _values(fitted)))
+        return Section(_TITLE, (*_withheld(fitted), *(_drops(fitted) if fitted.others else ()), fitted_values(fitted)))
     ends = drop.ends.values()
     rows = [
         *hardest(drop),
@@ -89,7 +88,7 @@ def section(fitted: FittedDrop) -> Section:
             f" {drop.seconds:g} s."
         ),
         *_remarks(fitted),
-        Table("Forces and stresses (95 % intervals)", ("Quantity", *drop.ends), tuple(rows)),
+        Table("Forces and stresses (95 % intervals of the fit)", ("Quantity", *drop.ends), tuple(rows)),
         Paragraph(_STEEP),
         Paragraph(
             f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"
@@ -116,7 +115,7 @@ def section(fitted: FittedDrop) -> Section:
         else Paragraph("The simulations differ from the release on: no force is drawn against time."),
         *((Paragraph(_CONTACTS),) if any(end.contacts for end in ends) else ()),
         *(_contacts(end) for end in ends if end.contacts),
-        _values(fitted),
+        fitted_values(fitted),
     ]
     return Section(_TITLE, tuple(blocks))
 
@@ -206,26 +205,3 @@ def _contacts(end: EndForces) -> Table:
         " (95 % intervals)" + and_more(more)
     )
     return Table(caption, ("Contact", "Begins, from the release", "Duration", "Peak normal force", "Impulse"), rows)
-
-
-def _values(fitted: FittedDrop) -> Table:
-    """Return the fitted values, and which of them the drop does not determine."""
-    calibration = fitted.calibration
-    bound = {each.name for each in calibration.at_bound}
-    loose = {each.name: each for each in calibration.undetermined}
-    untold = {p.name for p in (*stated_parameters(calibration.machine), *sensor_parameters(calibration.machine))}
-    rows = []
-    for name, value in calibration.values.items():
-        remark = ""
-        if name in bound:
-            edge = "as far off as it may go" if name in untold else "at the edge of its tolerance"
-            remark = f"{edge}: the truth may lie beyond, or the model lacks something"
-        elif name in loose:
-            partners = ", ".join(partner for partner, _ in loose[name].partners)
-            remark = (
-                "hardly determined by "
-                + ("these drops" if fitted.others else "this drop")
-                + (f"; goes with {partners}" if partners else "")
-            )
-        rows.append(Row((name, words(value), remark)))
-    return Table("Fitted values (95 % intervals)", ("Value", "Fitted", "Remark"), tuple(rows))

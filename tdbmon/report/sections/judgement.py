@@ -64,7 +64,7 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
         Row(("Assembly", wanted.assembly or "not told apart")),
         Row(("Speed at the release", speed)),
         Row(("Matching drops before", f"{len(comparison.matched)}")),
-        *(Row((f"Drops before that {each.end} is held against", _sight(each))) for each in sights(comparison)),
+        *(Row((f"Drops before that {each.end} is compared with", _sight(each))) for each in sights(comparison)),
         Row((f"Full drops of this assembly, {included(comparison)}", _full_drops(comparison.life))),
         Row(("Quantities compared", f"{comparison.tested}, corrected for that number together")),
     ]

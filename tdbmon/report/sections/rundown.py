@@ -12,6 +12,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
+_NOUGHT = 0.1  # of its interval: a parameter that is no larger has no figure to show
 _NAMES = {
     "decay_time_s": "decay time",
     "constant_drag_hz_per_s": "constant drag",
@@ -90,9 +91,9 @@ def _laws(rundown: RunDown) -> Table:
     header = ("Law", "Parameters", "Rms misfit / on stretches left out", "BIC", "Verdict")
     rows, chosen = [], any(model.chosen for model in rundown.models)
     for model in rundown.models:
-        written = words if model.chosen else short  # a law that does not hold says nothing as sure as its noise
+        written = partial(_parameter, rundown) if model.chosen else _unused
         parameters = "; ".join(
-            f"{_NAMES.get(key, key)} {written(value) if value.known else 'negative'}"
+            f"{_NAMES.get(key, key)} {written(key, value) if value.known else 'negative'}"
             for key, value in model.parameters.items()
         )
         verdict = "chosen" if model.chosen else (model.refused or ("worse" if chosen else "not used"))
@@ -105,11 +106,28 @@ def _laws(rundown: RunDown) -> Table:
         )
         rows.append(Row(cells, "good" if model.chosen else "plain"))
     caption = (
-        "Laws tried; the chosen one with 95 % intervals of the speed's noise alone"
+        "Laws tried; the chosen one with 95 % intervals, which hold the speed's noise alone where they stand here"
         if chosen
         else f"Laws tried; none is used: {rundown.decay_time.why}"
     )
     return Table(caption, header, tuple(rows))
+
+
+def _parameter(rundown: RunDown, key: str, value: Estimate) -> str:
+    """Return a parameter of the chosen law.
+
+    The decay time's interval in the table above also holds what the law may lack, and tells its digits.
+    """
+    above = rundown.decay_time
+    if key == "decay_time_s" and above.low is not None and above.high is not None:
+        return f"{short(value, above.high - above.low)} (interval above)"
+    return words(value)
+
+
+def _unused(_: str, value: Estimate) -> str:
+    """Return a parameter of a law that does not hold: it says nothing as sure as its noise."""
+    width = 0.0 if value.low is None or value.high is None else value.high - value.low
+    return "nought within its noise" if abs(value.value or 0.0) < _NOUGHT * width else short(value)
 
 
 def _millihertz(value: float) -> str:

@@ -73,7 +73,7 @@ def section(analysis: Analysis) -> Section | None:
         Figure(
             "full-spectrum",
             "Full spectra of stretches of the record: amplitude of the circle that turns with the rotor (right, blue) and"
-            " against it (left, red). Equal peaks on both sides are motion along a line; a peak on the left alone is"
+            " against it (left, orange). Equal peaks on both sides are motion along a line; a peak on the left alone is"
             " backward whirl.",
             "For each end and stretch, amplitude over frequency from backward to forward.",
             partial(full_spectrum, analysis),

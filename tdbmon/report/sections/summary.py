@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from tdbsim.machine import Tolerant
 
 from tdbmon.analysis.result import NO_DROP, Analysis
+from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
+from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.quantity import counted, moment, number, percent, rpm, words
-from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict
+from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict, sentence
 from tdbmon.report.sections.findings import (
     RESTITUTION,
     Finding,
@@ -22,6 +24,12 @@ from tdbmon.report.sections.forces import hardest
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
+
+_SCALE = (
+    "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %. The radius from"
+    " the swing is told from frequencies and knows none."
+)
+_FEW = 2  # quantities that are named in the place of all others
 
 
 def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
@@ -43,12 +51,8 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
         )
     if analysis.ends:
         blocks += _ends_table(analysis)
-        blocks.append(
-            Paragraph(
-                "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %."
-                " The radius from the swing is told from frequencies and knows none."
-            )
-        )
+    blocks += _not_estimated(analysis)
+    blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and fitted is None)
     if against:
         header = ("Quantity", "The record says", "The drawing says", "Verdict")
         blocks.append(Table("The record against the drawing", header, tuple(against)))
@@ -191,9 +195,14 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     return [
         *([] if calibration.explains else doubts),
         *(Verdict(f"{note}.", "attention") for note in fitted.notes),
-        Table("How hard the bearings were hit: the fitted model, with 95 % intervals", ("Quantity", *ends), rows),
+        Table(
+            "How hard the bearings were hit: the fitted model, with 95 % intervals of the fit",
+            ("Quantity", *ends),
+            rows,
+        ),
+        sentence(FORCES_HOLD),
         Paragraph(
-            f"No sensor measures these. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
+            f"No sensor measures forces. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
             f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
             f"{_later(fitted.forces.seconds, analysis.settle_time)}"
         ),
@@ -230,8 +239,7 @@ def _against_denting(stress: Estimate) -> str:
 def _rotor_table(analysis: Analysis) -> list[Block]:
     findings = rotor_findings(analysis)
     rows = tuple(Row((f.name, words(f.estimate, f.unit) + f.beside)) for f in findings if f.estimate.known)
-    blocks: list[Block] = [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
-    return blocks + _missing("the rotor", findings)
+    return [Table("The rotor: values with 95 % intervals", ("Quantity", "Value"), rows)] if rows else []
 
 
 def _ends_table(analysis: Analysis) -> list[Block]:
@@ -243,27 +251,42 @@ def _ends_table(analysis: Analysis) -> list[Block]:
             name = findings[0].name
             name += above_one(f.estimate for f in findings) if name == RESTITUTION else ""
             rows.append(Row((name, *cells)))
+    if not rows:
+        return []
     planes = {end.plane for end in analysis.ends.values()}
     where = "at the bearing planes" if planes == {"bearing"} else "at the planes that the probes allow"
     header = ("Quantity", *analysis.ends)
     caption = f"The touchdown bearings: values with 95 % intervals, {where}"
-    blocks: list[Block] = [Table(caption, header, tuple(rows))] if rows else []
-    for name, found in columns.items():
-        blocks += _missing(name, found)
-    return blocks
+    return [Table(caption, header, tuple(rows)), Paragraph(_SCALE)]
 
 
-def _missing(owner: str, findings: Sequence[Finding]) -> list[Block]:
-    """Say in one sentence what is not estimated and for which reasons."""
-    reasons: dict[str, list[str]] = {}
-    for finding in findings:
-        if not finding.estimate.known:
-            name = finding.name[:1].lower() + finding.name[1:]
-            reasons.setdefault(finding.estimate.why, []).append(name)
-    if not reasons:
-        return []
-    said = "; ".join(f"{', '.join(names)} ({why})" for why, names in reasons.items())
-    return [Paragraph(f"Not estimated of {owner}: {said}.")]
+def _not_estimated(analysis: Analysis) -> list[Block]:
+    """Say in a row a reason what it leaves without a value: every quantity is named under What is not estimated."""
+    owners = {"rotor": rotor_findings(analysis)}
+    owners |= {name: end_findings(analysis, end) for name, end in analysis.ends.items()}
+    reasons: dict[str, dict[str, list[str]]] = {}
+    for owner, findings in owners.items():
+        missing = [finding for finding in findings if not finding.estimate.known]
+        for why in dict.fromkeys(finding.estimate.why for finding in missing):
+            what = _named([finding.name for finding in missing if finding.estimate.why == why], findings)
+            reasons.setdefault(why, {}).setdefault(what, []).append(owner)
+    rows = [
+        Row(("; ".join(f"{' and '.join(owners)}: {what}" for what, owners in told.items()), why))
+        for why, told in reasons.items()
+    ]
+    return [Table("Not estimated", ("Quantities", "Why"), tuple(rows))] if rows else []
+
+
+def _named(names: Sequence[str], findings: Sequence[Finding]) -> str:
+    """Return names in a line, those that are not among them where these are few."""
+    others = [finding.name for finding in findings if finding.name not in names]
+    if len(names) > _FEW >= len(others):
+        return f"all{f' but {_listed(others)}' if others else ''}"
+    return _listed(names)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(name[:1].lower() + name[1:] for name in names)
 
 
 def _against_drawing(analysis: Analysis) -> list[Row]:
@@ -282,7 +305,7 @@ def _compare(name: str, measured: Estimate, drawn: Tolerant, unit: str, factor: 
     )
     limits = f"{nominal} {unit}" + ("" if drawn.is_exact else f" ({low} to {high})")
     verdict, tone = _verdict(measured, drawn)
-    return Row((name, words(measured), limits, verdict), tone)
+    return Row((name, words(measured) if measured.known else "–", limits, verdict), tone)
 
 
 def _verdict(measured: Estimate, drawn: Tolerant) -> tuple[str, Tone]:

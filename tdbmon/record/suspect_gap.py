@@ -1,0 +1,42 @@
+"""A radial gap of the machine file that all probes of an end contradict: they need not all have a wrong unit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+from tdbsim.machine import Machine
+
+from tdbmon.record.finding import Check, um
+
+_ALIKE = 4.0  # times as far: the probes of a drop move between half a gap and two
+
+
+def with_suspect_gap(found: list[Check], ds: xr.Dataset, machine: Machine) -> list[Check]:
+    """Return checks, those of a failed unit with the radial gap as the other suspect where all probes of an end fail alike."""
+    failed = {each.channel for each in found if each.check == "unit" and not each.passed}
+    ends = [end for end in machine.ends if _alike(end, failed, ds, machine)]
+    who = "all probes of both ends" if len(ends) == len(machine.ends) else "all probes of {}"
+    about = {
+        probe.name: f", or, as {who.format(end)} depart alike, radial_gap of {end} in the machine file,"
+        f" {um(machine.bearing(end).radial_gap.nominal)}"
+        for end in ends
+        for probe in machine.probes_at(end)
+    }
+    return [
+        replace(each, detail=each.detail + about[each.channel]) if _is_told(each, about) else each for each in found
+    ]
+
+
+def _is_told(each: Check, about: dict[str, str]) -> bool:
+    return each.check == "unit" and each.channel in about
+
+
+def _alike(end: str, failed: set[str], ds: xr.Dataset, machine: Machine) -> bool:
+    """Tell whether two probes of an end and more, all that the record holds, fail to one side and by about one factor."""
+    names = [probe.name for probe in machine.probes_at(end) if probe.name in ds]
+    if len(names) < 2 or not failed.issuperset(names):
+        return False
+    moved = [float(np.ptp(np.nanquantile(ds[name].values, (0.001, 0.999)))) for name in names]
+    return max(moved) < _ALIKE * min(moved)

@@ -1,0 +1,70 @@
+"""The fitted values beside those of the machine file, and which of them the drops do not determine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tdbsim.machine import Machine
+from tdbsim.power_law import LINE_CONTACT, REFERENCE_DEPTH, scaled_stiffness
+
+from tdbmon.estimate import Estimate
+from tdbmon.identify.parameters import file_values, sensor_parameters, stated_parameters
+from tdbmon.quantity import short, toleranced, words
+from tdbmon.report.document import Row, Table
+
+if TYPE_CHECKING:
+    from tdbmon.identify.calibration import Calibration
+    from tdbmon.identify.fitted import FittedDrop
+
+_OTHER_LAW = 1e-3  # from the exponent of a line contact: a smaller difference is not written
+
+
+def fitted_values(fitted: FittedDrop) -> Table:
+    """Return the table of the fitted values."""
+    calibration = fitted.calibration
+    machine = calibration.machine
+    bound = {each.name for each in calibration.at_bound}
+    loose = {each.name: each for each in calibration.undetermined}
+    untold = {p.name for p in (*stated_parameters(machine), *sensor_parameters(machine))}
+    stated = file_values(machine)
+    rows = []
+    for name, value in calibration.values.items():
+        remarks = [law] if (law := _law(calibration, name)) else []
+        if name in bound:
+            edge = "as far off as it may go" if name in untold else "at the edge of its tolerance"
+            remarks.append(f"{edge}: the truth may lie beyond, or the model lacks something")
+        elif name in loose:
+            partners = ", ".join(value_words(partner, machine) for partner, _ in loose[name].partners)
+            drops = "these drops" if fitted.others else "this drop"
+            remarks.append(f"hardly determined by {drops}" + (f"; goes with {partners}" if partners else ""))
+        in_file = toleranced(stated[name], value.unit) if name in stated else "–"
+        rows.append(Row((value_words(name, machine), words(value), in_file, "; ".join(remarks))))
+    header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
+    return Table("Fitted values (95 % intervals), and what the machine file states", header, tuple(rows))
+
+
+def value_words(name: str, machine: Machine) -> str:
+    """Return the name of a fitted value in words: ``NDE: support stiffness`` of ``NDE.support_stiffness``."""
+    owner, _, field = name.rpartition(".")
+    if owner in {plane.name for plane in machine.rotor.unbalance} and field in ("amount", "phase"):
+        return f"{owner}: {field} of the unbalance"
+    if field in ("centre_x", "centre_y"):
+        return f"{owner}: bearing's centre {field[-1]} from the probes' zero"
+    if field == "contact_stiffness":
+        return f"{owner}: contact stiffness by the force at {REFERENCE_DEPTH * 1e6:.0f} µm"
+    if owner.startswith("magnet "):
+        owner = f"magnetic bearing {owner.removeprefix('magnet ')}"
+    return f"{owner}: {field.replace('_', ' ')}"
+
+
+def _law(calibration: Calibration, name: str) -> str:
+    """Return the law of a contact whose exponent is not the one that the unit of the stiffness has; empty for all else."""
+    owner, _, field = name.rpartition(".")
+    if field != "contact_stiffness":
+        return ""
+    bearing = calibration.calibrated.bearing(owner)
+    exponent = bearing.contact_exponent
+    if abs(exponent - LINE_CONTACT) < _OTHER_LAW:
+        return ""
+    stiffness = short(Estimate(scaled_stiffness(bearing.contact_stiffness, exponent)))
+    return f"with the exponent {exponent:.3f} the force is {stiffness} N/m^{exponent:.3f} times depth^{exponent:.3f}"

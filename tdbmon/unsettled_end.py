@@ -1,0 +1,35 @@
+"""What `tdbmon analyse` will not be able to tell of a simulated record that ends while the shaft still bounces."""
+
+from __future__ import annotations
+
+import xarray as xr
+from tdbsim.errors import InputError
+from tdbsim.machine import Machine
+
+from tdbmon.analysis.axes import seen_ends, to_planes
+from tdbmon.analysis.gap import SETTLED_S, NoCircle, settled_from
+from tdbmon.record.assign import assign
+
+_USUAL_S = 2.0  # after the release: shafts of a few kilograms to a tonne and a half lie by then
+
+
+def unsettled_lines(drop: xr.Dataset, machine: Machine) -> list[str]:
+    """Return in a line which ends' clearance, contacts and stiffness `analyse` cannot tell, and the cure; none where it can."""
+    try:
+        planes = to_planes(assign(drop, machine), machine)
+    except InputError:
+        return []  # without probes there is nothing to analyse
+    release = float(drop.attrs["release_time_s"])
+    ends = [
+        end
+        for end in seen_ends(planes)
+        if isinstance(settled_from(planes, end, machine.bearing(end).radial_gap.nominal, release), NoCircle)
+    ]
+    if not ends:
+        return []
+    simulated = float(drop.time[-1]) - release
+    longer = f"--seconds {_USUAL_S:g} mostly does" if simulated < _USUAL_S else "simulate for longer"
+    return [
+        f"analyse will not tell radius, gap, first contact and stiffness of {' and '.join(ends)} from this record, which holds no"
+        f" {SETTLED_S:g} s of a shaft that lies on the ring: {longer}"
+    ]
