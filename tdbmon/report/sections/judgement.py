@@ -86,7 +86,7 @@ def included(comparison: Comparison) -> str:
 
 
 def _sight(sight: Sight) -> str:
-    growth = "no growth" if sight.growth is None else f"growth from {percent(sight.growth)} on"
+    growth = "no growth" if sight.growth is None else f"growth from {sight.seen_from} on"
     return f"{sight.drops}; {growth} of the radius at rest would have been seen"
 
 
