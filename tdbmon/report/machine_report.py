@@ -8,7 +8,7 @@ from tdbmon import __version__
 from tdbmon.history.machine_history import MachineHistory
 from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import counted, words
+from tdbmon.quantity import counted, stated_percent, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -67,7 +67,7 @@ def _courses(history: MachineHistory) -> Section:
         if c.slope.known
     )
     shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
-    rings = "; rings: changed against the drops before" if history.flagged else ""
+    rings = "; rings: changed against the drops before that were not ringed themselves" if history.flagged else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
@@ -81,6 +81,7 @@ def _courses(history: MachineHistory) -> Section:
     doubted = [e.raw_name for e in history.entries if doubts(e.failed_checks)]
     if doubted:
         blocks.append(Paragraph(f"Left out, since checks of their records failed: {', '.join(doubted)}."))
+    blocks += _without_ring(history)
     if rows:
         blocks += [
             Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)"), rows),
@@ -93,6 +94,27 @@ def _courses(history: MachineHistory) -> Section:
         why = next((c.slope.why for c in history.courses), "no quantity is known")
         blocks.append(Paragraph(f"A trend over all drops together is not estimated: it {why}."))
     return Section("Course over the drops", tuple(blocks))
+
+
+def _without_ring(history: MachineHistory) -> list[Block]:
+    """Say why drops at the level of ringed ones have no ring."""
+    found = [
+        f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
+        for judged in history.judged
+        for change in judged.comparison.changes
+        if change.since and not change.flag and (change.kind.name, change.end) in history.flagged
+        if change.p_adjusted is not None and not doubts(judged.comparison.entry.failed_checks)
+    ]
+    if not found:
+        return []
+    level = stated_percent(history.last.comparison.settings.compare.significance)
+    return [
+        Paragraph(
+            f"Off the same way as ringed drops just before, and without a ring: {'; '.join(found)}. Such a drop is held against"
+            f" the same earlier ones, but with the scatter and the certainty that it has, chance alone makes so large a"
+            f" difference with more than {level}, all quantities together."
+        )
+    ]
 
 
 def _slope_tone(low: float | None, high: float | None) -> Tone:

@@ -134,7 +134,7 @@ def test_moving_and_scaling_all_drops_moves_and_scales_the_result(values, shift,
 def test_a_change_does_not_hide_the_next_drop_with_the_same_change():
     rng = np.random.default_rng(3)
     values = np.concatenate([rng.normal(0, 1, 7), rng.normal(15, 1, 2)])
-    kept = baseline(values, 1e-6, 0.05 / 30)
+    kept = baseline(values[:, None], np.array([1e-6]), 0.05 / 30)[:, 0]
     assert kept.tolist() == [True] * 7 + [False] * 2
     assert compare_value(15.0, 0.0, values[kept], np.zeros(7), 1e-6).p < 1e-4
     assert compare_value(15.0, 0.0, values, np.zeros(9), 1e-6).p > 0.01
@@ -143,7 +143,7 @@ def test_a_change_does_not_hide_the_next_drop_with_the_same_change():
 def test_hardly_any_drop_of_an_unchanged_machine_is_left_out():
     # leaving one out makes the scatter of the others smaller: a little more than the level goes, less than twice of it
     rng = np.random.default_rng(4)
-    left = sum(int(np.sum(~baseline(rng.standard_normal(10), 1e-6, 0.01))) for _ in range(500))
+    left = sum(int(np.sum(~baseline(rng.standard_normal((10, 1)), np.array([1e-6]), 0.01))) for _ in range(500))
     assert 0.5 * 0.01 < left / (500 * 7) < 2 * 0.01
 
 
@@ -243,4 +243,5 @@ def test_values_that_are_all_nought_do_not_differ_and_another_one_does():
     same = compare_value(0.0, 0.0, np.zeros(4), np.zeros(4), 0.0)
     assert (same.p, same.low, same.high, same.detectable(0.05)) == (1.0, 0.0, 0.0, None)
     assert compare_value(0.1, 0.0, np.zeros(4), np.zeros(4), 0.0).p == 0.0
-    assert baseline(np.array([0.0, 0.0, 0.0, 0.1]), 0.0, 0.01).tolist() == [True] * 3 + [False]
+    kept = baseline(np.array([[0.0], [0.0], [0.0], [0.1]]), np.zeros(1), 0.01)
+    assert kept[:, 0].tolist() == [True] * 3 + [False]
