@@ -43,8 +43,7 @@ _MARKERS = "osD^vPX"
 def machine_courses(history: MachineHistory) -> Figure:
     """Draw what was flagged in any drop, and the usual quantities, over all drops of a machine."""
     flagged = history.flagged
-    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
-    shown = sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
+    shown = shown_courses(history)
     rows = max(1, math.ceil(len(shown) / 2))
     figure = new_figure(28 + 42 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
     axes = subplots(figure, rows, 2, Margins(17, 3, 13, 17, across=18, down=13))
@@ -72,6 +71,8 @@ def machine_courses(history: MachineHistory) -> Figure:
                 [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
                 markerfacecolor="none", label="changed against those before", zorder=4,
             )  # fmt: skip
+        if course.step is not None:
+            ax.axvline(place[course.step.id] - 0.5, color=GREY, linewidth=0.8, linestyle="--", label="step")
         for number in overhauls:
             ax.axvline(number - 0.5, color=GREY, linewidth=0.8, linestyle=":")
         ax.set_title(course.title, fontsize=7)
@@ -83,6 +84,13 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_xlabel("drop")
     legend_below(figure, 5)
     return figure
+
+
+def shown_courses(history: MachineHistory) -> list[Course]:
+    """Return what is drawn: what was flagged in any drop, then the usual quantities."""
+    flagged = history.flagged
+    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
+    return sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
 
 
 def _class_names(history: MachineHistory) -> dict[int, str]:

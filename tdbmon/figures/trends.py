@@ -24,6 +24,7 @@ from tdbmon.figures.style import (
     styled,
     subplots,
 )
+from tdbmon.history.change_point import SEEN
 from tdbmon.quantity import stated_percent
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 _COLUMNS = 2
 _ROW_MM = 42
-SEEN = 0.05  # probability, not corrected, of a trend or a change point that is shown
 
 
 @styled

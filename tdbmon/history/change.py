@@ -159,7 +159,9 @@ def changes_of(
     found = [_compared(key, mine.get(key), theirs.get(key, []), numbers[key], kept[key]) for key in keys]
     drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
     found = [
-        _compared(_key(c), c.estimate, c.earlier, c.numbers, kept[_key(c)], level) if drift_of.get(_key(c), 1.0) <= level else c
+        _compared(_key(c), c.estimate, c.earlier, c.numbers, kept[_key(c)], level)
+        if drift_of.get(_key(c), 1.0) <= level
+        else c
         for c in found
     ]
     # what counts towards the verdict and what does not are each corrected for their own number
@@ -193,7 +195,7 @@ def _kept(
 
     Like flags, what counts towards the verdict and what does not are each corrected for their own number.
     """
-    kept = {}
+    kept: dict[tuple[str, str], NDArray[np.bool_]] = {}
     for counts in (True, False):
         keys = [key for key in series if KINDS[key[0]].judged == counts and series[key][1]]
         drops = max((numbers[key][-1] for key in keys), default=0)

@@ -13,7 +13,8 @@ their slope to the drop's place first: s is the scatter about the line, which ha
 to the error what it is uncertain by.
 
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
-leaves out those that were beyond chance when they came, by the rule that flags a drop.  Without that, a change would hide the next drop with the same change.
+leaves out those that were beyond chance when they came, by the rule that flags a drop.  Without that, a change would hide the
+next drop with the same change.
 
 With n = 1 there is no scatter to compare with and no probability is stated; with 2 nothing is called off; with 3 the interval is
 so wide that only gross changes stand out: `detectable` says how large a change must be to be flagged at all.

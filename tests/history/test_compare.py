@@ -144,7 +144,7 @@ def test_stated_shares_keep_their_digits(empty, tmp_path):
 
 @pytest.mark.parametrize("correction", ["holm", "fdr_bh"])
 def test_what_was_flagged_is_no_measure_for_the_next_drop(empty, tmp_path, correction):
-    """Drops were left out by the stricter method of Bonferroni: one flagged by the milder one stayed, and hid the next like it."""
+    """Drops were left out by Bonferroni's stricter method: one flagged by the milder one stayed, and hid the next like it."""
     (empty.folder / "archive.toml").write_text(f'format = 1\n[compare]\ncorrection = "{correction}"\n')
     fill(empty, tmp_path, 7)
     kinds = [kind.name for kind in KINDS.values() if kind.judged and not kind.forces and kind.unit in ("um", "ms", "1")]

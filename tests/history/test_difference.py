@@ -11,6 +11,7 @@ from scipy import stats
 from tdbmon.estimate import Estimate
 from tdbmon.history.change_point import change_point
 from tdbmon.history.common_slope import common_slope
+from tdbmon.history.common_step import common_step
 from tdbmon.history.difference import baseline, biweight, compare_value, summarise
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.trend import trend_of
@@ -211,6 +212,29 @@ def test_one_slope_is_seen_under_the_levels_of_two_speeds_and_two_assemblies():
     assert slope.value == pytest.approx(expected)
     assert [slope.low, slope.high] == pytest.approx(expected + spread * stats.t.ppf([0.025, 0.975], 11))
     assert "4 levels" in slope.method
+
+
+@pytest.mark.parametrize("worn", ["at once", "from drop to drop"])
+def test_a_step_of_all_levels_is_told_from_a_slope(worn):
+    """Seven drops at one level and three at another were told as a rate a drop."""
+    rng, order = np.random.default_rng(12), np.arange(20)
+    levels = [(int(i % 2), "new" if i >= 10 else "old") for i in order]
+    course = 20.0 * (order >= 14) if worn == "at once" else 2.0 * order
+    values = course + 40.0 * (order % 2) - 90.0 * (order >= 10) + rng.normal(0, 1, 20)
+    step = common_step(series(values), order.tolist(), levels, "um")
+    if worn == "at once":
+        assert (step.number, step.size.value) == (14, pytest.approx(20, abs=2))
+        assert step.p < 0.01
+    else:
+        assert step is None
+
+
+def test_an_overhaul_is_no_step_nor_are_equal_drops():
+    rng = np.random.default_rng(13)
+    values = np.concatenate([rng.normal(0, 1, 8), rng.normal(30, 1, 8)])
+    assert common_step(series(values), range(16), ["old"] * 8 + ["new"] * 8, "um") is None
+    assert common_step(series([0.1] * 9), range(9), [0] * 9, "um") is None
+    assert common_step(series(values[:7]), range(7), [0] * 7, "um") is None
 
 
 @pytest.mark.parametrize("count", [8, 12])

@@ -347,6 +347,16 @@ def test_a_machine_of_one_speed_has_trends_too(history):
     assert "Trends over all drops" in [block.caption for block in blocks if isinstance(block, Table)]
 
 
+def test_wear_at_once_is_told_as_a_step_and_not_as_a_rate(history):
+    """The journal was worn between two drops: a radius that grows a little with each of ten was made of it."""
+    blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
+    (table,) = [b for b in blocks if isinstance(b, Table) and b.caption == "Trends over all drops"]
+    (row,) = [row for row in table.rows if row.cells[0] == "Fall, release to first touch, NDE"]
+    assert row.cells[2] == "–" and "from drop_08.nc on" in row.cells[3]
+    (ax,) = [ax for ax in machine_courses(history).axes if ax.get_title(loc="left") == row.cells[0]]
+    assert [line.get_xdata()[0] for line in ax.lines if line.get_label() == "step"] == [7.5]
+
+
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
 def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
     for i in range(4):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.history.change import Change
+from tdbmon.history.change_point import SEEN
 from tdbmon.history.compare import Comparison
 from tdbmon.quantity import words
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
@@ -27,7 +28,7 @@ def section(comparison: Comparison) -> Section | None:
     with_trend = [c for c in comparison.changes if c.trend is not None and c.kind.judged]
     if not with_trend:
         return None
-    from tdbmon.figures.trends import SEEN, trends
+    from tdbmon.figures.trends import trends
 
     shown = chosen(with_trend)
     rows = []
