@@ -75,7 +75,7 @@ def sight(comparison: Comparison, end: str) -> Sight:
     changes = {c.kind.name: c for c in comparison.changes if c.end == end}
     wear = [changes[name] for name in WEAR if name in changes]
     told = tuple(change for change in wear if len(change.earlier) >= LEAST_JUDGED)
-    radius, place = _usual(changes.get("gap_um")), _place(changes)
+    radius, place = usual_before(changes.get("gap_um")), place_before(changes)
     growths = [g for c in wear if (g := _growth(c, comparison.level_of(c), radius, place)) is not None]
     before = [c.difference.before for c in wear if c.difference is not None]
     drops, slope = max((each.n for each in before), default=0), any(each.slope is not None for each in before)
@@ -83,17 +83,17 @@ def sight(comparison: Comparison, end: str) -> Sight:
     return Sight(end, told, drops, growth, slope, least, limit)
 
 
-def _usual(change: Change | None) -> float | None:
+def usual_before(change: Change | None) -> float | None:
     """Return what the drops before usually have of a quantity; None where none tells it."""
     values = [] if change is None else [e.value for _, e in change.earlier if e.value is not None]
     return float(np.median(values)) if values else None
 
 
-def _place(changes: dict[str, Change]) -> tuple[float, float] | None:
+def place_before(changes: dict[str, Change]) -> tuple[float, float] | None:
     """Return where the drops before begin, x and y from the clearance centre; None where that is not known."""
     found = []
     for axis in "xy":
-        start, centre = (_usual(changes.get(f"{what}_{axis}_um")) for what in ("levitated", "gap_centre"))
+        start, centre = (usual_before(changes.get(f"{what}_{axis}_um")) for what in ("levitated", "gap_centre"))
         if start is None or centre is None:
             return None
         found.append(start - centre)
@@ -113,11 +113,11 @@ def _growth(change: Change, level: float, radius: float | None, place: tuple[flo
     if change.kind.name != "gap_um":
         smallest = max(smallest, found.before.centre - usual)
     if change.kind.name == "fall_time_ms":
-        return _growth_by_fall((1 + smallest / usual) ** 2, radius, place)
+        return growth_by_fall((1 + smallest / usual) ** 2, radius, place)
     return smallest / radius if radius else None
 
 
-def _growth_by_fall(higher: float, radius: float | None, place: tuple[float, float] | None) -> float:
+def growth_by_fall(higher: float, radius: float | None, place: tuple[float, float] | None) -> float:
     """Return by which share the radius grows where the fall to the ring becomes so many times higher.
 
     The shaft falls from its place straight down to the ring: from above the centre through more than the radius.  The height is

@@ -134,6 +134,57 @@ def test_a_stress_out_of_the_range_before_is_said_to_be_chance_or_not(empty, tmp
     assert all((f"this drop lies outside, {said}" in cell) == bool(said) for cell in told)
 
 
+@pytest.mark.parametrize("before", [0, 2, 4])
+def test_with_few_drops_before_the_values_stand_side_by_side(empty, tmp_path, before):
+    """At commissioning the page had no value of the drop at all."""
+    made = fill(empty, tmp_path, before + 1)
+    found, verdict = judged(empty, made[-1].drop)
+    sections = {section.title: section for section in build_compare_report(found, verdict).sections}
+    said, table = sections["Values of this drop"].blocks
+    assert f"takes {5 - before} more drop" in said.text and "100 Hz, at most 5 % off" in said.text
+    assert table.header[1:] == (made[-1].raw_name, *(each.raw_name for each in made[:-1]))
+    (row,) = [row for row in table.rows if row.cells[0] == "Radius at rest, NDE"]
+    values = [next(f.estimate.value for f in each.features if (f.name, f.end) == ("gap_um", "NDE")) for each in made]
+    assert [float(cell.split()[0]) for cell in row.cells[1:]] == pytest.approx(
+        [1e6 * value for value in (values[-1], *values[:-1])], abs=0.6
+    )
+
+
+def test_with_drops_enough_no_values_are_listed_beside_each_other(comparison):
+    titles = [section.title for section in build_compare_report(comparison, verdict_of(comparison)).sections]
+    assert "Values of this drop" not in titles
+
+
+def test_an_alarm_says_how_far_its_gap_is_from_the_limit_and_what_to_do(comparison):
+    """20 um of wear at NDE; the fall through it is flagged."""
+    first = build_compare_report(comparison, verdict_of(comparison)).sections[0]
+    tables = {block.caption: block for block in first.blocks if isinstance(block, Table)}
+    (row,) = tables["How far the gap is from its limit"].rows
+    assert row.cells[0] == "Fall, release to first touch, NDE"
+    assert float(row.cells[2].split(" %")[0]) == pytest.approx(100 * 20 / 266, abs=0.6)
+    assert row.cells[3:] == ("20 %, 53 µm", "34 µm")
+    steps = {each.cells[0]: each.cells[1] for each in tables["What to do next"].rows}
+    assert steps["Look for the cause"] == (
+        "tdbmon diagnose machine.toml drop_08.nc drop_09.nc drop_10.nc --reference drop_05.nc drop_06.nc drop_07.nc"
+    )
+    assert "at NDE, then DE" in steps["Inspect"]
+    assert "set agreed_drops" in steps["Before another drop"]
+
+
+def test_a_drop_as_before_asks_for_nothing(empty, tmp_path):
+    found, verdict = judged(empty, fill(empty, tmp_path, 7)[-1].drop)
+    assert verdict.word == "as before"
+    assert "What to do next" not in render_html(build_compare_report(found, verdict))
+
+
+def test_damage_is_told_of_each_end(stressed):
+    """The end that suffered most was told in the text below the table only."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    html = render_html(build_compare_report(found, verdict_of(found)))
+    assert all(f"Damage at {end}, in drops like the first" in html for end in ENDS)
+    assert found.life.damage == max(found.life.damages.values(), key=lambda each: each.value)
+
+
 def test_every_line_of_the_terminal_names_its_end(stressed):
     found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
     lines = comparison_lines(found, verdict_of(found))
