@@ -121,6 +121,12 @@ class Change:
         return self.difference.before.centre if trend is None else trend.first
 
     @property
+    def growth_from(self) -> float | None:
+        """What its growth is counted from, of a drop that lacks it the median of those before; None without them."""
+        before = [e.value for drop, e in self.earlier if e.value is not None and drop not in self.left_out]
+        return float(np.median(before)) if self.level is None and before else self.level
+
+    @property
     def grown(self) -> float | None:
         """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts.
 
