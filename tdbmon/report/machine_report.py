@@ -75,7 +75,7 @@ def _courses(history: MachineHistory) -> Section:
             f"What was flagged in any {'judged ' * (len(history.judged) < len(history.entries))}drop, and the main quantities,"
             " over all drops in their order, with 95 % intervals as far"
             f" as they are known; a colour for each class of speed{rings}{steps}{shown}.",
-            "For each quantity, its value against the number of the drop.",
+            "For each quantity, its value against the drop.",
             partial(machine_courses, history),
         )
     ]

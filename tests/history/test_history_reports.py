@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 import re
+import shutil
 from dataclasses import replace
 from decimal import Decimal
 
@@ -18,6 +19,7 @@ from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_history import stress_history
+from tdbmon.figures.style import VERMILION
 from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.compare import compare, filed_drop
@@ -29,7 +31,7 @@ from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, seen_from, values_of
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
-from tdbmon.quantity import plain
+from tdbmon.quantity import plain, words
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
@@ -100,6 +102,57 @@ def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
         colours = [patch.get_facecolor() for patch in ax.patches]
         assert len(colours) == len(found.stress["DE"])
         assert colours.count(colours[-1]) == 1  # the last box alone has its colour
+
+
+def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
+    """The least is not filed: a cap at the box's edge said that it is there; dots hid behind the cap of the greatest."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    for ax, boxes in zip(stress_history(found).axes, found.stress.values(), strict=True):
+        flat = [line for line in ax.lines if len(line.get_xdata()) == 2 and np.ptp(line.get_ydata()) == 0]
+        caps = [line for line in flat if np.ptp(line.get_xdata()) > 0]
+        low = {box.q1 * 1e-6 for _, box in boxes}
+        assert not [line for line in caps if line.get_ydata()[0] in low and line.get_visible()]
+        rings = [line for line in ax.lines if line.get_marker() == "o"]
+        assert len(rings) == len(boxes)
+        assert min(line.get_zorder() for line in rings) > max(
+            line.get_zorder() for line in ax.lines if line not in rings
+        )
+
+
+def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(stressed):
+    """Trends numbered the drops that the stresses named, and had nothing but a unit beside them."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    names = ["drop_1", "drop_2", "drop_4", "drop_5", "drop_7", "drop_8", "drop_10", "drop_11"]
+    radii = [change for change in found.changes if change.kind.name == "gap_um"]
+    drawing = trends(found, radii)
+    for ax in (*drawing.axes, *stress_history(found).axes):
+        assert [label.get_text() for label in ax.get_xticklabels()] == names
+        assert ax.get_xlabel() == "drop (2020-01-02 to 2020-01-12)"
+    assert {ax.get_ylabel() for ax in drawing.axes} == {"Radius at rest [µm]"}
+    courses = machine_courses(machine_history(stressed, HOSTILE))
+    assert "Fall [ms]" in {ax.get_ylabel() for ax in courses.axes}
+    assert "drop_11" in [label.get_text() for label in courses.axes[0].get_xticklabels()]
+
+
+def test_a_fleet_has_life_stress_and_the_limit_of_growth(stressed, tmp_path):
+    folder = tmp_path / "archive"
+    shutil.copytree(stressed.folder, folder)
+    settings = folder / "archive.toml"
+    settings.write_text(settings.read_text().replace("# agreed_drops = 20", "agreed_drops = 20"))
+    members = fleet(open_archive(folder))
+    (table,) = [b for b in build_fleet_report(members).sections[0].blocks if isinstance(b, Table)]
+    told = dict(zip(table.header, table.rows[0].cells, strict=True))
+    life = members[0].latest.comparison.life
+    assert told["Full drops of agreed"] == "12 of 20"
+    assert re.fullmatch(r"[\d.]+ at (NDE|DE)", told["Damage, drops"])
+    assert told["Margin, drops"] == words(life.margin)
+    assert told["Greatest stress (of the limit)"] in {f"2220 MPa at {end} (53 %)" for end in ENDS}
+    drawing = fleet_figure(members)
+    (limit,) = [text for text in drawing.axes[0].texts if text.get_text().startswith("limit ")]
+    end = limit.get_text().split()[1]
+    assert min(members[0].gap_limits.values()) == pytest.approx(members[0].gap_limits[end], rel=0.05)
+    assert faults(drawing) == []
+    assert VERMILION not in {line.get_color() for line in drawing.axes[0].lines}  # that of an alarm's frame
 
 
 def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison):
