@@ -49,8 +49,8 @@ def stress_history(comparison: Comparison) -> Figure:
             meanprops={"marker": "x", "markersize": 4, "markeredgecolor": BLACK},
             medianprops={"color": BLACK},
         )  # fmt: skip
-        for cap in made["caps"][::2]:
-            cap.set_visible(False)  # of the lower whisker, which would say that the box's edge is the least
+        for line in (*made["caps"][::2], *made["whiskers"][::2]):
+            line.set_visible(False)  # below: it would say that the box's edge is the least
         for (drop, _), patch in zip(rows, made["boxes"], strict=True):
             current = drop == comparison.entry.id
             patch.set_facecolor(ORANGE if current else SKY)

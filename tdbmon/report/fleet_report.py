@@ -27,7 +27,9 @@ def build_fleet_report(members: list[Member]) -> Document:
         "Fleet report",
         f"{len(members)} machines",
         (
-            Section("Machines, worst first", (_finding(members), Paragraph(STANDING), _table(members))),
+            Section(
+                "Machines, worst first", (_finding(members), Paragraph(STANDING), _table(members), _life_table(members))
+            ),
             Section(
                 "Radius at rest over the drops",
                 (
@@ -81,30 +83,39 @@ def _told_beside(member: Member) -> list[str]:
 
 
 def _table(members: list[Member]) -> Table:
-    """A row a machine; damage, margin and stress only where any of them has one."""
-    lives = [m.latest.comparison.life for m in members]
-    agreed, damaged = (any(found) for found in zip(*((e.margin.known, e.damage.known) for e in lives), strict=True))
-    stressed = any(m.hardest for m in members)
     rows = []
-    for member, life in zip(members, lives, strict=True):
+    for member in members:
         latest, changed = member.latest.comparison, member.comparison.flagged
-        cells = [
+        cells = (
             member.machine,
             member.verdict.word,
             member.judged.name,
             f"{member.drops}",
-            f"{life.full_drops} of {life.agreed}" if life.agreed else f"{life.full_drops}, none agreed",
             "this one" if latest.entry.id == member.comparison.entry.id else latest.entry.when,
             "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
             not_compared_count(member.comparison),
-        ]
+        )
+        rows.append(Row(cells, WORDS[member.verdict.word][1]))
+    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared")
+    return Table("Each machine by its alarm that stands, else by its latest drop", header, tuple(rows))
+
+
+def _life_table(members: list[Member]) -> Table:
+    """What each machine's bearings went through up to its latest drop; damage, margin and stress only where any has one."""
+    lives = [m.latest.comparison.life for m in members]
+    damaged, agreed = any(each.damage.known for each in lives), any(each.margin.known for each in lives)
+    stressed = any(m.hardest for m in members)
+    rows = []
+    for member, life in zip(members, lives, strict=True):
+        cells = [member.machine, f"{life.full_drops}", "none" if life.agreed is None else f"{life.agreed}"]
         cells += [_damage(life)] * damaged
         cells += [words(life.margin) if life.margin.known else "–"] * agreed
         cells += [_stress(member)] * stressed
-        rows.append(Row(tuple(cells), WORDS[member.verdict.word][1]))
-    header = ["Machine", "Verdict", "Of the drop", "Drops", "Full drops of agreed", "Latest", "Changed", "Not compared"]
+        used_up = life.margin.value is not None and life.margin.value <= 0
+        rows.append(Row(tuple(cells), "attention" if used_up else "plain"))
+    header = ["Machine", "Full drops", "Agreed"]
     header += ["Damage, drops"] * damaged + ["Margin, drops"] * agreed + ["Greatest stress (of the limit)"] * stressed
-    return Table("Each machine by its alarm that stands, else by its latest drop", tuple(header), tuple(rows))
+    return Table("Drops against the agreed number, and the hardest one", tuple(header), tuple(rows))
 
 
 def _damage(life: Life) -> str:
