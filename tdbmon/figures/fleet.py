@@ -10,11 +10,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tdbmon.figures.style import (
+    BLACK,
     BLUE,
     GREEN,
     GREY,
     LIGHT,
-    ORANGE,
+    PURPLE,
+    SKY,
     VERMILION,
     Margins,
     drop_axis,
@@ -27,6 +29,9 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from tdbmon.estimate import Estimate
     from tdbmon.history.fleet import Member
 
 _COLUMNS = 4
@@ -40,7 +45,13 @@ _EDGE = {
     "too few drops": (GREY, 0.6),
     "as before": (LIGHT, 0.8),
 }
-_STYLES = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"), (ORANGE, "D"))
+_STYLES = (
+    (BLUE, "o"),
+    (GREEN, "s"),
+    (PURPLE, "^"),
+    (SKY, "D"),
+)  # of the ends; the frame of an alarm has its own colour
+_NEAR = 1.6  # times the scale of the data: a limit up to there is drawn in it
 
 
 @styled
@@ -76,11 +87,12 @@ def fleet(members: list[Member]) -> Figure:
             if series[-1][0] != judged:
                 not_told(ax, judged, marker, place=k)
         ax.set_ylim(-reach, reach)
+        _limit(ax, member, gaps, reach)
         drop_axis(ax, judged, 5)
         if i % _COLUMNS:
             ax.set_yticklabels([])
         else:
-            ax.set_ylabel("[µm]")
+            ax.set_ylabel("radius, change [µm]", fontsize=6.5)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
     for ax in axes.flat[max(0, len(shown) - _COLUMNS) : len(shown)]:
@@ -89,15 +101,42 @@ def fleet(members: list[Member]) -> Figure:
     return figure
 
 
+def _limit(ax: Axes, member: Member, gaps: dict[str, list[tuple[int, Estimate]]], reach: float) -> None:
+    """Draw the limit of growth of the end that reaches it first, or say that it lies above the scale."""
+    found = _limits(member, gaps)
+    if not found:
+        return
+    level, end = min(found)
+    words = f"limit {end} {level:+.0f} µm"
+    if level > reach:
+        ax.annotate(f"{words}: above", (0.98, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=5)
+        return
+    ax.axhline(level, color=BLACK, linewidth=0.6)
+    ax.annotate(
+        words, (0.98, level), (0, -1.5), xycoords=ax.get_yaxis_transform(), textcoords="offset points", ha="right",
+        va="top", fontsize=5,
+    )  # fmt: skip
+
+
+def _limits(member: Member, gaps: dict[str, list[tuple[int, Estimate]]]) -> list[tuple[float, str]]:
+    """Return by how much the radius has grown since the first of the drops where its limit is reached, µm, and the end."""
+    first = {end: series[0][1].value for end, series in gaps.items() if series}
+    return [((level - (first[end] or 0.0)) * 1e6, end) for end, level in member.gap_limits.items() if end in first]
+
+
 def _reach(members: list[Member]) -> float:
-    """Half-height of all panels, µm."""
+    """Half-height of all panels, µm: that of the data, or of the limits where these are near."""
     found = [5.0]
+    limits: list[float] = []
     for member in members:
-        for series in member.gaps().values():
+        gaps = member.gaps()
+        for series in gaps.values():
             first = (series[0][1].value if series else None) or 0.0
             ends = [x for _, e in series for x in (e.value, e.low, e.high) if x is not None]
             found += [abs(x - first) * 1e6 for x in ends]
-    return 1.2 * max(found)
+        limits += [min(own)[0] for own in [_limits(member, gaps)] if own]
+    reach = 1.2 * max(found)
+    return max([reach, *(1.1 * limit for limit in limits if limit < _NEAR * reach)])
 
 
 def _wrapped(name: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import drop_names, drops_label
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -19,13 +20,12 @@ from tdbmon.figures.style import (
     SKY,
     VERMILION,
     Margins,
-    drop_axis,
     legend_below,
     new_figure,
     styled,
     subplots,
 )
-from tdbmon.figures.trends import scale_of
+from tdbmon.figures.trends import axis_name, scale_of
 from tdbmon.history.feature import KINDS
 from tdbmon.history.speed_class import stood
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tdbmon.history.machine_history import Course, MachineHistory
 
 _SHOWN = 8
+_NAMED = 10  # drops along an axis
 _MOST = 16  # of the flagged ones, for a page
 _FIRST = ("gap_um", "fall_time_ms", "rebound_um", "v_rms", "stress_max_mpa", "stiffness_n_per_m", "decay_time_s")
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
@@ -43,17 +44,16 @@ _MARKERS = "osD^vPX"
 def machine_courses(history: MachineHistory) -> Figure:
     """Draw what was flagged in any drop, and the usual quantities, over all drops of a machine."""
     flagged = history.flagged
-    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
-    shown = sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
+    shown = shown_courses(history)
     rows = max(1, math.ceil(len(shown) / 2))
-    figure = new_figure(28 + 42 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
-    axes = subplots(figure, rows, 2, Margins(17, 3, 13, 17, across=18, down=13))
+    figure = new_figure(31 + 46 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
+    axes = subplots(figure, rows, 2, Margins(19, 3, 13, 21, across=21, down=17))
     place = {entry.id: i for i, entry in enumerate(history.entries, start=1)}
     overhauls = [place[b.id] for a, b in pairwise(history.entries) if a.assembly != b.assembly]
     speed_class = dict(zip((e.id for e in history.entries), history.classes, strict=True))
     names = _class_names(history)
     for ax, course in zip(axes.flat, shown, strict=False):
-        factor, unit = scale_of(KINDS[course.name].unit)
+        factor = scale_of(KINDS[course.name].unit)[0]
         for number, name in names.items():
             own = [(place[e.id], s) for e, s in course.values if speed_class[e.id] == number]
             if not own:
@@ -72,17 +72,26 @@ def machine_courses(history: MachineHistory) -> Figure:
                 [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
                 markerfacecolor="none", label="changed against those before", zorder=4,
             )  # fmt: skip
+        if course.step is not None:
+            ax.axvline(place[course.step.id] - 0.5, color=GREY, linewidth=0.8, linestyle="--", label="step")
         for number in overhauls:
             ax.axvline(number - 0.5, color=GREY, linewidth=0.8, linestyle=":")
         ax.set_title(course.title, fontsize=7)
-        ax.set_ylabel(f"[{unit or 1}]")
-        drop_axis(ax, len(place), 8)
+        ax.set_ylabel(axis_name(KINDS[course.name]))
+        drop_names(ax, history.entries, _NAMED)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
-        ax.set_xlabel("drop")
+        ax.set_xlabel(drops_label(history.entries))
     legend_below(figure, 5)
     return figure
+
+
+def shown_courses(history: MachineHistory) -> list[Course]:
+    """Return what is drawn: what was flagged in any drop, then the usual quantities."""
+    flagged = history.flagged
+    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
+    return sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
 
 
 def _class_names(history: MachineHistory) -> dict[int, str]:

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tdbmon.figures.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, Margins, new_figure, styled, subplots
+from tdbmon.figures.drop_names import drop_names, drops_label
+from tdbmon.figures.style import BLACK, BLUE, ORANGE, SKY, VERMILION, Margins, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
 
 _MPA = 1e-6
 _SHOWN = 20
+_FLAT = 6  # names so many that they stand side by side
 _NEAR = 1.6  # times the top of the boxes' scale: up to there a limit is drawn in it
 
 
@@ -23,10 +25,10 @@ def stress_history(comparison: Comparison) -> Figure:
     """Draw the boxes of the latest drops with forces, the drop that is compared in orange."""
     ends = comparison.stress
     figure = new_figure(
-        34 + 56 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
+        35 + 58 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
     )
-    axes = subplots(figure, len(ends), 1, Margins(17, 3, 11, 17, down=15))[:, 0]
-    names = {e.id: e.raw_name for e in (*comparison.matched, comparison.entry)}
+    axes = subplots(figure, len(ends), 1, Margins(17, 3, 11, 19, down=18))[:, 0]
+    entries = {e.id: e for e in (*comparison.matched, comparison.entry)}
     for ax, (end, rows) in zip(axes, ends.items(), strict=True):
         rows = rows[-_SHOWN:]
         stats = [
@@ -43,23 +45,20 @@ def stress_history(comparison: Comparison) -> Figure:
         ]
         made = ax.bxp(
             stats, positions=range(1, len(rows) + 1), showmeans=True, patch_artist=True, widths=0.55,
-            flierprops={"marker": ".", "markersize": 3, "markeredgecolor": GREY},
+            flierprops={"marker": "o", "markersize": 3, "markeredgecolor": VERMILION, "markerfacecolor": "none", "zorder": 5},
             meanprops={"marker": "x", "markersize": 4, "markeredgecolor": BLACK},
             medianprops={"color": BLACK},
         )  # fmt: skip
+        for line in (*made["caps"][::2], *made["whiskers"][::2]):
+            line.set_visible(False)  # below: it would say that the box's edge is the least
         for (drop, _), patch in zip(rows, made["boxes"], strict=True):
             current = drop == comparison.entry.id
             patch.set_facecolor(ORANGE if current else SKY)
             patch.set_edgecolor(BLACK if current else BLUE)
         ax.set_ylabel(f"{end} stress [MPa]")
         ax.set_ylim(bottom=0)
-        labels = [short_name(names.get(drop, drop)) for drop, _ in rows]
-        ax.set_xticks(
-            range(1, len(rows) + 1),
-            labels,
-            rotation=30 if len(rows) > 6 else 0,
-            ha="right" if len(rows) > 6 else "center",
-        )
+        drop_names(ax, [entries[drop] for drop, _ in rows], _SHOWN, _FLAT)
+        ax.set_xlabel(drops_label([entries[drop] for drop, _ in rows]))
     limit_line(list(axes), comparison.settings.inspect.stress)
     return figure
 
@@ -76,9 +75,3 @@ def limit_line(axes: Sequence[Axes], limit: float) -> None:
             ax.set_ylim(top=1.2 * top)
             words, height, up = f"limit {level:.0f} MPa: above this scale", 0.97, "top"
         ax.annotate(words, (0.99, height), xycoords="axes fraction", ha="right", va=up, color=VERMILION, fontsize=6.5)
-
-
-def short_name(name: str) -> str:
-    """Return a file's name without its ending, its middle cut out where it is long: drops differ in how names end."""
-    stem = name.rsplit(".", 1)[0]
-    return stem if len(stem) <= 14 else f"{stem[:4]}…{stem[-9:]}"

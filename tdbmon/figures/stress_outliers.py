@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.fatigue import STATIC_LIMIT
 
-from tdbmon.figures.stress_history import limit_line, short_name
+from tdbmon.figures.drop_names import short_name
+from tdbmon.figures.stress_history import limit_line
 from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:

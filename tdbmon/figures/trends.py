@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,29 +11,32 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.estimate import OUTSIDE
+from tdbmon.figures.drop_names import drop_names, drops_label
 from tdbmon.figures.style import (
+    BLACK,
     BLUE,
     GREEN,
     GREY,
     ORANGE,
     SKY,
-    VERMILION,
     Margins,
-    drop_axis,
     new_figure,
     not_told,
     styled,
     subplots,
 )
+from tdbmon.history.change_point import SEEN
 from tdbmon.quantity import stated_percent
 
 if TYPE_CHECKING:
     from tdbmon.history.change import Change
     from tdbmon.history.compare import Comparison
+    from tdbmon.history.feature import FeatureKind
 
 _COLUMNS = 2
-_ROW_MM = 42
-SEEN = 0.05  # probability, not corrected, of a trend or a change point that is shown
+_ROW_MM = 46
+_NAMED = 10  # drops along an axis
+_LETTERS = 20  # of a line beside an axis
 
 
 @styled
@@ -40,22 +44,24 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
     """Draw some quantities over the matching drops and this one."""
     rows = math.ceil(len(shown) / _COLUMNS)
     note = "Matching drops in their order · bars: 95 % interval of each drop's own estimate"
-    figure = new_figure(22 + _ROW_MM * rows, note)
-    axes = subplots(figure, rows, _COLUMNS, Margins(17, 3, 13, 11, across=18, down=13))
-    place = {entry.id: i for i, entry in enumerate((*comparison.matched, comparison.entry), start=1)}
+    figure = new_figure(25 + _ROW_MM * rows, note)
+    axes = subplots(figure, rows, _COLUMNS, Margins(19, 3, 13, 15, across=21, down=17))
+    entries = (*comparison.matched, comparison.entry)
+    place = {entry.id: i for i, entry in enumerate(entries, start=1)}
     for ax, change in zip(axes.flat, shown, strict=False):
         _draw(ax, change, place, comparison.entry.id)
+        drop_names(ax, entries, _NAMED)
         if change.kind.name == "gap_um":
             _limit(ax, change, comparison.settings.inspect.gap_growth)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
-        ax.set_xlabel("drop")
+        ax.set_xlabel(drops_label(entries))
     return figure
 
 
 def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None:
-    factor, unit = scale_of(change.kind.unit)
+    factor = scale_of(change.kind.unit)[0]
     series = [*change.earlier, (current, change.estimate)]
     series = [(drop, e) for drop, e in series if e.value is not None]
     at = np.array([place[drop] for drop, _ in series], float)
@@ -80,20 +86,25 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
     mark = "  · changed" if change.flag else "  · not told by this drop" if change.estimate.value is None else ""
     ax.set_title(change.title + mark, fontsize=7)
-    ax.set_ylabel(f"[{unit or 1}]")
-    drop_axis(ax, len(place), 8)
+    ax.set_ylabel(axis_name(change.kind))
 
 
 def _limit(ax: Axes, change: Change, growth: float) -> None:
     """Draw at which radius the growth since the drops before, or since their slope begins, reaches the limit."""
-    before = [e.value for drop, e in change.earlier if e.value is not None and drop not in change.left_out]
-    usual = float(np.median(before)) if change.level is None else change.level
-    level = usual * (1 + growth) * scale_of(change.kind.unit)[0]
-    ax.axhline(level, color=VERMILION, linewidth=0.8)
+    if change.growth_from is None:
+        return
+    level = change.growth_from * (1 + growth) * scale_of(change.kind.unit)[0]
+    ax.axhline(level, color=BLACK, linewidth=0.8)
     ax.annotate(
         f"limit: growth by {stated_percent(growth)}", (0.02, level), (0, -2), xycoords=ax.get_yaxis_transform(),
-        textcoords="offset points", ha="left", va="top", fontsize=6, color=VERMILION,
+        textcoords="offset points", ha="left", va="top", fontsize=6, color=BLACK,
     )  # fmt: skip
+
+
+def axis_name(kind: FeatureKind) -> str:
+    """Return the quantity and its unit, in lines that stand beside a panel."""
+    unit = scale_of(kind.unit)[1]
+    return textwrap.fill(f"{kind.title.partition(',')[0]} [{unit or 1}]", _LETTERS)
 
 
 def scale_of(unit: str) -> tuple[float, str]:

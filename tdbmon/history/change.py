@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.catalogue import Entry
@@ -18,6 +19,7 @@ from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
 
 _TREND = 60  # of the latest, for a trend
+_NONE = np.ones(0, dtype=bool)  # of no drops before
 NO_SUCH = "this drop has no such end"  # why a quantity of earlier drops is missing, which its analysis does not know
 
 
@@ -119,6 +121,12 @@ class Change:
         return self.difference.before.centre if trend is None else trend.first
 
     @property
+    def growth_from(self) -> float | None:
+        """What its growth is counted from, of a drop that lacks it the median of those before; None without them."""
+        before = [e.value for drop, e in self.earlier if e.value is not None and drop not in self.left_out]
+        return float(np.median(before)) if self.level is None and before else self.level
+
+    @property
     def grown(self) -> float | None:
         """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts.
 
@@ -150,18 +158,16 @@ def changes_of(
     keys = [key for key in mine if key[0] in KINDS and (mine[key].known or key in theirs)]
     keys += [key for key in theirs if key not in mine and key[0] in KINDS]
     keys = in_order(keys, drop.ends)
-    judged = sum(KINDS[name].judged for name, _ in keys)
     level = settings.compare.significance
-    each = level / max(1, judged)
     place = {entry.id: number for number, entry in enumerate(matched)}
-    found = []
-    for key in keys:
-        earlier = theirs.get(key, [])
-        numbers = (*(place[drop] for drop, _ in earlier), len(matched))
-        found.append(_compared(key, mine.get(key), earlier, numbers, each))
+    numbers = {key: (*(place[drop] for drop, _ in theirs.get(key, [])), len(matched)) for key in keys}
+    kept = _kept({key: (mine.get(key), theirs.get(key, [])) for key in keys}, numbers, settings)
+    found = [_compared(key, mine.get(key), theirs.get(key, []), numbers[key], kept[key]) for key in keys]
     drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
     found = [
-        _compared(_key(c), c.estimate, c.earlier, c.numbers, each, level) if drift_of.get(_key(c), 1.0) <= level else c
+        _compared(_key(c), c.estimate, c.earlier, c.numbers, kept[_key(c)], level)
+        if drift_of.get(_key(c), 1.0) <= level
+        else c
         for c in found
     ]
     # what counts towards the verdict and what does not are each corrected for their own number
@@ -186,6 +192,38 @@ def changes_of(
     return tuple(changes)
 
 
+def _kept(
+    series: dict[tuple[str, str], tuple[Estimate | None, Sequence[tuple[str, Estimate]]]],
+    numbers: dict[tuple[str, str], tuple[int, ...]],
+    settings: Settings,
+) -> dict[tuple[str, str], NDArray[np.bool_]]:
+    """Return which of the drops before are a measure for each feature: those that were not off when they came.
+
+    Like flags, what counts towards the verdict and what does not are each corrected for their own number.
+    """
+    kept: dict[tuple[str, str], NDArray[np.bool_]] = {}
+    for counts in (True, False):
+        keys = [key for key in series if KINDS[key[0]].judged == counts and series[key][1]]
+        drops = max((numbers[key][-1] for key in keys), default=0)
+        values = np.full((drops, len(keys)), np.nan)
+        for column, key in enumerate(keys):
+            values[list(numbers[key][:-1]), column] = [e.value for _, e in series[key][1]]
+        least = np.array([_least(key, *series[key]) for key in keys])
+        found = baseline(values, least, settings.compare.significance, settings.compare.correction)
+        kept |= {key: found[list(numbers[key][:-1]), column] for column, key in enumerate(keys)}
+    return {key: kept.get(key, _NONE) for key in series}
+
+
+def _least(key: tuple[str, str], estimate: Estimate | None, earlier: Sequence[tuple[str, Estimate]]) -> float:
+    """Return the smallest scatter that is believed of a feature."""
+    kind = KINDS[key[0]]
+    if not kind.relative:
+        return kind.least
+    # of drops all at nought, this one has the only size
+    own = None if estimate is None else estimate.value
+    return kind.least * (abs(float(np.median([e.value for _, e in earlier]))) or abs(own or 0.0))
+
+
 def _key(change: Change) -> tuple[str, str]:
     return change.kind.name, change.end
 
@@ -206,7 +244,7 @@ def untold_of(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Cha
     told = {(c.kind.name, c.end) for c in changes}
     lacking = {(f.name, f.end): f.estimate for f in drop.features if f.name in KINDS and (f.name, f.end) not in told}
     return tuple(
-        _compared(key, lacking[key], [], (number,), 0.0)
+        _compared(key, lacking[key], [], (number,), _NONE)
         for key in in_order(lacking, drop.ends)
         if KINDS[key[0]].judged and not KINDS[key[0]].forces
     )
@@ -217,10 +255,10 @@ def _compared(
     estimate: Estimate | None,
     earlier: Sequence[tuple[str, Estimate]],
     numbers: tuple[int, ...],
-    level: float,
+    kept: NDArray[np.bool_],
     slow: float = 0.0,
 ) -> Change:
-    """Return one feature against the drops before, not yet corrected for the others.
+    """Return one feature against the drops before that were `kept`, not yet corrected for the others.
 
     Where it drifts, `slow` is the probability of their order below which those that are a measure for it are taken along their
     slope.  Of a step these are the drops before it, which lie on none.
@@ -237,14 +275,11 @@ def _compared(
     else:
         values = np.array([e.value for _, e in earlier], float)
         sigmas = np.array([e.sigma or 0.0 for _, e in earlier])
-        # of drops all at nought, this one has the only size
-        usual = abs(float(np.median(values))) or abs(estimate.value)
-        least = kind.least * (usual if kind.relative else 1.0)
-        kept = baseline(values, least, level)
+        least = _least(key, estimate, earlier)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         back = None
         if slow and kept[-_TREND:].sum() > LEAST_JUDGED and order_p(np.append(values[kept], estimate.value)) < slow:
-            kept[:-_TREND] = False
+            kept = np.concatenate([np.zeros_like(kept[:-_TREND]), kept[-_TREND:]])
             back = (numbers[-1] - np.array(numbers[:-1], float))[kept]
         difference = compare_value(
             estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative, back=back

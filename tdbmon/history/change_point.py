@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEAST = 6
+SEEN = 0.05  # probability, not corrected, up to which a change point or a trend is shown
 _SHUFFLES = 999
 _SEED = 20140109  # the same series gives the same answer
 

@@ -11,12 +11,15 @@ from collections import Counter
 from collections.abc import Hashable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
 
+Array = NDArray[np.float64]
+
 _LEAST, _AT_LEVEL = 8, 3
-_ROUNDING = 1e-12  # relative: what equal values may be off their mean
+ROUNDING = 1e-12  # relative: what equal values may be off their mean
 
 
 def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Sequence[Hashable], unit: str) -> Estimate:
@@ -35,18 +38,32 @@ def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Seque
     """
     from statsmodels.regression.linear_model import OLS
 
-    rows = [(e.value, o, c) for e, o, c in zip(series, order, levels, strict=True) if e.value is not None]
-    counts = Counter(level for _, _, level in rows)
-    rows = [row for row in rows if counts[row[2]] >= _AT_LEVEL]
-    shared = list(dict.fromkeys(level for _, _, level in rows))
-    if len(rows) < _LEAST:
+    rows = at_levels(series, order, levels)
+    if rows is None:
         return Estimate.missing(unit, f"needs {_LEAST} drops, {_AT_LEVEL} at least of each speed and assembly")
-    found, drops = (np.array([row[i] for row in rows], float) for i in (0, 1))
-    of_level = np.array([[each == level for level in shared] for _, _, each in rows], float)
-    means = found @ of_level / of_level.sum(axis=0)
-    if np.abs(found - of_level @ means).max() <= _ROUNDING * np.abs(found).max():
+    found, drops, of_level = rows
+    if np.abs(beside_levels(found, of_level)).max() <= ROUNDING * np.abs(found).max():
         return Estimate(0.0, unit=unit, method="all drops of a level alike", why="no scatter")
     fitted = OLS(found, np.column_stack([drops, of_level])).fit()
     slope, (low, high) = float(fitted.params[0]), fitted.conf_int()[0].tolist()
-    rule = f"least squares, {counted(len(shared), 'level')} of speed and assembly, a drop"
+    rule = f"least squares, {counted(of_level.shape[1], 'level')} of speed and assembly, a drop"
     return Estimate(slope, low, high, unit, rule)
+
+
+def at_levels(
+    series: Sequence[Estimate], order: Sequence[int], levels: Sequence[Hashable]
+) -> tuple[Array, Array, Array] | None:
+    """Return values (n,), numbers of their drops (n,) and whether each is at each level (n, k); None where they are too few."""
+    rows = [(e.value, o, c) for e, o, c in zip(series, order, levels, strict=True) if e.value is not None]
+    counts = Counter(level for _, _, level in rows)
+    rows = [row for row in rows if counts[row[2]] >= _AT_LEVEL]
+    if len(rows) < _LEAST:
+        return None
+    shared = list(dict.fromkeys(level for _, _, level in rows))
+    found, drops = (np.array([row[i] for row in rows], float) for i in (0, 1))
+    return found, drops, np.array([[each == level for level in shared] for _, _, each in rows], float)
+
+
+def beside_levels(values: Array, of_level: Array) -> Array:
+    """Return values (n,) less the mean of their levels (n, k)."""
+    return np.asarray(values - of_level @ (values @ of_level / of_level.sum(axis=0)))

@@ -41,6 +41,7 @@ def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence
             "partial_drops": comparison.life.partial_drops,
             "agreed": comparison.life.agreed,
             "damage": comparison.life.damage.to_json(),
+            "damages": {end: each.to_json() for end, each in comparison.life.damages.items()},
             "margin": comparison.life.margin.to_json(),
         },
         "another_machine": {

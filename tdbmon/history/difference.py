@@ -13,7 +13,8 @@ their slope to the drop's place first: s is the scatter about the line, which ha
 to the error what it is uncertain by.
 
 A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
-leaves out those that were beyond chance when they came.  Without that, a change would hide the next drop with the same change.
+leaves out those that were beyond chance when they came, by the rule that flags a drop.  Without that, a change would hide the
+next drop with the same change.
 
 With n = 1 there is no scatter to compare with and no probability is stated; with 2 nothing is called off; with 3 the interval is
 so wide that only gross changes stand out: `detectable` says how large a change must be to be flagged at all.
@@ -28,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tdbmon.estimate import Z95
+from tdbmon.history.correction import Method, corrected
 
 Array = NDArray[np.float64]
 
@@ -170,44 +172,54 @@ def compare_value(
         usual *= max(1.0, abs(value / before.centre))
     worse = max(0.0, sigma**2 - usual**2)
     error = float(np.sqrt(before.scatter**2 * (1 + 1 / before.n + tilt) + worse))
-    p = _probability(difference, error, before.freedom)
+    p = float(_probability(*np.array([difference, error, before.freedom])))
     half = float(stdtrit(before.freedom, _TAIL)) * error
     return Difference(before, difference, difference - half, difference + half, p, error)
 
 
-def baseline(values: Array, least: float, level: float) -> NDArray[np.bool_]:
-    """Return which of the values (n,), in their order, are a measure for what comes after.
+def baseline(values: Array, least: Array, level: float, correction: Method = "holm") -> NDArray[np.bool_]:
+    """Return which of the values (n, k) of k quantities, drop by drop in order, are a measure for what comes after.
+
+    A value is left out by the rule of a flag: its probability by the values kept so far, three at least, is corrected for how
+    many quantities the drop has.  With a stricter one a drop that was flagged would stay a measure, and hide the next like it.
 
     Parameters
     ----------
-    values : (n,) array
-    least : float
+    values : (n, k) array
+        NaN where a drop lacks a quantity.
+    least : (k,) array
         Smallest scatter that is believed.
     level : float
-        A value with a probability below it, by the values kept so far (three at least), is left out.
+        Corrected probability up to which a value is left out.
+    correction : str
+        How the probabilities of a drop are corrected together.
     """
-    kept = np.ones(len(values), dtype=bool)
-    n, mean, squares = 0, 0.0, 0.0  # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
-    for i, value in enumerate(values.tolist()):
-        if n >= LEAST_JUDGED:
-            scatter = max(math.sqrt(squares / (n - 1)), least)
-            if _probability(value - mean, scatter * math.sqrt(1 + 1 / n), n - 1.0) < level:
-                kept[i] = False
-                continue
-        n += 1
-        step = value - mean
-        mean += step / n
-        squares += step * (value - mean)
+    kept = np.ones(values.shape, dtype=bool)
+    # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
+    n, mean, squares = np.zeros(len(least), int), np.zeros(len(least)), np.zeros(len(least))
+    for row, keep in zip(values, kept, strict=True):
+        known = np.isfinite(row)
+        (tested,) = np.nonzero(known & (n > 1))
+        if len(tested):
+            m = n[tested]
+            scatter = np.maximum(np.sqrt(squares[tested] / (m - 1)), least[tested])
+            p = _probability(row[tested] - mean[tested], scatter * np.sqrt(1 + 1 / m), m - 1.0)
+            keep[tested] = (np.array(corrected(p.tolist(), correction)) > level) | (m < LEAST_JUDGED)
+        taken = known & keep
+        n += taken
+        step = np.where(taken, row - mean, 0.0)
+        mean += step / np.maximum(n, 1)
+        squares += np.where(taken, step * (row - mean), 0.0)
     return kept
 
 
-def _probability(difference: float, error: float, freedom: float) -> float:
-    """Return the probability of a difference at least as large by chance; 1 or 0 where there is no error at all."""
+def _probability(difference: Array, error: Array, freedom: Array) -> Array:
+    """Return the probabilities of differences at least as large by chance; 1 or 0 where there is no error at all."""
     from scipy.special import stdtr
 
-    if error == 0:
-        return float(difference == 0)
-    return 2 * float(stdtr(freedom, -abs(difference) / error))
+    sure = error == 0
+    p = 2 * stdtr(freedom, -np.abs(difference) / np.where(sure, 1.0, error))
+    return np.asarray(np.where(sure, difference == 0, p))
 
 
 def biweight(values: Array) -> tuple[float, float]:

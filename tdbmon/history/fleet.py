@@ -65,6 +65,20 @@ class Member:
         ]
         return max(found, default=0.0)
 
+    @property
+    def gap_limits(self) -> dict[str, float]:
+        """Radius at rest (m) an end at which its growth reaches the limit, by what it is counted from."""
+        growth = self.comparison.settings.inspect.gap_growth
+        found = {c.end: c.growth_from for c in self.comparison.changes if c.kind.name == "gap_um"}
+        return {end: level * (1 + growth) for end, level in found.items() if level is not None}
+
+    @property
+    def hardest(self) -> tuple[str, float] | None:
+        """End and Hertz stress (Pa) of the most loaded ball in the latest drop and those that match it; None without forces."""
+        found = self.latest.comparison.stress
+        worst = [(end, max(box.greatest for _, box in boxes)) for end, boxes in found.items() if boxes]
+        return max(worst, key=lambda each: each[1], default=None)
+
     def gaps(self) -> dict[str, list[tuple[int, Estimate]]]:
         """Radius at rest an end, with the number of the drop among the matching ones and the one judged."""
         found = self.comparison

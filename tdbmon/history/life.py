@@ -41,6 +41,8 @@ class Life:
     agreed : int or None
     damage : Estimate
         In drops like the first, of the end that suffered most.
+    damages : dict
+        The same by end; empty where it is not known.
     margin : Estimate
         Agreed drops less the greater of full drops and damage.
     """
@@ -49,6 +51,7 @@ class Life:
     partial_drops: int
     agreed: int | None
     damage: Estimate
+    damages: dict[str, Estimate]
     margin: Estimate
 
 
@@ -92,9 +95,11 @@ def life_of(
     if included:
         cycles.append(tuple(f for f in drop.features if f.name == "fatigue_cycles"))
         stresses.append(tuple(f for f in drop.features if f.name == "stress_max_mpa"))
-    damage = _damage([_wear(found) for found in cycles], [_wear(found, EXPONENT) for found in stresses])
-    damage = _with_indented(damage, stresses)
-    return Life(full, len(speeds) - full, agreed.agreed_drops, damage, _margin(agreed.agreed_drops, full, damage))
+    found, why = _damages([_wear(each) for each in cycles], [_wear(each, EXPONENT) for each in stresses])
+    damages = {end: _with_indented(each, stresses) for end, each in found.items()}
+    worst = max(damages.values(), key=lambda each: each.value or 0.0, default=Estimate.missing("1", why))
+    margin = _margin(agreed.agreed_drops, full, worst)
+    return Life(full, len(speeds) - full, agreed.agreed_drops, worst, damages, margin)
 
 
 def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _Wear]:
@@ -107,38 +112,39 @@ def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _We
     return found
 
 
-def _damage(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> Estimate:
-    """Return the damage of the end that suffered most, by rainflow cycles where every drop has them."""
+def _damages(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> tuple[dict[str, Estimate], str]:
+    """Return the damage of each end, by rainflow cycles where every drop has them, and why where there is none."""
     if not counted:
-        return Estimate.missing("1", "no drop of this machine is filed yet")
+        return {}, "no drop of this machine is filed yet"
     without = sum(not a and not b for a, b in zip(counted, greatest, strict=True))
     if without:
-        why = f"{without} of {len(counted)} drops were filed without forces, or with a fit that tells none: --forces"
-        return Estimate.missing("1", why)
+        return (
+            {},
+            f"{without} of {len(counted)} drops were filed without forces, or with a fit that tells none: --forces",
+        )
     old = sum(not each for each in counted)
     if not old:
-        return _worst(counted, "sum of the drops' rainflow fatigue over that of the first")
-    return _worst(
-        greatest,
-        f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle a drop",
-        f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them with --again for that",
-    )
+        found = _sums(counted, "sum of the drops' rainflow fatigue over that of the first")
+    else:
+        found = _sums(
+            greatest,
+            f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle a drop",
+            f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them with --again for that",
+        )
+    return found, "no end has stresses in every drop"
 
 
-def _worst(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> Estimate:
-    worst = Estimate.missing("1", "no end has stresses in every drop")
+def _sums(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> dict[str, Estimate]:
+    sums = {}
     for end in sorted(set.intersection(*(set(each) for each in drops))):
         first, *later = (each[end] for each in drops)
         shares = [each.size / first.size for each in later]
         more = math.fsum(shares)
-        total = 1 + more
-        if worst.value is not None and total <= worst.value:
-            continue
         # the first counts 1 by definition; its error is in all the others
         own = math.hypot(*(share * each.error for share, each in zip(shares, later, strict=True))) / (more or 1.0)
         factor = math.exp(Z95 * math.hypot(own, first.error))
-        worst = Estimate(total, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
-    return worst
+        sums[end] = Estimate(1 + more, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
+    return sums
 
 
 def _with_indented(damage: Estimate, stresses: list[tuple[Feature, ...]]) -> Estimate:

@@ -10,6 +10,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.common_slope import common_slope
+from tdbmon.history.common_step import common_step
 from tdbmon.history.feature import KINDS, Feature, in_order
 from tdbmon.history.matching import doubts
 from tdbmon.history.speed_class import speed_classes
@@ -29,13 +30,22 @@ class Course:
     values : tuple of (Entry, Estimate)
         In order; those that are known.
     slope : Estimate
-        A drop, over all speeds and assemblies.
+        A drop, over all speeds and assemblies; missing where a step describes them better.
+    step : Entry or None
+        The first drop after that step.
+    rise : Estimate
+        By how much the levels rise there.
+    step_p : float or None
+        Probability of a step as clear by chance.
     """
 
     name: str
     end: str
     values: tuple[tuple[Entry, Estimate], ...]
     slope: Estimate
+    step: Entry | None
+    rise: Estimate
+    step_p: float | None
 
     @property
     def title(self) -> str:
@@ -122,5 +132,24 @@ def _courses(
             continue
         series = [drop.get((name, end), Estimate.missing(kind.unit, "not known")) for drop in drops]
         known = tuple((entry, each) for entry, each in zip(entries, series, strict=True) if each.known)
-        courses.append(Course(name, end, known, common_slope(series, range(len(entries)), levels, kind.unit)))
+        courses.append(_course(name, end, known, series, entries, levels))
     return courses
+
+
+def _course(
+    name: str,
+    end: str,
+    known: tuple[tuple[Entry, Estimate], ...],
+    series: list[Estimate],
+    entries: list[Entry],
+    levels: list[tuple[int, str]],
+) -> Course:
+    """Return one feature's course with its slope, or with the step that describes it better."""
+    unit, order = KINDS[name].unit, range(len(entries))
+    step = common_step(series, order, levels, unit)
+    if step is None:
+        no_step = Estimate.missing(unit, "no step is seen, or a slope describes the drops better")
+        return Course(name, end, known, common_slope(series, order, levels, unit), None, no_step, None)
+    first = entries[step.number]
+    no_slope = Estimate.missing(unit, f"a step from {first.raw_name} on describes the drops better than a slope")
+    return Course(name, end, known, no_slope, first, step.size, step.p)

@@ -111,9 +111,7 @@ def _key(change: Change) -> tuple[str, str]:
 
 def _seen(sight: Sight) -> str:
     """Say on how many drops "as before" rests at an end, and what would have been seen."""
-    growth = (
-        "" if sight.growth is None else f", growth of the radius from {percent(sight.growth)} on would have been seen"
-    )
+    growth = "" if sight.growth is None else f", growth of the radius from {sight.seen_from} on would have been seen"
     slope = "the slope of " if sight.slope else ""
     return f"{sight.end}: against {slope}{sight.drops} drops before{growth}"
 
@@ -126,7 +124,7 @@ def _dim(sight: Sight) -> str:
             f"{sight.end}: whether it is worn is told by {things} alone, and any of these could be held against no more than"
             f" {counted(sight.drops, 'drop')} before; “as before” takes {sight.least_drops}"
         )
-    growth = "" if sight.growth is None else f", only from {percent(sight.growth)} on"
+    growth = "" if sight.growth is None else f", only from {sight.seen_from} on"
     return (
         f"{sight.end}: growth of the radius by {stated_percent(sight.limit)} would not have been seen{growth}: {things} of"
         f" {counted(sight.drops, 'drop')} before scatter too much (or drift, where no radius is told), or"

@@ -11,7 +11,7 @@ from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import moment
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Section
-from tdbmon.report.sections import changes, comparison_methods, judgement, life, stress_history, trends
+from tdbmon.report.sections import changes, comparison_methods, few_drops, judgement, life, stress_history, trends
 
 
 def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> Document:
@@ -29,6 +29,7 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Seq
     synthetic = sum(e.synthetic for e in (*comparison.matched, entry))
     parts: list[Section | None] = [
         judgement.section(comparison, verdict, standing),
+        few_drops.section(comparison),
         changes.section(comparison),
         stress_history.section(comparison),
         trends.section(comparison),

@@ -8,9 +8,10 @@ from itertools import pairwise
 
 from tdbmon import __version__
 from tdbmon.history.fleet import REASONS, Member
+from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
 from tdbmon.history.verdict import beside
-from tdbmon.quantity import words
+from tdbmon.quantity import percent, short, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Figure, Paragraph, Row, Section, Table
 from tdbmon.report.document import Verdict as Finding
@@ -26,7 +27,9 @@ def build_fleet_report(members: list[Member]) -> Document:
         "Fleet report",
         f"{len(members)} machines",
         (
-            Section("Machines, worst first", (_finding(members), Paragraph(STANDING), _table(members))),
+            Section(
+                "Machines, worst first", (_finding(members), Paragraph(STANDING), _table(members), _life_table(members))
+            ),
             Section(
                 "Radius at rest over the drops",
                 (
@@ -34,7 +37,8 @@ def build_fleet_report(members: list[Member]) -> Document:
                         "fleet",
                         "Radius at rest of the drop by which each machine is judged and of those that match it, less that of the"
                         " first, with 95 % intervals of each drop's own estimate; worst machine first. All panels share the"
-                        " scale. Grey, at the lower edge: not told by the drop by which the machine is judged.",
+                        " scale. Line across: where growth reaches the limit, at the end that is there first. Grey, at the lower"
+                        " edge: not told by the drop by which the machine is judged.",
                         "A panel for each machine with the change of the radius at rest at each end against the drop.",
                         partial(fleet, members),
                     ),
@@ -79,12 +83,10 @@ def _told_beside(member: Member) -> list[str]:
 
 
 def _table(members: list[Member]) -> Table:
-    """A row a machine; the margin only where a number of drops was agreed for any of them."""
-    agreed = any(m.latest.comparison.life.margin.known for m in members)
     rows = []
     for member in members:
         latest, changed = member.latest.comparison, member.comparison.flagged
-        cells = [
+        cells = (
             member.machine,
             member.verdict.word,
             member.judged.name,
@@ -92,14 +94,42 @@ def _table(members: list[Member]) -> Table:
             "this one" if latest.entry.id == member.comparison.entry.id else latest.entry.when,
             "; ".join(c.title for c in changed[:2]) + (" …" if len(changed) > 2 else "") or "–",
             not_compared_count(member.comparison),
-        ]
-        if agreed:
-            cells.append(words(latest.life.margin) if latest.life.margin.known else "–")
-        rows.append(Row(tuple(cells), WORDS[member.verdict.word][1]))
-    header = ["Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared"]
-    if agreed:
-        header.append("Margin, drops")
-    return Table("Each machine by its alarm that stands, else by its latest drop", tuple(header), tuple(rows))
+        )
+        rows.append(Row(cells, WORDS[member.verdict.word][1]))
+    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared")
+    return Table("Each machine by its alarm that stands, else by its latest drop", header, tuple(rows))
+
+
+def _life_table(members: list[Member]) -> Table:
+    """What each machine's bearings went through up to its latest drop; damage, margin and stress only where any has one."""
+    lives = [m.latest.comparison.life for m in members]
+    damaged, agreed = any(each.damage.known for each in lives), any(each.margin.known for each in lives)
+    stressed = any(m.hardest for m in members)
+    rows = []
+    for member, life in zip(members, lives, strict=True):
+        cells = [member.machine, f"{life.full_drops}", "none" if life.agreed is None else f"{life.agreed}"]
+        cells += [_damage(life)] * damaged
+        cells += [words(life.margin) if life.margin.known else "–"] * agreed
+        cells += [_stress(member)] * stressed
+        used_up = life.margin.value is not None and life.margin.value <= 0
+        rows.append(Row(tuple(cells), "attention" if used_up else "plain"))
+    header = ["Machine", "Full drops", "Agreed"]
+    header += ["Damage, drops"] * damaged + ["Margin, drops"] * agreed + ["Greatest stress (of the limit)"] * stressed
+    return Table("Drops against the agreed number, and the hardest one", tuple(header), tuple(rows))
+
+
+def _damage(life: Life) -> str:
+    """Return the damage of the end that suffered most, with its name."""
+    worst = [end for end, each in life.damages.items() if each == life.damage]
+    return f"{short(life.damage)} at {worst[0]}" if worst else "–"
+
+
+def _stress(member: Member) -> str:
+    """Return the greatest stress of the latest drop and those that match it, against the limit."""
+    if member.hardest is None:
+        return "–"
+    end, stress = member.hardest
+    return f"{stress * 1e-6:.0f} MPa at {end} ({percent(stress / member.comparison.settings.inspect.stress)})"
 
 
 def _finding(members: list[Member]) -> Finding:

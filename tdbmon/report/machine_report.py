@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon import __version__
-from tdbmon.history.machine_history import MachineHistory
+from tdbmon.history.machine_history import Course, MachineHistory
 from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import counted, words
+from tdbmon.quantity import counted, short, stated_percent, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -59,34 +59,38 @@ def _summary(history: MachineHistory) -> Section:
 
 
 def _courses(history: MachineHistory) -> Section:
-    from tdbmon.figures.machine_courses import machine_courses
+    from tdbmon.figures.machine_courses import machine_courses, shown_courses
 
-    rows = tuple(
-        Row((c.title, f"{len(c.values)}", words(c.slope)), _slope_tone(c.slope.low, c.slope.high))
-        for c in history.courses
-        if c.slope.known
-    )
+    rows = tuple(_trend_row(c) for c in history.courses if c.slope.known or c.step is not None)
     shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
-    rings = "; rings: changed against the drops before" if history.flagged else ""
+    steps = (
+        "; dashed: where a step describes the drops better than a slope"
+        if any(c.step for c in shown_courses(history))
+        else ""
+    )
+    rings = "; rings: changed against the drops before that were not ringed themselves" if history.flagged else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
             f"What was flagged in any {'judged ' * (len(history.judged) < len(history.entries))}drop, and the main quantities,"
             " over all drops in their order, with 95 % intervals as far"
-            f" as they are known; a colour for each class of speed{rings}{shown}.",
-            "For each quantity, its value against the number of the drop.",
+            f" as they are known; a colour for each class of speed{rings}{steps}{shown}.",
+            "For each quantity, its value against the drop.",
             partial(machine_courses, history),
         )
     ]
     doubted = [e.raw_name for e in history.entries if doubts(e.failed_checks)]
     if doubted:
         blocks.append(Paragraph(f"Left out, since checks of their records failed: {', '.join(doubted)}."))
+    blocks += _without_ring(history)
     if rows:
         blocks += [
-            Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)"), rows),
+            Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)", "Step"), rows),
             Paragraph(
-                "One slope by least squares, with a level of its own for each speed and each assembly. Marked where its interval"
-                " leaves out zero, as one in twenty does by chance."
+                "One slope by least squares, with a level of its own for each speed and each assembly, or one step of all levels"
+                " at once (change point, permutation test) where it describes the drops better (Schwarz's criterion): then there"
+                " is no rate a drop. Marked where the slope's interval leaves out zero, or a step has p ≤ 5 %, as one in twenty"
+                " does by chance."
             ),
         ]
     else:
@@ -95,5 +99,34 @@ def _courses(history: MachineHistory) -> Section:
     return Section("Course over the drops", tuple(blocks))
 
 
-def _slope_tone(low: float | None, high: float | None) -> Tone:
-    return "attention" if low is not None and high is not None and low * high > 0 else "plain"
+def _without_ring(history: MachineHistory) -> list[Block]:
+    """Say why drops at the level of ringed ones have no ring."""
+    found = [
+        f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
+        for judged in history.judged
+        for change in judged.comparison.changes
+        if change.since and not change.flag and (change.kind.name, change.end) in history.flagged
+        if change.p_adjusted is not None and not doubts(judged.comparison.entry.failed_checks)
+    ]
+    if not found:
+        return []
+    level = stated_percent(history.last.comparison.settings.compare.significance)
+    return [
+        Paragraph(
+            f"Off the same way as the ringed drops just before, yet without a ring: {'; '.join(found)}. They are held against the"
+            " same earlier drops, but their own values are less certain, or others of their quantities less clear: p above"
+            f" {level} is not beyond chance."
+        )
+    ]
+
+
+def _trend_row(course: Course) -> Row:
+    """Return a course's slope, or where and by how much it stepped."""
+    start = (course.title, f"{len(course.values)}")
+    if course.step is not None:
+        by = short(course.rise, 0.1 * abs(course.rise.value or 0.0))
+        step = f"by {by} from {course.step.raw_name} on, p = {course.step_p:.2g}"
+        return Row((*start, "–", step), "attention")
+    low, high = course.slope.low, course.slope.high
+    off = low is not None and high is not None and low * high > 0
+    return Row((*start, words(course.slope), "–"), "attention" if off else "plain")

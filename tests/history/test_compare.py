@@ -17,7 +17,7 @@ from tdbmon.history.summary import comparison_lines
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.html import render_html
 from tests.history.conftest import YEARS
-from tests.history.made import add, files, filing, fill, judged
+from tests.history.made import ENDS, add, files, filing, fill, judged
 
 
 def test_the_hidden_wear_is_found_and_the_drops_before_it_raise_nothing(years):
@@ -140,3 +140,20 @@ def test_stated_shares_keep_their_digits(empty, tmp_path):
     assert "at most 0.4 %" in pages
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})
     assert re.search(r"grown by 1[23]\.\d %, more than 12\.5 %", judged(empty, drop)[1].reasons[0])
+
+
+@pytest.mark.parametrize("correction", ["holm", "fdr_bh"])
+def test_what_was_flagged_is_no_measure_for_the_next_drop(empty, tmp_path, correction):
+    """Drops were left out by Bonferroni's stricter method: one flagged by the milder one stayed, and hid the next like it."""
+    (empty.folder / "archive.toml").write_text(f'format = 1\n[compare]\ncorrection = "{correction}"\n')
+    fill(empty, tmp_path, 7)
+    kinds = [kind.name for kind in KINDS.values() if kind.judged and not kind.forces and kind.unit in ("um", "ms", "1")]
+    sizes = np.linspace(1.02, 1.16, 2 * len(kinds))  # from hardly to clearly beyond chance
+    keys = [(name, end) for name in kinds for end in ENDS]
+    values = {key: float(size) for key, size in zip(keys, sizes, strict=True)}
+    changed = add(empty, tmp_path, 50, dropped="2020-02-01", values=values)
+    flagged = {(c.kind.name, c.end) for c in judged(empty, changed)[0].flagged}
+    after = judged(empty, add(empty, tmp_path, 51, dropped="2020-02-02"))[0].changes
+    left_out = {(c.kind.name, c.end) for c in after if changed in c.left_out}
+    assert len(flagged) > 5
+    assert flagged <= left_out

@@ -11,6 +11,7 @@ from scipy import stats
 from tdbmon.estimate import Estimate
 from tdbmon.history.change_point import change_point
 from tdbmon.history.common_slope import common_slope
+from tdbmon.history.common_step import common_step
 from tdbmon.history.difference import baseline, biweight, compare_value, summarise
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.trend import trend_of
@@ -134,7 +135,7 @@ def test_moving_and_scaling_all_drops_moves_and_scales_the_result(values, shift,
 def test_a_change_does_not_hide_the_next_drop_with_the_same_change():
     rng = np.random.default_rng(3)
     values = np.concatenate([rng.normal(0, 1, 7), rng.normal(15, 1, 2)])
-    kept = baseline(values, 1e-6, 0.05 / 30)
+    kept = baseline(values[:, None], np.array([1e-6]), 0.05 / 30)[:, 0]
     assert kept.tolist() == [True] * 7 + [False] * 2
     assert compare_value(15.0, 0.0, values[kept], np.zeros(7), 1e-6).p < 1e-4
     assert compare_value(15.0, 0.0, values, np.zeros(9), 1e-6).p > 0.01
@@ -143,7 +144,7 @@ def test_a_change_does_not_hide_the_next_drop_with_the_same_change():
 def test_hardly_any_drop_of_an_unchanged_machine_is_left_out():
     # leaving one out makes the scatter of the others smaller: a little more than the level goes, less than twice of it
     rng = np.random.default_rng(4)
-    left = sum(int(np.sum(~baseline(rng.standard_normal(10), 1e-6, 0.01))) for _ in range(500))
+    left = sum(int(np.sum(~baseline(rng.standard_normal((10, 1)), np.array([1e-6]), 0.01))) for _ in range(500))
     assert 0.5 * 0.01 < left / (500 * 7) < 2 * 0.01
 
 
@@ -213,6 +214,29 @@ def test_one_slope_is_seen_under_the_levels_of_two_speeds_and_two_assemblies():
     assert "4 levels" in slope.method
 
 
+@pytest.mark.parametrize("worn", ["at once", "from drop to drop"])
+def test_a_step_of_all_levels_is_told_from_a_slope(worn):
+    """Seven drops at one level and three at another were told as a rate a drop."""
+    rng, order = np.random.default_rng(12), np.arange(20)
+    levels = [(int(i % 2), "new" if i >= 10 else "old") for i in order]
+    course = 20.0 * (order >= 14) if worn == "at once" else 2.0 * order
+    values = course + 40.0 * (order % 2) - 90.0 * (order >= 10) + rng.normal(0, 1, 20)
+    step = common_step(series(values), order.tolist(), levels, "um")
+    if worn == "at once":
+        assert (step.number, step.size.value) == (14, pytest.approx(20, abs=2))
+        assert step.p < 0.01
+    else:
+        assert step is None
+
+
+def test_an_overhaul_is_no_step_nor_are_equal_drops():
+    rng = np.random.default_rng(13)
+    values = np.concatenate([rng.normal(0, 1, 8), rng.normal(30, 1, 8)])
+    assert common_step(series(values), range(16), ["old"] * 8 + ["new"] * 8, "um") is None
+    assert common_step(series([0.1] * 9), range(9), [0] * 9, "um") is None
+    assert common_step(series(values[:7]), range(7), [0] * 7, "um") is None
+
+
 @pytest.mark.parametrize("count", [8, 12])
 def test_the_interval_of_the_slope_holds_with_few_drops_at_two_speeds(count):
     """A mixed model's 95 % held the truth in 88 to 93 % of such series."""
@@ -243,4 +267,5 @@ def test_values_that_are_all_nought_do_not_differ_and_another_one_does():
     same = compare_value(0.0, 0.0, np.zeros(4), np.zeros(4), 0.0)
     assert (same.p, same.low, same.high, same.detectable(0.05)) == (1.0, 0.0, 0.0, None)
     assert compare_value(0.1, 0.0, np.zeros(4), np.zeros(4), 0.0).p == 0.0
-    assert baseline(np.array([0.0, 0.0, 0.0, 0.1]), 0.0, 0.01).tolist() == [True] * 3 + [False]
+    kept = baseline(np.array([[0.0], [0.0], [0.0], [0.1]]), np.zeros(1), 0.01)
+    assert kept[:, 0].tolist() == [True] * 3 + [False]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 import re
+import shutil
 from dataclasses import replace
 from decimal import Decimal
 
@@ -18,6 +19,7 @@ from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_history import stress_history
+from tdbmon.figures.style import VERMILION
 from tdbmon.figures.trends import trends
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.compare import compare, filed_drop
@@ -29,7 +31,7 @@ from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, seen_from, values_of
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
-from tdbmon.quantity import plain
+from tdbmon.quantity import plain, words
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
@@ -102,6 +104,57 @@ def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
         assert colours.count(colours[-1]) == 1  # the last box alone has its colour
 
 
+def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
+    """The least is not filed: a cap at the box's edge said that it is there; dots hid behind the cap of the greatest."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    for ax, boxes in zip(stress_history(found).axes, found.stress.values(), strict=True):
+        flat = [line for line in ax.lines if len(line.get_xdata()) == 2 and np.ptp(line.get_ydata()) == 0]
+        caps = [line for line in flat if np.ptp(line.get_xdata()) > 0]
+        low = {box.q1 * 1e-6 for _, box in boxes}
+        assert not [line for line in caps if line.get_ydata()[0] in low and line.get_visible()]
+        rings = [line for line in ax.lines if line.get_marker() == "o"]
+        assert len(rings) == len(boxes)
+        assert min(line.get_zorder() for line in rings) > max(
+            line.get_zorder() for line in ax.lines if line not in rings
+        )
+
+
+def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(stressed):
+    """Trends numbered the drops that the stresses named, and had nothing but a unit beside them."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    names = ["drop_1", "drop_2", "drop_4", "drop_5", "drop_7", "drop_8", "drop_10", "drop_11"]
+    radii = [change for change in found.changes if change.kind.name == "gap_um"]
+    drawing = trends(found, radii)
+    for ax in (*drawing.axes, *stress_history(found).axes):
+        assert [label.get_text() for label in ax.get_xticklabels()] == names
+        assert ax.get_xlabel() == "drop (2020-01-02 to 2020-01-12)"
+    assert {ax.get_ylabel() for ax in drawing.axes} == {"Radius at rest [µm]"}
+    courses = machine_courses(machine_history(stressed, HOSTILE))
+    assert "Fall [ms]" in {ax.get_ylabel() for ax in courses.axes}
+    assert "drop_11" in [label.get_text() for label in courses.axes[0].get_xticklabels()]
+
+
+def test_a_fleet_has_life_stress_and_the_limit_of_growth(stressed, tmp_path):
+    folder = tmp_path / "archive"
+    shutil.copytree(stressed.folder, folder)
+    settings = folder / "archive.toml"
+    settings.write_text(settings.read_text().replace("# agreed_drops = 20", "agreed_drops = 20"))
+    members = fleet(open_archive(folder))
+    (_, table) = [b for b in build_fleet_report(members).sections[0].blocks if isinstance(b, Table)]
+    told = dict(zip(table.header, table.rows[0].cells, strict=True))
+    life = members[0].latest.comparison.life
+    assert (told["Full drops"], told["Agreed"]) == ("12", "20")
+    assert re.fullmatch(r"[\d.]+ at (NDE|DE)", told["Damage, drops"])
+    assert told["Margin, drops"] == words(life.margin)
+    assert told["Greatest stress (of the limit)"] in {f"2220 MPa at {end} (53 %)" for end in ENDS}
+    drawing = fleet_figure(members)
+    (limit,) = [text for text in drawing.axes[0].texts if text.get_text().startswith("limit ")]
+    end = limit.get_text().split()[1]
+    assert min(members[0].gap_limits.values()) == pytest.approx(members[0].gap_limits[end], rel=0.05)
+    assert faults(drawing) == []
+    assert VERMILION not in {line.get_color() for line in drawing.axes[0].lines}  # that of an alarm's frame
+
+
 def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison):
     document = build_compare_report(comparison, verdict_of(comparison))
     html = render_html(document)
@@ -132,6 +185,57 @@ def test_a_stress_out_of_the_range_before_is_said_to_be_chance_or_not(empty, tmp
     told = [row.cells[2] for row in hit.rows if "stress" in row.cells[0]]
     assert len(told) == 2
     assert all((f"this drop lies outside, {said}" in cell) == bool(said) for cell in told)
+
+
+@pytest.mark.parametrize("before", [0, 2, 4])
+def test_with_few_drops_before_the_values_stand_side_by_side(empty, tmp_path, before):
+    """At commissioning the page had no value of the drop at all."""
+    made = fill(empty, tmp_path, before + 1)
+    found, verdict = judged(empty, made[-1].drop)
+    sections = {section.title: section for section in build_compare_report(found, verdict).sections}
+    said, table = sections["Values of this drop"].blocks
+    assert f"takes {5 - before} more drop" in said.text and "100 Hz, at most 5 % off" in said.text
+    assert table.header[1:] == (made[-1].raw_name, *(each.raw_name for each in made[:-1]))
+    (row,) = [row for row in table.rows if row.cells[0] == "Radius at rest, NDE"]
+    values = [next(f.estimate.value for f in each.features if (f.name, f.end) == ("gap_um", "NDE")) for each in made]
+    assert [float(cell.split()[0]) for cell in row.cells[1:]] == pytest.approx(
+        [1e6 * value for value in (values[-1], *values[:-1])], abs=0.6
+    )
+
+
+def test_with_drops_enough_no_values_are_listed_beside_each_other(comparison):
+    titles = [section.title for section in build_compare_report(comparison, verdict_of(comparison)).sections]
+    assert "Values of this drop" not in titles
+
+
+def test_an_alarm_says_how_far_its_gap_is_from_the_limit_and_what_to_do(comparison):
+    """20 um of wear at NDE; the fall through it is flagged."""
+    first = build_compare_report(comparison, verdict_of(comparison)).sections[0]
+    tables = {block.caption: block for block in first.blocks if isinstance(block, Table)}
+    (row,) = tables["How far the gap is from its limit"].rows
+    assert row.cells[0] == "Fall, release to first touch, NDE"
+    assert float(row.cells[2].split(" %")[0]) == pytest.approx(100 * 20 / 266, abs=0.6)
+    assert row.cells[3:] == ("20 %, 53 µm", "34 µm")
+    steps = {each.cells[0]: each.cells[1] for each in tables["What to do next"].rows}
+    assert steps["Look for the cause"] == (
+        "tdbmon diagnose machine.toml drop_08.nc drop_09.nc drop_10.nc --reference drop_05.nc drop_06.nc drop_07.nc"
+    )
+    assert "at NDE, then DE" in steps["Inspect"]
+    assert "set agreed_drops" in steps["Before another drop"]
+
+
+def test_a_drop_as_before_asks_for_nothing(empty, tmp_path):
+    found, verdict = judged(empty, fill(empty, tmp_path, 7)[-1].drop)
+    assert verdict.word == "as before"
+    assert "What to do next" not in render_html(build_compare_report(found, verdict))
+
+
+def test_damage_is_told_of_each_end(stressed):
+    """The end that suffered most was told in the text below the table only."""
+    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    html = render_html(build_compare_report(found, verdict_of(found)))
+    assert all(f"Damage at {end}, in drops like the first" in html for end in ENDS)
+    assert found.life.damage == max(found.life.damages.values(), key=lambda each: each.value)
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):
@@ -345,6 +449,16 @@ def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_n
 def test_a_machine_of_one_speed_has_trends_too(history):
     blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
     assert "Trends over all drops" in [block.caption for block in blocks if isinstance(block, Table)]
+
+
+def test_wear_at_once_is_told_as_a_step_and_not_as_a_rate(history):
+    """The journal was worn between two drops: a radius that grows a little with each of ten was made of it."""
+    blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
+    (table,) = [b for b in blocks if isinstance(b, Table) and b.caption == "Trends over all drops"]
+    (row,) = [row for row in table.rows if row.cells[0] == "Fall, release to first touch, NDE"]
+    assert row.cells[2] == "–" and "from drop_08.nc on" in row.cells[3]
+    (ax,) = [ax for ax in machine_courses(history).axes if ax.get_title(loc="left") == row.cells[0]]
+    assert [line.get_xdata()[0] for line in ax.lines if line.get_label() == "step"] == [7.5]
 
 
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import open_archive
-from tdbmon.history.compare import compare
+from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, NO_FORCES
 from tdbmon.history.sight import WEAR, sight, sights
@@ -135,8 +136,22 @@ def test_growth_that_would_not_have_been_seen_is_not_as_before(years, tmp_path):
     verdict = judged(strict, seventh)[1]
     assert verdict.word == "too few drops"
     for end, growth in seen.items():
-        said = f"{end}: growth of the radius by 1 % would not have been seen, only from {100 * growth:.0f} % on"
+        said = f"{end}: growth of the radius by 1 % would not have been seen, only from {ceil(100 * growth)} % on"
         assert any(each.startswith(said) for each in verdict.reasons)
+
+
+def test_growth_that_a_fall_shows_is_that_of_the_height_really_fallen(years):
+    """The rotor levitates 39 um above the centre: what 20 um of wear made of the fall was told as 6 % of the radius."""
+    answer = json.loads((YEARS / "answer.json").read_text())
+    last = compare(years, filed_drop(years, years.entries()[-1].id))
+    found = {c.kind.name: c for c in last.changes if c.end == answer["end"]}
+    fall, radius = found["fall_time_ms"], np.median([e.value for _, e in found["gap_um"].earlier])
+    told = sight(last, answer["end"])
+    share = (
+        fall.difference.detectable(last.level_of(fall)) / fall.difference.value
+    )  # of what the wear made the fall longer by
+    assert told.growth * radius == pytest.approx(share * answer["wear_of_the_journal_m"], rel=0.08)
+    assert told.seen_from == "7 %"
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -9,6 +9,7 @@ from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.life import Life
+from tdbmon.history.matching import Conditions
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.sight import Sight, sights
 from tdbmon.history.speed_class import STANDSTILL, stood
@@ -18,6 +19,7 @@ from tdbmon.quantity import percent, short, stated_percent
 from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
+from tdbmon.report.sections import next_steps
 
 _HARDEST = ("peak_force_n", "stress_max_mpa")
 
@@ -50,19 +52,16 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
     """Return the verdict, and the alarms of earlier drops that stand beside it."""
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
-    speed = (
-        "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {stated_percent(wanted.tolerance)} off"
-    )
-    speed = STANDSTILL if stood(wanted.speed) else speed
     blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
     blocks += map(sentence, not_compared_sentences(comparison))
+    blocks += next_steps.blocks(comparison, verdict)
     blocks += standing_blocks(standing)
     blocks += _hit(comparison)
     rows = [
         Row(("Drop", f"{entry.id} ({entry.raw_name})")),
         Row(("Machine", wanted.machine)),
-        Row(("Assembly", wanted.assembly or "not told apart")),
-        Row(("Speed at the release", speed)),
+        Row(("Assembly", wanted.assembly or "no name given: drops of all assemblies without one are compared")),
+        Row(("Speed at the release", speed_wanted(wanted))),
         Row(("Matching drops before", f"{len(comparison.matched)}")),
         *(Row((f"Drops before that {each.end} is compared with", _sight(each))) for each in sights(comparison)),
         Row((f"Full drops of this assembly, {included(comparison)}", _full_drops(comparison.life))),
@@ -77,6 +76,15 @@ def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]
     return Section("Verdict", tuple(blocks))
 
 
+def speed_wanted(wanted: Conditions) -> str:
+    """Return at which speed drops match."""
+    if stood(wanted.speed):
+        return STANDSTILL
+    return (
+        "unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz, at most {stated_percent(wanted.tolerance)} off"
+    )
+
+
 def included(comparison: Comparison) -> str:
     """Return whether the drop, by its record's name, is among those that are counted, and why not."""
     record = comparison.entry.raw_name
@@ -86,8 +94,12 @@ def included(comparison: Comparison) -> str:
 
 
 def _sight(sight: Sight) -> str:
-    growth = "no growth" if sight.growth is None else f"growth from {percent(sight.growth)} on"
-    return f"{sight.drops}; {growth} of the radius at rest would have been seen"
+    seen = (
+        "no growth of the radius at rest"
+        if sight.growth is None
+        else f"growth of the radius at rest from {sight.seen_from} on"
+    )
+    return f"{sight.drops}; {seen} would have been seen"
 
 
 def _full_drops(life: Life) -> str:

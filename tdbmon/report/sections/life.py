@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
+from tdbmon.history.feature import place_of
 from tdbmon.quantity import words
 from tdbmon.report.document import Paragraph, Row, Section, Table
 from tdbmon.report.sections.judgement import included
@@ -12,13 +13,18 @@ from tdbmon.report.sections.judgement import included
 def section(comparison: Comparison) -> Section:
     """Return counts, damage and margin."""
     life = comparison.life
+    ends = sorted(life.damages, key=lambda end: place_of(end, comparison.ends))
     used_up = life.margin.value is not None and life.margin.value <= 0
     rows = (
         Row((f"Full drops of this assembly, {included(comparison)}", f"{life.full_drops}")),
         Row(("Partial drops", f"{life.partial_drops}")),
         Row(("Agreed between vendor and user", "none stated" if life.agreed is None else f"{life.agreed}")),
-        Row(("Damage, in drops like the first", words(life.damage))),
-        Row(("Margin", words(life.margin)), "attention" if used_up else "plain"),
+        *(Row((f"Damage at {end}, in drops like the first", words(life.damages[end]))) for end in ends),
+        *(() if ends else (Row(("Damage, in drops like the first", words(life.damage))),)),
+        Row(
+            ("Margin, by the worse end" if len(ends) > 1 else "Margin", words(life.margin)),
+            "attention" if used_up else "plain",
+        ),
     )
     return Section(
         "Drops and life",

@@ -35,7 +35,7 @@ def section(comparison: Comparison) -> Section:
             "stress-history",
             f"Greatest Hertz stress among the balls while any is loaded, within {SECONDS:g} s of the release, from the simulation"
             " fitted to each drop. Box: quartiles with median; cross: mean; bar above: greatest (the least is"
-            " not filed); dots: peaks beyond three standard deviations from the mean. In orange:"
+            " not filed); rings: peaks beyond three standard deviations from the mean. In orange:"
             f" {comparison.entry.raw_name}.",
             "Box plots of the stress, a panel for each end and a box for each drop.",
             partial(stress_history, comparison),

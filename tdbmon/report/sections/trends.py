@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.history.change import Change
+from tdbmon.history.change_point import SEEN
 from tdbmon.history.compare import Comparison
 from tdbmon.quantity import words
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
@@ -27,7 +28,7 @@ def section(comparison: Comparison) -> Section | None:
     with_trend = [c for c in comparison.changes if c.trend is not None and c.kind.judged]
     if not with_trend:
         return None
-    from tdbmon.figures.trends import SEEN, trends
+    from tdbmon.figures.trends import trends
 
     shown = chosen(with_trend)
     rows = []
@@ -48,12 +49,16 @@ def section(comparison: Comparison) -> Section | None:
                 "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
                 " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
                 " corrected). Line, where there is no such point: the median slope (Theil, Sen), if Kendall's test sees a"
-                " trend (p ≤ 5 %, not corrected). Red: the limit of growth of the radius at rest. Grey, at the lower edge: not"
-                " told by this drop.",
-                "For each quantity, its value against the number of the drop.",
+                " trend (p ≤ 5 %, not corrected). The line that says so: the limit of growth of the radius at rest. Grey, at"
+                " the lower edge: not told by this drop.",
+                "For each quantity, its value against the drop.",
                 partial(trends, comparison, shown),
             ),
-            Table("Trends a drop", ("Quantity", "Slope (95 %)", "p of a trend", "Change point"), tuple(rows)),
+            Table(
+                "Slope from drop to drop, and change points",
+                ("Quantity", "Slope (95 %)", "p of a trend", "Change point"),
+                tuple(rows),
+            ),
             Paragraph(
                 "These probabilities are not corrected for the number of quantities: one in twenty is below 0.05 by chance."
                 " They do not enter the verdict; what drifts after a correction is told beside it."

@@ -1,0 +1,48 @@
+"""The values of a drop that has too few before it for statistics, beside those of these few."""
+
+from __future__ import annotations
+
+from tdbmon.estimate import Estimate
+from tdbmon.history.compare import Comparison
+from tdbmon.history.difference import LEAST_JUDGED
+from tdbmon.quantity import counted, short, words
+from tdbmon.report.document import Paragraph, Row, Section, Table
+from tdbmon.report.sections.judgement import speed_wanted
+
+_SHOWN = 4  # of the drops before, the latest: columns of a page
+
+
+def section(comparison: Comparison) -> Section | None:
+    """Return the values side by side; None where there are drops enough, or the record holds none."""
+    least, before = comparison.settings.compare.least_drops, comparison.matched
+    if len(before) >= least or comparison.no_drop:
+        return None
+    shown = before[-_SHOWN:]
+    rows = []
+    for change in comparison.changes:
+        width = _width(change.estimate)
+        values = {drop: short(e, width) for drop, e in change.earlier}
+        own = words(change.estimate) if change.estimate.known else "–"
+        rows.append(Row((change.title, own, *(values.get(entry.id, "–") for entry in shown))))
+    header = ("Quantity", comparison.entry.raw_name, *(entry.raw_name for entry in shown))
+    return Section(
+        "Values of this drop",
+        (Paragraph(_missing(comparison)), Table("This drop beside the matching drops before", header, tuple(rows))),
+    )
+
+
+def _width(estimate: Estimate) -> float | None:
+    """Return the width of an estimate's interval; None where it has none."""
+    return None if estimate.low is None or estimate.high is None else estimate.high - estimate.low
+
+
+def _missing(comparison: Comparison) -> str:
+    """Say what a verdict takes that is not there yet."""
+    least, n, wanted = comparison.settings.compare.least_drops, len(comparison.matched), comparison.conditions
+    assembly = f", assembly {wanted.assembly}" if wanted.assembly else ", without an assembly name"
+    return (
+        "So few drops bear hardly any statistics: the values stand side by side, this drop's with the 95 % interval of its own"
+        f" estimate. “As before” takes {counted(least - n, 'more drop')} before the one that is judged, of {wanted.machine}"
+        f"{assembly}, speed at the release {speed_wanted(wanted)}, with sound probes; a change can be flagged with"
+        f" {LEAST_JUDGED} before."
+    )
