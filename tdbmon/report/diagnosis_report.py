@@ -18,6 +18,7 @@ from tdbmon.report.sections import (
     diagnosis_residual,
     diagnosis_sizes,
     diagnosis_slowing,
+    diagnosis_values,
     diagnosis_verdict,
 )
 
@@ -51,6 +52,7 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Referenc
         diagnosis_late_record.section(evidence),
         diagnosis_gain.section(evidence),
         diagnosis_sizes.section(evidence),
+        diagnosis_values.section(evidence),
         diagnosis_remains.remains(evidence),
         diagnosis_remains.next_test(evidence),
     ]

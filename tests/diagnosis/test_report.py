@@ -42,6 +42,7 @@ from tdbmon.report.sections import (
     diagnosis_late_record,
     diagnosis_remains,
     diagnosis_sizes,
+    diagnosis_values,
     diagnosis_verdict,
 )
 from tests.figure_checks import assert_readable, figures_of, texts
@@ -162,6 +163,21 @@ def test_the_terminal_has_the_sizes_of_the_report(named: Diagnosis) -> None:
     )
     lines = reference_lines(Reference(named, (moved,), ()))
     assert "  changed since: DE.gap 280 um (270 to 290) before, 300.0 um (at its edge) since" in lines
+
+
+def test_fitted_values_stand_beside_those_of_the_machine_file(named: Diagnosis, evidence: Evidence) -> None:
+    gap = named.machine.touchdown_bearings[0].radial_gap
+    name = f"{named.machine.touchdown_bearings[0].name}.radial_gap"
+    within, at_edge = (Estimate.from_sigma(value, 1e-6, "um", "fit") for value in (gap.nominal, gap.high))
+    said = {}
+    for key, value in (("within", within), ("at its edge", at_edge)):
+        shown = diagnosis_values.section(replace(evidence, diagnosis=replace(named, values={name: value})))
+        assert shown is not None
+        said[key] = _words(Document("", "", (shown,)))
+        assert f"({gap.low * 1e6:.4g} to {gap.high * 1e6:.4g})" in said[key]
+    assert "the truth may lie beyond" in said["at its edge"] and "beyond" not in said["within"]
+    outside = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.04), ""), values={name: within})
+    assert diagnosis_values.section(replace(evidence, diagnosis=outside)) is None
 
 
 def test_the_report_names_a_value_that_changed_and_no_mistake(named: Diagnosis, evidence: Evidence) -> None:
