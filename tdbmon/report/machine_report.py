@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon import __version__
+from tdbmon.history.change import Change
 from tdbmon.history.machine_history import Course, MachineHistory
 from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
@@ -105,7 +106,7 @@ def _without_ring(history: MachineHistory) -> list[Block]:
         f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
         for judged in history.judged
         for change in judged.comparison.changes
-        if change.since and not change.flag and (change.kind.name, change.end) in history.flagged
+        if _stays_off(change) and not change.flag and (change.kind.name, change.end) in history.flagged
         if change.p_adjusted is not None and not doubts(judged.comparison.entry.failed_checks)
     ]
     if not found:
@@ -113,11 +114,19 @@ def _without_ring(history: MachineHistory) -> list[Block]:
     level = stated_percent(history.last.comparison.settings.compare.significance)
     return [
         Paragraph(
-            f"Off the same way as the ringed drops just before, yet without a ring: {'; '.join(found)}. They are held against the"
+            f"At the level of the ringed drops just before, yet without a ring: {'; '.join(found)}. They are held against the"
             " same earlier drops, but their own values are less certain, or others of their quantities less clear: p above"
             f" {level} is not beyond chance."
         )
     ]
+
+
+def _stays_off(change: Change) -> bool:
+    """Whether a drop lies nearer to those that were off just before it than to those that it is held against."""
+    if not change.since or change.difference is None:
+        return False
+    last = (change.earlier[-1][1].value or 0.0) - change.difference.before.centre
+    return change.difference.value / last > 1 / 2
 
 
 def _trend_row(course: Course) -> Row:

@@ -451,6 +451,26 @@ def test_a_machine_of_one_speed_has_trends_too(history):
     assert "Trends over all drops" in [block.caption for block in blocks if isinstance(block, Table)]
 
 
+@pytest.mark.parametrize(("last", "said"), [(1.12, True), (1.02, False)])
+def test_a_drop_at_the_level_of_ringed_ones_without_a_ring_is_explained(empty, tmp_path, last, said):
+    """Its estimate is so uncertain that the same difference is not beyond chance."""
+    fill(empty, tmp_path, 7)
+    add(empty, tmp_path, 50, dropped="2020-02-01", values={("fall_time_ms", "NDE"): 1.12})
+    raw, machine = files(tmp_path, 51)
+    made = filing(raw, machine, dropped="2020-02-02", seed=51, values={("fall_time_ms", "NDE"): last})
+    wide = [
+        replace(f, estimate=Estimate.from_sigma(f.estimate.value, 1e-3, "ms", "made up"))
+        if (f.name, f.end) == ("fall_time_ms", "NDE")
+        else f
+        for f in made.features
+    ]
+    empty.add(replace(made, features=tuple(wide)), raw, machine)
+    history = machine_history(empty, "made up")
+    assert len(history.flagged["fall_time_ms", "NDE"]) == 1
+    html = render_html(build_machine_report(history))
+    assert ("yet without a ring: Fall, release to first touch, NDE: drop_51.nc" in html) == said
+
+
 def test_wear_at_once_is_told_as_a_step_and_not_as_a_rate(history):
     """The journal was worn between two drops: a radius that grows a little with each of ten was made of it."""
     blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
