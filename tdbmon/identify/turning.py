@@ -1,4 +1,8 @@
-"""How the shaft turns about a release, by keyphasor and speed signal: a uniform acceleration fitted to both before it."""
+"""How the shaft turns about a release, by keyphasor and speed signal: a uniform acceleration fitted to both before it.
+
+Where one does not fit all of the levitated stretch, as where the drive trips shortly before the release, to the last part that
+one fits.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +15,17 @@ from numpy.typing import NDArray
 from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
+from tdbmon.analysis.observed_speed import between, block_means
+from tdbmon.identify.even_stretch import last_even_means, last_even_turns
 from tdbmon.record.held_speed import HELD
-from tdbmon.record.keyphasor import pulses
+from tdbmon.record.keyphasor import Pulses, pulses
 
 Array = NDArray[np.float64]
 
 _FEWEST_PULSES = 3  # before the release, which tell angle, speed and acceleration
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
 _FEWEST_HELD = 3  # the same of values that each stand for many samples
+_MEANS = 320  # of the speed, from which it is told since when one line fits
 _BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
 _SLOWLY = 1.8  # times what their samples let expect, as means of white noise scatter once in a thousand
 _LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
@@ -40,6 +47,8 @@ class Turning:
         Keyphasor after the release, s and rad; empty where it does not tell the angle.
     pulse_sigma : float
         Standard deviation of a pulse's angle, rad.
+    begin : float
+        s of the record, from which on all this holds; minus infinity where the shaft turned so before its first sample.
     """
 
     angle: float
@@ -50,6 +59,7 @@ class Turning:
     pulse_times: Array
     pulse_angles: Array
     pulse_sigma: float
+    begin: float = -math.inf
 
     def since(self, t: Array) -> Array:
         """Angle turned at times t (n,), s, from the release, rad; after it as fast as there."""
@@ -82,12 +92,16 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     keyed = before.sum() >= _FEWEST_PULSES
     marked = keyed and machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
     parts: list[tuple[Array, Array]] = []
+    begin = _even_speed_since(laid, release)
     if marks is not None and keyed:
+        since, factor = _even_since(marks, release)
+        begin = max(since, min(begin, float(marks.times[before][-_FEWEST_PULSES])))
+        before &= marks.times >= begin
         t = times[before]
         frequency = (turns[before][-1] - turns[before][0]) / (t[-1] - t[0])
         sigma = float(marks.sigma * frequency)
-        parts.append((np.column_stack([np.ones_like(t), t, t**2]) / sigma, turns[before] / sigma))
-    parts += _by_speed(laid, release)
+        parts.append((np.column_stack([np.ones_like(t), t, t**2]) / (factor * sigma), turns[before] / (factor * sigma)))
+    parts += _by_speed(laid, release, begin)
     if not parts:
         raise InputError(
             f"{name}: neither keyphasor nor speed signal tells the speed before the release, which the model needs: record a"
@@ -110,16 +124,38 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         pulse_times=times[later] + release,
         pulse_angles=mark + full * turns[later],
         pulse_sigma=2 * np.pi * sigma,
+        begin=begin,
     )
 
 
-def _by_speed(laid: xr.Dataset, release: float) -> list[tuple[Array, Array]]:
+def _even_since(marks: Pulses, release: float) -> tuple[float, float]:
+    """Return since when one acceleration fits the pulses, s, and the factor of their noise."""
+    turns = between(marks).between(-math.inf, release)
+    even, factor = last_even_turns(turns, marks.sigma)
+    return -math.inf if len(even) == len(turns) else float(even.begin[0]), factor
+
+
+def _even_speed_since(laid: xr.Dataset, release: float) -> float:
+    """Return since when one acceleration fits the speed signal, s."""
+    if "speed" not in laid:
+        return -math.inf
+    channel = laid["speed"]
+    time = channel[channel.dims[0]].values
+    means = block_means(time, channel.values, -math.inf, release, _MEANS)
+    even = last_even_means(means)
+    if len(even) == len(means):
+        return -math.inf
+    fewest = time[(time < release) & np.isfinite(channel.values)][-_FEWEST_SPEEDS - 1 :]
+    return min(float(even.begin[0]), float(fewest[0]))
+
+
+def _by_speed(laid: xr.Dataset, release: float, begin: float) -> list[tuple[Array, Array]]:
     """Return rows (n, 3) over turns, turns/s and half the acceleration, and their values (n,), of the speed before a release."""
     if "speed" not in laid:
         return []
     channel = laid["speed"]
     at = laid[channel.dims[0]].values - release
-    keep = (at < 0) & np.isfinite(channel.values)
+    keep = (at < 0) & (at >= begin - release) & np.isfinite(channel.values)
     at, hz = at[keep], channel.values[keep]
     held = float(channel.attrs.get(HELD, 0.0))
     if len(hz) <= (_FEWEST_HELD if held else _FEWEST_SPEEDS):
