@@ -23,7 +23,7 @@ from tdbmon.analysis.rotation import Rotation
 from tdbmon.analysis.spring_back import sag_of
 from tdbmon.identify.noise import HARMONICS, Noise, levitated_noise
 from tdbmon.identify.stages import Stages, stages_of
-from tdbmon.identify.turning import fit_turning
+from tdbmon.identify.turning import Turning, fit_turning
 from tdbmon.record.assign import assign
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import never_touches
@@ -217,6 +217,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         *_of_probes(machine, probes, unused, lost),
         *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
         *wrong_speed,
+        *_of_scale(turning),
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
         *(f"{each.channel}: {each.detail}" for each in free_fall),
     ]
@@ -280,6 +281,17 @@ def _of_probes(
     if partly := [f"{lost[p.name]} of '{p.name}'" for p in probes if lost[p.name]]:
         said.append(f"samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
     return said
+
+
+def _of_scale(turning: Turning) -> list[str]:
+    """Say by how much the scale of a speed signal is wrong that the keyphasor contradicts."""
+    off = turning.signal_over_pulses - 1
+    if off == 0:
+        return []
+    return [
+        f"speed: before the release it reads {100 * abs(off):.2g} % {'more' if off > 0 else 'less'} than the keyphasor counts"
+        f" ({abs(turning.omega) / (2 * math.pi):.1f} Hz at the release), which is taken for right: correct its sensitivity"
+    ]
 
 
 def _held(time: Array, release: float, begin: float) -> NDArray[np.bool_]:

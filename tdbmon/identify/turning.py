@@ -1,7 +1,8 @@
 """How the shaft turns about a release, by keyphasor and speed signal: a uniform acceleration fitted to both before it.
 
 Where one does not fit all of the levitated stretch, as where the drive trips shortly before the release, to the last part that
-one fits.
+one fits.  A speed signal counts with the scale that is stated for it, unless the keyphasor contradicts that: then the pulses set
+the scale.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ _FEWEST_PULSES = 3  # before the release, which tell angle, speed and accelerati
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
 _FEWEST_HELD = 3  # the same of values that each stand for many samples
 _MEANS = 320  # of the speed, from which it is told since when one line fits
+_PLAINLY = 4.0  # standard deviations, by which its scale is wrong
 _BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
 _SLOWLY = 1.8  # times what their samples let expect, as means of white noise scatter once in a thousand
 _LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
@@ -49,6 +51,8 @@ class Turning:
         Standard deviation of a pulse's angle, rad.
     begin : float
         s of the record, from which on all this holds; minus infinity where the shaft turned so before its first sample.
+    signal_over_pulses : float
+        How many times the keyphasor's speed the speed signal reads, where the two contradict each other; 1 elsewhere.
     """
 
     angle: float
@@ -60,6 +64,7 @@ class Turning:
     pulse_angles: Array
     pulse_sigma: float
     begin: float = -math.inf
+    signal_over_pulses: float = 1.0
 
     def since(self, t: Array) -> Array:
         """Angle turned at times t (n,), s, from the release, rad; after it as fast as there."""
@@ -110,6 +115,10 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     if not keyed:  # then any angle will do
         parts.append((np.array([[1.0, 0.0, 0.0]]), np.zeros(1)))
     design, target = (np.concatenate(each) for each in zip(*parts, strict=True))
+    over = 1.0
+    if marks is not None and keyed:
+        tick = math.sqrt(12) * marks.sigma / float(np.ptp(times[before]))
+        over, design = _scaled_by_pulses(design, target, before.sum(), tick)
     solution, *_ = np.linalg.lstsq(design, target, rcond=None)
     covariance = np.linalg.pinv(design.T @ design)
     mark = machine.keyphasor.angle if machine.keyphasor else 0.0
@@ -125,7 +134,35 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         pulse_angles=mark + full * turns[later],
         pulse_sigma=2 * np.pi * sigma,
         begin=begin,
+        signal_over_pulses=over,
     )
+
+
+def _scaled_by_pulses(design: Array, target: Array, pulses: int, tick: float) -> tuple[float, Array]:
+    """Return by how many times a speed signal reads too much by the pulses, and the rows of a fit with its scale free.
+
+    One and the rows as they are where the two agree: within their noise, and within what the pulses' rounding may drift by.
+
+    Parameters
+    ----------
+    design, target : (n, 3) and (n,) arrays
+        Rows of so many pulses, and after them of the signal.
+    pulses : int
+    tick : float
+        Share of the time between the first pulse and the last that a pulse is rounded to.
+    """
+    if len(target) == pulses:
+        return 1.0, design
+    freed = np.column_stack([design, np.where(np.arange(len(target)) < pulses, 0.0, target)])
+    solution, *_ = np.linalg.lstsq(freed, target, rcond=None)
+    left = (target - freed @ solution)[:pulses]
+    loose = max(
+        1.0, float(left @ left) / max(pulses - _FEWEST_PULSES, 1)
+    )  # pulses may scatter by more than their rounding
+    surplus, sigma = float(solution[3]), math.sqrt(loose * float(np.linalg.pinv(freed.T @ freed)[3, 3]))
+    if abs(surplus) <= max(_PLAINLY * sigma, tick):
+        return 1.0, design
+    return 1 / (1 - surplus), freed
 
 
 def _even_since(marks: Pulses, release: float) -> tuple[float, float]:
