@@ -27,6 +27,8 @@ _FEWEST_PULSES = 3  # before the release, which tell angle, speed and accelerati
 _FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
 _FEWEST_HELD = 3  # the same of values that each stand for many samples
 _MEANS = 320  # of the speed, from which it is told since when one line fits
+_SCATTER_TOLD = 10  # pulses more than are needed, from which on it is told whether they scatter as their rounding does
+_ALIKE = 0.25  # of its power: turns of whole samples, whose pulses are all rounded by as much
 _PLAINLY = 4.0  # standard deviations, by which its scale is wrong
 _BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
 _SLOWLY = 1.8  # times what their samples let expect, as means of white noise scatter once in a thousand
@@ -121,12 +123,15 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         over, design = _scaled_by_pulses(design, target, before.sum(), tick)
     solution, *_ = np.linalg.lstsq(design, target, rcond=None)
     covariance = np.linalg.pinv(design.T @ design)
+    angle_sigma = 2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf
+    if marked and _rounded_alike((target - design @ solution)[: before.sum()]):
+        angle_sigma = math.hypot(angle_sigma, 2 * np.pi * sigma)
     mark = machine.keyphasor.angle if machine.keyphasor else 0.0
     full = machine.sense * 2 * np.pi
     later = (times >= 0) & marked
     return Turning(
         angle=mark + full * float(solution[0]),
-        angle_sigma=2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf,
+        angle_sigma=angle_sigma,
         omega=full * float(solution[1]),
         acceleration=full * 2 * float(solution[2]),
         acceleration_sigma=4 * math.pi * float(np.sqrt(covariance[2, 2])),
@@ -136,6 +141,12 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         begin=begin,
         signal_over_pulses=over,
     )
+
+
+def _rounded_alike(left: Array) -> bool:
+    """Whether pulses are all rounded to samples alike, as what is left of them (n,) tells: no mean of them helps then."""
+    freedom = len(left) - _FEWEST_PULSES
+    return freedom >= _SCATTER_TOLD and float(left @ left) < _ALIKE * freedom
 
 
 def _scaled_by_pulses(design: Array, target: Array, pulses: int, tick: float) -> tuple[float, Array]:
