@@ -170,19 +170,35 @@ class _Stretch:
             return True
         fit = fit_law(wider, self.terms, self.noise, self.law)
         added = (wider.begin < self.coast.begin[0] - 1e-9) | (wider.end > self.coast.end[-1] + 1e-9)
-        steps = [added.astype(float)]
-        if np.count_nonzero(added) >= 4:
-            steps.append(np.where(added, wider.middle - wider.middle[added].mean(), 0.0))
-        columns = np.column_stack([self.noise.whiten(wider.measured(step)) for step in steps])
-        columns = np.vstack([columns, np.zeros((len(fit.white) - len(columns), len(steps)))])
-        basis, _ = np.linalg.qr(fit.sensitivity)
-        columns -= basis @ (basis.T @ columns)
-        solution, *_ = np.linalg.lstsq(columns, fit.white, rcond=1e-9)
-        if np.sum((columns @ solution) ** 2) > _CHANCE[len(steps)]:
+        gain, limit = gain_apart(wider, fit, self.noise, added)
+        if gain > limit:
             return False
         self.coast = wider
         self._adopt(fit)
         return True
+
+
+def gain_apart(coast: Coast, fit: LawFit, noise: Noise, apart: np.ndarray) -> tuple[float, float]:
+    """Return by how much chi-square falls where some spans (n,) get a step and a slope of their own, and what chance reaches.
+
+    Parameters
+    ----------
+    coast : Coast
+    fit : LawFit
+        Of it, with the same noise.
+    noise : Noise
+    apart : ndarray of bool (n,)
+        These spans; fewer than four get a step only.
+    """
+    steps = [apart.astype(float)]
+    if np.count_nonzero(apart) >= 4:
+        steps.append(np.where(apart, coast.middle - coast.middle[apart].mean(), 0.0))
+    columns = np.column_stack([noise.whiten(coast.measured(step)) for step in steps])
+    columns = np.vstack([columns, np.zeros((len(fit.white) - len(columns), len(steps)))])
+    basis, _ = np.linalg.qr(fit.sensitivity)
+    columns -= basis @ (basis.T @ columns)
+    solution, *_ = np.linalg.lstsq(columns, fit.white, rcond=1e-9)
+    return float(np.sum((columns @ solution) ** 2)), _CHANCE[len(steps)]
 
 
 def noise_in(stretch: Coast) -> Noise:

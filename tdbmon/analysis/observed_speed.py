@@ -67,8 +67,8 @@ def from_signal(
     """Return the means of a speed signal; its values may be older than their times by up to `held`, s: half is taken off."""
     last = float(time[-1])
     step = usual_interval(time)
-    lead = without_holes(_blocks(time, signal, release - lead_of(step), release, 200), time)
-    after = without_holes(_blocks(time, signal, release + held, last + step, _BLOCKS), time)
+    lead = without_holes(block_means(time, signal, release - lead_of(step), release, 200), time)
+    after = without_holes(block_means(time, signal, release + held, last + step, _BLOCKS), time)
     delay = 0.5 * held
     lead, after = (replace(each, begin=each.begin - delay, end=each.end - delay) for each in (lead, after))
     rest = find_rest(after, turns) if len(after) else Rest(False, last, last)
@@ -87,7 +87,7 @@ def from_signal(
     return Observed(lead, after, rest, source, ratio, density, scale_half=scale_half, delay=delay)
 
 
-def _blocks(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
+def block_means(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
     """Means of a speed signal over at most `count` blocks of samples between two times; a sample stands for its period."""
     first, stop = np.searchsorted(time, [low, high])
     size = max(int(np.ceil((stop - first) / count)), 1)

@@ -28,7 +28,7 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
 
     Angles are known up to half a turn.
     """
-    if len(drops) < _LEAST_DROPS or not all(math.isfinite(drop.angle_sigma) for drop in drops):
+    if len(drops) < _LEAST_DROPS or not all(_orders_told(drop) for drop in drops):
         return None
     names = set.intersection(*({probe.name for probe in drop.probes} for drop in drops))
     (first, chance), *others = (_twice_a_revolution(drop, names) for drop in drops)
@@ -51,6 +51,10 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
         f"the keyphasor's mark has moved between the drops: twice a revolution all probes see the surface that they see in"
         f" {drops[0].name}, turned by {by} (or half a turn more). Nothing that depends on the shaft's angle can be told"
     )
+
+
+def _orders_told(drop: MeasuredDrop) -> bool:
+    return math.isfinite(drop.angle_sigma) and all(math.isfinite(noise.order_sigma) for noise in drop.noise)
 
 
 def _twice_a_revolution(drop: MeasuredDrop, names: set[str]) -> tuple[NDArray[np.complex128], float]:

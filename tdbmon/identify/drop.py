@@ -45,6 +45,7 @@ LEAD_S = 0.008  # simulated before the first guess of the release, which is not 
 _CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
 _COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
 _THERE = 0.6  # of them, that must be there
+_FEWEST_HELD = 64  # samples before that, which tell noise and orbit however lately the drive has tripped
 _HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
 
 
@@ -91,6 +92,8 @@ class MeasuredDrop:
         1/s, by which paths near its own part (`tdbmon.identify.divergence`).
     flight : float
         Time of the fall, s after the release: paths part from then on.
+    even_from : float
+        s, from which on the shaft turned with this acceleration up to the release; minus infinity for all of the record.
     """
 
     name: str
@@ -114,6 +117,7 @@ class MeasuredDrop:
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
     flight: float = Stages().flight
+    even_from: float = -math.inf
 
     @cached_property
     def interval(self) -> float:
@@ -198,13 +202,17 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     stages = stages_of(machine)
     _check_unbroken(time, after_hole, release, stages.least, name)
     counted = stages.at(_COUNTED_S)
-    probes = _enough([p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted)], lost, name)
+    turning = fit_turning(laid, machine, release, name)
+    held = _held(time, release, turning.begin)
+    probes = _enough(
+        [p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted, held)], lost, name
+    )
     _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
-    turning = fit_turning(laid, machine, release, name)
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
-    noise = _noise(raw, time, after_hole, release, turning, machine, [f"{name}: probe '{p.name}'" for p in probes])
+    places = [f"{name}: probe '{p.name}'" for p in probes]
+    noise = _noise(raw, time, after_hole, held, turning.since(time[held] - release), machine, places)
     free_fall, scales = _of_wrong_scales(found, machine)
     if scales:  # what a shaft that springs back does in the fall may look so, without its sag
         free_fall, scales = _of_wrong_scales(release_of(*searched, sag_of(machine, rotor)) or found, machine)
@@ -212,6 +220,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         *_of_probes(machine, probes, unused, lost),
         *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
         *wrong_speed,
+        *_of_scale(turning),
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
         *(f"{each.channel}: {each.detail}" for each in free_fall),
     ]
@@ -240,6 +249,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
+        even_from=turning.begin,
     )
 
 
@@ -277,21 +287,38 @@ def _of_probes(
     return said
 
 
+def _of_scale(turning: Turning) -> list[str]:
+    """Say by how much the scale of a speed signal is wrong that the keyphasor contradicts."""
+    off = turning.signal_over_pulses - 1
+    if off == 0:
+        return []
+    return [
+        f"speed: before the release it reads {100 * abs(off):.2g} % {'more' if off > 0 else 'less'} than the keyphasor counts"
+        f" ({abs(turning.omega) / (2 * math.pi):.1f} Hz at the release), which is taken for right: correct its sensitivity"
+    ]
+
+
+def _held(time: Array, release: float, begin: float) -> NDArray[np.bool_]:
+    """Return which samples show the shaft held and turning as it is released, which it does since `begin`, s."""
+    clear = time < release - _CLEAR_S
+    last = time[clear][-_FEWEST_HELD:]
+    return clear & (time >= min([begin, *last[:1].tolist()]))
+
+
 def _noise(
     raw: Array,
     time: Array,
     after_hole: NDArray[np.bool_],
-    release: float,
-    turning: Turning,
+    held: NDArray[np.bool_],
+    angle: Array,
     machine: Machine,
     places: Sequence[str],
 ) -> tuple[Noise, ...]:
-    """Return the noise of each row of readings (probes, n) before the release, in the longest piece without a hole."""
-    clear = time < release - _CLEAR_S
-    before, angle = time[clear], turning.since(time[clear] - release)
+    """Return the noise of each row of readings (probes, n) where it is held at angles, in the longest piece without a hole."""
+    before = time[held]
     found = []
-    for row, place in zip(raw[:, clear], places, strict=True):
-        at = _longest_piece(row, after_hole[clear])
+    for row, place in zip(raw[:, held], places, strict=True):
+        at = _longest_piece(row, after_hole[held])
         found.append(levitated_noise(before[at], row[at], angle[at], machine.mains, place))
     return tuple(found)
 
@@ -331,10 +358,16 @@ def bridged(values: Array) -> Array:
     return values if there.all() else np.interp(index, index[there], values[there])
 
 
-def _tells(time: Array, after_hole: NDArray[np.bool_], values: Array, release: float, counted: float) -> bool:
-    """True where a probe has most of its samples while the drop is followed, and enough before it in one piece."""
+def _tells(
+    time: Array,
+    after_hole: NDArray[np.bool_],
+    values: Array,
+    release: float,
+    counted: float,
+    held: NDArray[np.bool_],
+) -> bool:
+    """True where a probe has most of its samples while the drop is followed, and enough where it is held in one piece."""
     followed = (time >= release - _CLEAR_S) & (time < release + counted)
-    held = time < release - _CLEAR_S
     piece = _longest_piece(values[held], after_hole[held])
     most = _longest_piece(np.zeros(held.sum()), after_hole[held])
     enough = piece.stop - piece.start >= _HELD * (most.stop - most.start)

@@ -4,12 +4,15 @@ The orbit is a constant and harmonics of the shaft's angle, fitted with the hum 
 An autoregressive model of it (order by the Bayesian information criterion) turns it white: errors that follow each other
 in time count once, not many times.
 
+Orders of a shaft that turns by a small part of a turn are one slow bend: any of them, and the mean, could be of any size.  Then
+only the noise is told, and a mean with the orbit for its error.
+
 G. E. P. Box, G. M. Jenkins, G. C. Reinsel, Time Series Analysis, ch. 6 and 7.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,9 @@ Array = NDArray[np.float64]
 HARMONICS = 3  # of the shaft's angle
 _HIGHEST_ORDER = 8  # of the autoregressive model
 _ROUNDS = 3  # of fitting orbit and colour in turn
+_LEAST_PART = 0.75  # of a turn or of a period of hum, from which on it is told from the mean
+_LEAST_HUM = 1.5  # periods, from which on hum is told from the bend of an orbit that is not told itself
+_UNTOLD = 3e-6  # m, of an orbit that is not told: a good probe track runs out 6 um pk-pk (API 670, 5th ed., 6.1.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +46,11 @@ class Noise:
     mean, mean_sigma : float
         Levitated position along the probe's axis and its standard deviation, m.
     orders : (3,) complex array
-        c of Re(c exp(i k angle)) for k = 1, 2, 3, m.
+        c of Re(c exp(i k angle)) for k = 1, 2, 3, m; nought where the stretch does not tell them.
     order_sigma : float
-        Standard deviation of each part of the first of them, m.
+        Standard deviation of each part of the first of them, m; an infinite one where they are not told.
     hum : complex
-        c of Re(c exp(i 2 pi mains t)), m.
+        c of Re(c exp(i 2 pi mains t)), m; nought where the stretch does not tell it.
     """
 
     sigma: float
@@ -65,7 +71,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     """Fit orbit, hum and noise of one probe.
 
     Where an order of the shaft lies so near to mains frequency that the stretch cannot tell them apart, hum counts as part
-    of the order.
+    of the order.  Of less than three quarters of a turn no order is told.
 
     Parameters
     ----------
@@ -85,18 +91,21 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     InputError
         If the stretch is too short for the fit, or the reading does not change.
     """
+    turns, periods = abs(angle[-1] - angle[0]) / (2 * np.pi), mains * (time[-1] - time[0])
+    told = turns >= _LEAST_PART
     columns = [np.ones_like(time)]
-    for k in range(1, HARMONICS + 1):
+    for k in range(1, (HARMONICS if told else 1) + 1):
         columns += [np.cos(k * angle), -np.sin(k * angle)]
-    turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
-    hums = told_from_orders(mains * (time[-1] - time[0]), turns, HARMONICS)
+    slow = len(columns)
+    hums = periods >= (_LEAST_PART if told else _LEAST_HUM) and told_from_orders(periods, turns, HARMONICS)
     if hums:
         columns += [np.cos(2 * np.pi * mains * time), -np.sin(2 * np.pi * mains * time)]
     design = np.column_stack(columns)
-    if len(time) < 4 * design.shape[1] + _HIGHEST_ORDER:
+    fewest = 4 * (1 + 2 * HARMONICS + 2 * hums) + _HIGHEST_ORDER
+    if len(time) < fewest:
         raise InputError(
             f"{place}: the levitated stretch has {len(time)} samples, too few to tell orbit from noise;"
-            f" record at least {4 * design.shape[1] + _HIGHEST_ORDER} before the release"
+            f" record at least {fewest} before the release"
         )
     colour = np.empty(0)
     for _ in range(_ROUNDS):
@@ -108,19 +117,27 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
         colour = _colour(left)
     white = whitened(left, colour)[len(colour) :]
     innovation = float(np.sqrt(np.sum(white**2) / (len(white) - design.shape[1])))
-    white_design = whitened(design.T, colour).T[len(colour) :]
-    covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
-    spread = np.sqrt(np.diag(covariance))
-    orders = solution[1 : 2 * HARMONICS : 2] + 1j * solution[2 : 2 * HARMONICS + 1 : 2]
-    return Noise(
+    noise = Noise(
         sigma=float(np.sqrt(np.sum(left**2) / (len(left) - design.shape[1]))),
         colour=colour,
         innovation=innovation,
         mean=float(solution[0]),
-        mean_sigma=float(spread[0]),
-        orders=orders,
-        order_sigma=float(np.hypot(spread[1], spread[2]) / np.sqrt(2)),
+        mean_sigma=np.inf,
+        orders=np.zeros(HARMONICS, dtype=complex),
+        order_sigma=np.inf,
         hum=complex(solution[-2], solution[-1]) if hums else 0j,
+    )
+    if not told:
+        seen = design[:, :slow] @ solution[:slow]
+        return replace(noise, mean=float(np.mean(seen)), mean_sigma=float(np.hypot(_UNTOLD, np.std(seen))))
+    white_design = whitened(design.T, colour).T[len(colour) :]
+    covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
+    spread = np.sqrt(np.diag(covariance))
+    return replace(
+        noise,
+        mean_sigma=float(spread[0]),
+        orders=solution[1 : 2 * HARMONICS : 2] + 1j * solution[2 : 2 * HARMONICS + 1 : 2],
+        order_sigma=float(np.hypot(spread[1], spread[2]) / np.sqrt(2)),
     )
 
 

@@ -152,7 +152,7 @@ def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
     """Return where a simulation leads the shaft."""
     model, n = motion.model, motion.model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
-    middle = drop.omega + drop.acceleration * (drop.time[0] - drop.release) / 2
+    middle = drop.omega + drop.acceleration * (max(drop.time[0], drop.even_from) - drop.release) / 2
     along_x, along_y = motion.state[:, state_layout.modes_x(n)], motion.state[:, state_layout.modes_y(n)]
     angle = motion.state[:, state_layout.shaft_angle(n)]
     whirl = motion.whirl  # the speed hardly changes before the release

@@ -6,7 +6,11 @@ from scipy.signal import lfilter
 from tdbsim.errors import InputError
 
 from tdbmon.analysis.autoregression import whitened
+from tdbmon.identify.calibrate import fit_drops
+from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.noise import levitated_noise
+from tdbmon.identify.stages import Stages
+from tests.identify import drops
 
 RATE, SPEED, MAINS = 20e3, 2 * np.pi * 97.0, 50.0
 TIME = np.arange(2000) / RATE
@@ -79,3 +83,35 @@ def test_too_short_and_dead_stretches_are_refused():
         levitated_noise(TIME[:20], reading[:20], angle[:20], MAINS)
     with pytest.raises(InputError, match="no noise at all"):
         levitated_noise(TIME, np.zeros_like(reading), angle, MAINS)
+
+
+@pytest.mark.parametrize(("hz", "seconds"), [(0.0, 0.1), (1.0, 0.05), (5.0, 0.05), (10.0, 0.03), (97.0, 0.014)])
+def test_orders_and_hum_of_a_small_part_of_a_turn_or_period_are_not_told(hz, seconds):
+    """All fitted at once they grew to any size against each other: micrometres to kilometres."""
+    time = np.arange(int(seconds * RATE)) / RATE
+    angle = 2 * np.pi * hz * (time - seconds)
+    after = np.arange(0, 0.065, 1 / RATE)
+    for seed in range(10):
+        noise = 0.3e-6 * np.random.default_rng(seed).standard_normal(len(time))
+        found = levitated_noise(time, 12e-6 + 1e-6 * np.cos(angle + 0.7) + noise, angle, MAINS)
+        third = (found.orders[2] * np.exp(6j * np.pi * hz * after)).real
+        hum = (found.hum * np.exp(2j * np.pi * MAINS * (seconds + after))).real
+        assert np.abs(third + hum).max() < 0.35e-6
+        assert abs(found.mean - 12e-6) < 4 * found.mean_sigma < 16e-6
+        assert abs(found.orders[0] - 1e-6 * np.exp(0.7j)) < 6 * found.order_sigma
+        assert found.sigma == pytest.approx(0.3e-6, rel=0.2)
+
+
+@pytest.mark.parametrize(("speed", "levitated"), [(0.0, 0.1), (5.0, 0.05)])
+def test_a_drop_of_a_slow_rotor_is_fitted_as_any_other(speed, levitated):
+    """At 5 Hz up to 91 um of orbit were taken off the readings and the gap was 300 um; at rest the record was refused."""
+    machine, record = drops.machine(), drops.drop(speed=speed, levitated=levitated)
+    drop = measured_drop(record, machine)
+    raw = np.stack([record[machine.channel_in_file(probe.name)].values for probe in drop.probes])
+    assert np.abs(drop.reading - raw).max() < 1e-6
+    means = raw[:, drop.time < drop.release - 0.003].mean(axis=1)
+    assert [noise.mean for noise in drop.noise] == pytest.approx(means, abs=3e-6)
+    fitted = fit_drops(machine, [record], horizons=Stages().calibration[:5])
+    assert fitted.misfit < 1.1
+    for name in ("NDE.radial_gap", "DE.radial_gap"):
+        assert fitted.values[name].value == pytest.approx(drops.TRUTH[name], abs=4e-6)
