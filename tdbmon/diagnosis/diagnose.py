@@ -63,12 +63,12 @@ class Diagnosis:
     remarks : tuple of str
         What the records lack, and what that costs.
     seconds : float
-    aside : tuple of str
-        What else was seen, on which the verdict does not rest.
     wanted : mapping of float
         Values (SI, by name) that the drops want of entries of the machine file which they contradict.
     changed : str or None
         Which of them have changed since earlier drops that fit the file, and are all that is missing.
+    aside : tuple of str
+        What else was seen, on which the verdict does not rest.
     """
 
     machine: Machine
@@ -83,9 +83,9 @@ class Diagnosis:
     next_test: str
     remarks: tuple[str, ...]
     seconds: float
-    aside: tuple[str, ...] = ()
     wanted: Mapping[str, float] = field(default_factory=dict)
     changed: str | None = None
+    aside: tuple[str, ...] = ()
 
     @property
     def extended(self) -> Contender | None:

@@ -136,9 +136,7 @@ def ring(times, seconds=0.2):
     """Members whose ring turns with the journal from a time on, or never."""
     time = np.linspace(0, seconds, 2001)
     empty = np.zeros((1, 2001))
-    return [
-        _Member(time, empty + 0j, empty, empty, np.where(time >= at, 0.0, 1.0)[None], np.zeros(1), ()) for at in times
-    ]
+    return [_Member(time, empty + 0j, empty, empty, (time >= at)[None], np.zeros(1), ()) for at in times]
 
 
 def test_a_ring_that_stays_slow_in_some_members_bounds_the_time_from_below_only():
