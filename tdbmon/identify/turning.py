@@ -92,7 +92,7 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         If neither tells the speed before the release.
     """
     marks = pulses(laid, machine) if "keyphasor" in laid and machine.keyphasor is not None else None
-    times, turns, sigma = np.empty(0), np.empty(0), np.inf
+    times, turns, sigma, factor = np.empty(0), np.empty(0), np.inf, 1.0
     if marks is not None and len(marks.times) > 3:
         times, turns = marks.times - release, marks.turns.astype(float)
     before = times < 0
@@ -124,7 +124,7 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     solution, *_ = np.linalg.lstsq(design, target, rcond=None)
     covariance = np.linalg.pinv(design.T @ design)
     angle_sigma = 2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf
-    if marked and _rounded_alike((target - design @ solution)[: before.sum()]):
+    if marked and _rounded_alike(factor * (target - design @ solution)[: before.sum()]):
         angle_sigma = math.hypot(angle_sigma, 2 * np.pi * sigma)
     mark = machine.keyphasor.angle if machine.keyphasor else 0.0
     full = machine.sense * 2 * np.pi
@@ -167,9 +167,8 @@ def _scaled_by_pulses(design: Array, target: Array, pulses: int, tick: float) ->
     freed = np.column_stack([design, np.where(np.arange(len(target)) < pulses, 0.0, target)])
     solution, *_ = np.linalg.lstsq(freed, target, rcond=None)
     left = (target - freed @ solution)[:pulses]
-    loose = max(
-        1.0, float(left @ left) / max(pulses - _FEWEST_PULSES, 1)
-    )  # pulses may scatter by more than their rounding
+    # pulses may scatter by more than their rounding
+    loose = max(1.0, float(left @ left) / max(pulses - _FEWEST_PULSES, 1))
     surplus, sigma = float(solution[3]), math.sqrt(loose * float(np.linalg.pinv(freed.T @ freed)[3, 3]))
     if abs(surplus) <= max(_PLAINLY * sigma, tick):
         return 1.0, design
