@@ -65,6 +65,21 @@ def test_one_drop_says_what_is_lost():
     assert "all drops are from one speed" in _remarks([drop, drop])[0]
 
 
+def test_a_record_of_another_machine_is_no_case_for_the_catalogue():
+    """All suspects were fitted for minutes, and the verdict named what left 154 times the noise."""
+    from tdbmon.diagnosis.diagnose import _mistake
+    from tdbmon.identify.drop import measured_drop
+    from tdbmon.record.read import read
+
+    record = read(shipped("loose/drop_100.nc"))
+    own = load_machine(shipped("loose/machine.toml"))
+    other = own.model_copy(update={"name": "Blower 7"})
+    assert measured_drop(record, own).foreign == ""
+    found = _mistake([measured_drop(record, other)], None)  # told before anything is simulated
+    assert found.why.startswith("drop_100.nc: the record says that it is of") and "Blower 7" in found.why
+    assert "put that right" in found.next_test
+
+
 def test_same_drop_twice_is_an_error(capsys):
     drop = str(shipped("loose/drop_100.nc"))
     with pytest.raises(SystemExit) as stopped:

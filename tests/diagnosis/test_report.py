@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -39,6 +40,7 @@ from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import (
     diagnosis_fit,
     diagnosis_force,
+    diagnosis_gain,
     diagnosis_late_record,
     diagnosis_remains,
     diagnosis_sizes,
@@ -152,6 +154,36 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
     assert "Probe 'DE_B' was noisy" in words
     assert "Another drop." in words
     assert "The records are synthetic." in words
+
+
+def test_what_is_told_beside_the_verdict_is_no_alarm(named: Diagnosis, evidence: Evidence) -> None:
+    aside = replace(evidence, diagnosis=replace(named, aside=("the contacts slow the shaft 1.7 times as much",)))
+    verdict, remains = diagnosis_verdict.section(aside), diagnosis_remains.remains(aside)
+    assert "slow the shaft" not in _words(Document("", "", (verdict,)))
+    said = next(block for block in remains.blocks if "slow the shaft" in getattr(block, "text", ""))
+    assert isinstance(said, Paragraph)
+    assert any("remark: the contacts slow the shaft" in line for line in diagnosis_lines(aside.diagnosis))
+
+
+def test_a_frequency_is_told_as_closely_as_the_time_tells_it(evidence: Evidence) -> None:
+    """40 ms were said to hold a line near 19 Hz."""
+    words = _words(Document("", "", (diagnosis_remains.remains(evidence),)))
+    resolution = 2 / HORIZONS[-1]  # Hann window
+    near = [float(each) for each in re.findall(r"strongest near (\d+) Hz", words)]
+    assert all(each >= 0.9 * resolution for each in near)
+    assert near or "slower than so short a time tells" in words
+
+
+def test_little_gain_has_no_good_colour(named: Diagnosis, evidence: Evidence) -> None:
+    sure, doubtful = (
+        replace(named, verdict=replace(named.verdict, doubt=doubt)) for doubt in (None, "it gains little")
+    )
+    tones = []
+    for each in (sure, doubtful):
+        shown = diagnosis_gain.section(replace(evidence, diagnosis=each))
+        assert shown is not None
+        tones += [block.tone for block in shown.blocks if isinstance(block, Tinted)]
+    assert tones == ["good", "plain"]
 
 
 def test_the_terminal_has_the_sizes_of_the_report(named: Diagnosis) -> None:
