@@ -7,6 +7,7 @@ import pytest
 
 from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
+    at_other_ends,
     at_other_sizes,
     from_the_first_contact,
     in_neighbouring_orders,
@@ -151,6 +152,22 @@ def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
     assert found.horizon == 0.018
     assert abs(start["amplitude"]) == pytest.approx(22e-6, rel=0.1)
     assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
+
+
+def test_a_support_softer_one_way_at_both_ends_is_found_though_one_end_showed_it_first(crew):
+    """Other causes were sought for a hundred seconds, while the end that touches later could not be explained."""
+    problem = problem_of(crew, "support_anisotropy:where=both,ratio=0.5,direction=30 deg")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    of = {each.where: each for each in everyone if each.declared.identifier == "support_anisotropy"}
+    fallen = Contender((), problem, fit(problem, problem.start, HORIZONS[0], 3), HORIZONS[0], 0.9)
+    one = with_cause(fallen, of["NDE"], Start({"ratio": 0.6, "direction": 0.4}))
+    for horizon in HORIZONS:
+        one = settled(one, horizon, 4)
+    found = at_other_ends(fallen, one, of["NDE"], everyone, HORIZONS)
+    assert found.causes == (of["both"],)
+    assert found.misfit < one.misfit - 100
+    assert found.starts()[0].shared["ratio"] == pytest.approx(0.5, rel=0.1)
+    assert at_other_ends(fallen, found, of["both"], everyone, HORIZONS) is found  # neither end explains it alone
 
 
 def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
